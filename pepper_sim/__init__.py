@@ -1,0 +1,1 @@
+"""A simulated Pepper that answers as NAOqi does."""

@@ -1,0 +1,1 @@
+"""NAOqi services of the simulated Pepper, one file each."""

@@ -1,0 +1,1 @@
+"""A simulated Robotino that answers RobotinoOS REST requests."""

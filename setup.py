@@ -1,0 +1,28 @@
+"""Python packages of the telepresence stack; the ROS packages live in catkin_ws and are built by catkin.
+
+Versions are pinned: the same tree gives the same robot next year.
+"""
+
+from setuptools import find_packages, setup
+
+CORE = ["numpy==2.2.6", "opencv-python-headless==4.12.0.88"]
+
+EXTRAS = {
+    # mujoco-core: physics and the classic renderer without Studio; qi: NAOqi's own messaging library.
+    "sim": ["mujoco-core[rendering]==4.0.0", "qi==3.1.5"],
+    # gevent serves endless MJPEG responses without a thread per viewer; flask holds the pages.
+    "media": ["flask==3.1.3", "gevent==26.9.0"],
+    "gui": ["PyQt5==5.15.11"],
+    "dev": ["pytest==9.0.1", "ruff==0.14.5", "hypothesis==6.148.1", "websockets==15.0.1"],
+}
+
+setup(
+    name="telepresence",
+    version="0.1.0",
+    description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
+    license="BSD-3-Clause",
+    python_requires=">=3.11,<3.13",
+    packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*", "bench*"]),
+    install_requires=CORE,
+    extras_require=EXTRAS,
+)

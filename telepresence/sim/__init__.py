@@ -1,0 +1,1 @@
+"""Simulation: one MuJoCo world, its cameras, rays and scenes."""
