@@ -22,7 +22,7 @@ setup(
     description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
     license="BSD-3-Clause",
     python_requires=">=3.11,<3.13",
-    packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*", "bench*"]),
+    packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*"]),
     install_requires=CORE,
     extras_require=EXTRAS,
 )

@@ -1,0 +1,31 @@
+# The project's environment, for `. ./env.sh` in bash or zsh; ./stack uses it too. Afterwards the plain ROS commands work:
+#   roslaunch pepper_bringup tele_pepper.launch nao_ip:=<robot> roscore_ip:=<this machine>
+
+if [ -n "${BASH_VERSION:-}" ]; then _telepresence_root=${BASH_SOURCE[0]}; else _telepresence_root=${(%):-%x}; fi
+_telepresence_root=$(cd "$(dirname "$_telepresence_root")" && pwd)
+
+if [ ! -f "$_telepresence_root/catkin_ws/devel/setup.sh" ]; then
+  echo "The workspace is not built yet. Run:  $_telepresence_root/stack build" >&2
+  unset _telepresence_root
+  return 1
+fi
+
+# catkin's setup file reads variables that may be unset.
+case $- in *u*) _telepresence_nounset=1 ;; *) _telepresence_nounset= ;; esac
+set +u
+if [ -n "${BASH_VERSION:-}" ]; then
+  . "$_telepresence_root/catkin_ws/devel/setup.bash"
+else
+  . "$_telepresence_root/catkin_ws/devel/setup.zsh"
+fi
+[ -n "$_telepresence_nounset" ] && set -u
+
+# First in PATH: nodes with `env python3` in their first line must find the interpreter that sees rospy and the venv.
+export VIRTUAL_ENV="$_telepresence_root/.venv"
+case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$PATH" ;; esac
+# Without a name or address of its own a node announces the host name, which often nobody can resolve.
+[ -n "${ROS_HOSTNAME:-}" ] || export ROS_IP="${ROS_IP:-127.0.0.1}"
+# Pictures are rendered and decoded in fresh 1 MB buffers; keeping them mapped halves the time to decode one.
+export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=268435456
+
+unset _telepresence_root _telepresence_nounset
