@@ -1,0 +1,110 @@
+"""Child processes that leave nothing behind, however they or their parents die.
+
+roslaunch puts every node into a session of its own, so ending roslaunch's process group does not reach them; a
+roslaunch that is killed leaves them all. A process that is its descendants' reaper (Linux `PR_SET_CHILD_SUBREAPER`,
+prctl(2)) inherits such orphans and can end them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+PR_SET_CHILD_SUBREAPER = 36  # linux/prctl.h
+
+
+def adopt_orphans() -> None:
+    """Make this process the parent of every descendant whose own parent dies.
+
+    Raises:
+        OSError: The kernel refused.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), "prctl(PR_SET_CHILD_SUBREAPER) failed")
+
+
+def start(argv: Sequence[str], **popen: Any) -> subprocess.Popen:
+    """Start a program in a session of its own: Ctrl-C in our terminal does not reach it, so we choose the order of
+    ending. It keeps our terminal as standard input unless `stdin` says otherwise."""
+    return subprocess.Popen(list(argv), start_new_session=True, **popen)
+
+
+def end(process: subprocess.Popen, patience: float = 5.0) -> int:
+    """Ask a program to end (SIGINT, then SIGTERM), insist (SIGKILL), and return its exit code.
+
+    Args:
+        patience: Seconds after each request.
+    """
+    for request in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        if process.poll() is not None:
+            break
+        process.send_signal(request)
+        try:
+            process.wait(patience)
+        except subprocess.TimeoutExpired:
+            continue
+    return process.wait()
+
+
+def descendants(root: int | None = None) -> list[int]:
+    """Process ids of all living descendants of `root` (default: this process), from /proc; zombies are left out."""
+    children: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The program's name stands in brackets and may hold blanks and brackets itself.
+            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
+        except OSError:
+            continue  # it ended between the listing and the reading
+        if state != "Z":
+            children.setdefault(int(parent), []).append(int(stat.parent.name))
+    found, queue = [], [os.getpid() if root is None else root]
+    while queue:
+        below = children.get(queue.pop(), [])
+        found += below
+        queue += below
+    return found
+
+
+def send(pid: int, request: signal.Signals) -> bool:
+    """Send a signal; False when the process is gone already."""
+    try:
+        os.kill(pid, request)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def end_descendants(patience: float = 3.0) -> list[int]:
+    """End every descendant: SIGINT, after `patience` seconds SIGTERM, then SIGKILL.
+
+    Returns:
+        The process ids that had to be killed.
+    """
+    killed: list[int] = []
+    for request in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        for pid in descendants():
+            if request is signal.SIGKILL:
+                killed.append(pid)
+            send(pid, request)
+        deadline = time.monotonic() + patience
+        while descendants() and time.monotonic() < deadline:
+            _reap()
+            time.sleep(0.02)
+    _reap()
+    return killed
+
+
+def _reap() -> None:
+    """Collect ended orphans, so that they do not stay as zombies."""
+    try:
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    except ChildProcessError:
+        return

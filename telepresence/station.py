@@ -1,0 +1,168 @@
+"""`./stack up`: one robot, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
+
+Starts roscore (and brings it back when it dies), a virtual display where there is no real one, and roslaunch with the
+launch file of the robot. Ctrl-C ends all of it, and nothing stays behind.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from types import FrameType
+
+from telepresence import processes
+from telepresence.master_keeper import MasterKeeper
+from telepresence.ros_master import master_answers
+from telepresence.virtual_display import VirtualDisplay, display_answers
+
+LAUNCH = Path(__file__).resolve().parent.parent / "launch"
+DEFAULT_PORTS = {"nao_port": 9559, "page_port": 10002, "screen_port": 10003}
+LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
+
+
+def main(argv: list[str] | None = None) -> int:
+    arguments = parse(sys.argv[1:] if argv is None else argv)
+    stop = threading.Event()
+
+    def request_stop(_signal: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    signal.signal(signal.SIGINT, request_stop)
+    signal.signal(signal.SIGTERM, request_stop)
+    signal.signal(signal.SIGHUP, request_stop)
+    processes.adopt_orphans()
+    try:
+        return run(arguments, stop)
+    except RuntimeError as error:
+        print(f"stack up: {error}", file=sys.stderr)
+        return 1
+    finally:
+        processes.end_descendants()
+
+
+def parse(argv: list[str]) -> argparse.Namespace:
+    """The robot and the launch arguments.
+
+    Raises:
+        SystemExit: With a usage line, for an unknown robot or an argument that is not name:=value.
+    """
+    robots = sorted(path.stem for path in LAUNCH.glob("*.launch"))
+    parser = argparse.ArgumentParser(
+        prog="./stack up",
+        description="Bring up a robot, real or simulated, with everything that drives it.",
+        epilog="Launch arguments and their defaults:  ./stack exec roslaunch --ros-args launch/pepper.launch",
+    )
+    parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
+    parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
+    found = parser.parse_args(argv)
+    if ":=" in found.robot:
+        found.settings.insert(0, found.robot)
+        found.robot = "pepper"
+    if found.robot not in robots:
+        parser.error(f"there is no robot '{found.robot}'; known: {', '.join(robots)}")
+    for setting in found.settings:
+        name, sign, _ = setting.partition(":=")
+        if not sign or not name.isidentifier():
+            parser.error(f"'{setting}' is not of the form name:=value")
+    found.settings = dict(setting.split(":=", 1) for setting in found.settings)
+    return found
+
+
+def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
+    """Bring everything up and wait until `stop` is set or roslaunch ends.
+
+    Raises:
+        RuntimeError: A port is taken or a part does not start; the text says which and what to do.
+    """
+    settings = arguments.settings
+    simulated = settings.get("sim", "true").lower() in ("true", "1")
+    window = settings.get("gui", "true").lower() in ("true", "1")
+    ports = {name: int(settings.get(name, default)) for name, default in DEFAULT_PORTS.items()}
+    if simulated:
+        require_free(ports["nao_port"], "nao_port", "the simulated robot")
+    require_free(ports["page_port"], "page_port", "the tablet's page")
+
+    master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    keeper = screen = None
+    if master_answers(master_uri, timeout=1.0):
+        print(f"Using the ROS master that runs at {master_uri}")
+    else:
+        keeper = MasterKeeper(master_uri)
+    display = None
+    try:
+        if window and not display_answers(os.environ.get("DISPLAY")):
+            require_free(ports["screen_port"], "screen_port", "the picture of the window")
+            display = VirtualDisplay()
+            os.environ["DISPLAY"] = display.name
+            screen = serve_screen(display, ports["screen_port"])
+        launch = processes.start(
+            ["roslaunch", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
+            + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"]
+        )
+        print(banner(arguments.robot, settings, ports, simulated, display, master_uri), flush=True)
+        while not stop.wait(0.2):
+            if launch.poll() is not None:
+                print("roslaunch ended", file=sys.stderr)
+                return launch.returncode or 1
+        print("\nEnding everything ...", flush=True)
+        processes.end(launch, patience=8.0)
+        return 0
+    finally:
+        if screen is not None:
+            processes.end(screen, patience=2.0)
+        if keeper is not None:
+            keeper.close()
+        if display is not None:
+            display.close()
+
+
+def require_free(port: int, argument: str, purpose: str) -> None:
+    """Raises RuntimeError when somebody listens on the loopback port already."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            raise RuntimeError(
+                f"port {port}, wanted for {purpose}, is taken: another ./stack up may be running. "
+                f"Choose another one with {argument}:=<port>"
+            ) from None
+
+
+def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
+    return processes.start([sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)])
+
+
+def banner(
+    robot: str,
+    settings: dict[str, str],
+    ports: dict[str, int],
+    simulated: bool,
+    display: VirtualDisplay | None,
+    master_uri: str,
+) -> str:
+    """What runs where, for the person at the terminal."""
+    kind = "simulated" if simulated else "real"
+    lines = [
+        "",
+        f"  robot        {robot}, {kind}, tcp://{settings.get('nao_ip', '127.0.0.1')}:{ports['nao_port']}",
+        f"  ROS master   {master_uri}",
+        f"  tablet page  http://127.0.0.1:{ports['page_port']}/",
+    ]
+    if display is not None:
+        lines += [
+            f"  window       http://127.0.0.1:{ports['screen_port']}/",
+            f"               There is no display here, so the window is on a virtual one ({display.name}).",
+        ]
+    lines += ["", "  Ctrl-C ends all of it.", ""]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
