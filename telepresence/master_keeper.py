@@ -50,6 +50,16 @@ class MasterKeeper:
         self._thread = threading.Thread(target=self._run, name="master-keeper", daemon=True)
         self._thread.start()
 
+    @property
+    def pid(self) -> int:
+        """Process id of the roscore that runs now."""
+        return self._process.pid
+
+    @property
+    def remembered_nodes(self) -> frozenset[str]:
+        """Names of the nodes that will be looked for after a restart."""
+        return frozenset(self._nodes)
+
     def close(self) -> None:
         self._stop.set()
         self._thread.join(timeout=START_TIMEOUT)

@@ -1,0 +1,101 @@
+"""What every test may use: free ports, a ROS master of its own, programs that are ended, and a check that all are."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from telepresence import processes
+from telepresence.ros_master import master_answers
+
+ROOT = Path(__file__).resolve().parent.parent
+DEADLINE = 30.0
+"""Seconds after which a condition counts as never coming; generous, because the machines are shared."""
+
+
+def wait_until(condition: Callable[[], object], what: str, timeout: float = DEADLINE) -> object:
+    """Poll until `condition()` is true and return its value; fail with `what` after `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            pytest.fail(f"{what}: not within {timeout:.0f} s")
+        time.sleep(0.02)
+
+
+@pytest.fixture(name="wait_until", scope="session")
+def _wait_until() -> Callable:
+    return wait_until
+
+
+@pytest.fixture(scope="session")
+def free_port() -> Callable[[], int]:
+    """A loopback tcp port that nobody listens on."""
+
+    def find() -> int:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            return probe.getsockname()[1]
+
+    return find
+
+
+@pytest.fixture(scope="session", autouse=True)
+def nothing_left_behind() -> Iterator[None]:
+    """After the last test no descendant of ours may live, orphans included."""
+    processes.adopt_orphans()
+    yield
+    left = {pid: _command(pid) for pid in processes.descendants()}
+    processes.end_descendants()
+    assert not left, f"still running after the tests: {left}"
+
+
+def _command(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+    except OSError:
+        return "(ended)"
+
+
+@pytest.fixture
+def run_program() -> Iterator[Callable[..., subprocess.Popen]]:
+    """Start a program that is ended after the test."""
+    started: list[subprocess.Popen] = []
+
+    def run(*argv: str, **popen) -> subprocess.Popen:
+        process = processes.start([str(word) for word in argv], **popen)
+        started.append(process)
+        return process
+
+    yield run
+    for process in reversed(started):
+        processes.end(process, patience=10.0)
+
+
+@pytest.fixture
+def ros_environment(
+    tmp_path: Path, free_port: Callable[[], int], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[dict[str, str]]:
+    """Environment of a private ROS graph: own master port, own log folder; the master is not started."""
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port()}")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "ros"))
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    yield dict(os.environ)
+
+
+@pytest.fixture
+def ros_master(ros_environment: dict[str, str], run_program: Callable, wait_until: Callable) -> dict[str, str]:
+    """A bare ROS master; returns the environment in which nodes find it."""
+    uri = ros_environment["ROS_MASTER_URI"]
+    port = uri.rpartition(":")[2]
+    run_program("rosmaster", "--core", "-p", port, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_until(lambda: master_answers(uri), "the ROS master answers")
+    return ros_environment
