@@ -1,0 +1,55 @@
+"""`./stack bench [NAME ...] [--json FILE]`: ours against a peer or the physical limit, measured in the same run."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from report import Row, table
+
+from telepresence import processes
+
+BENCHMARKS = {
+    "sim": "steps per second and real-time factor with servers, sensors and two cameras",
+    "camera": "pictures through the wire: rate, freshness, cost",
+    "teleop": "key press in a terminal to ALMotion's setpoint",
+    "startup": "./stack up to the first picture in the window",
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        prog="./stack bench",
+        description="Ours against a peer or the physical limit, measured in the same run. Quote the ratios: the "
+        "absolute figures are those of this machine now.",
+        epilog="benchmarks:  " + ";  ".join(f"{name}: {about}" for name, about in BENCHMARKS.items()),
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
+    arguments = parser.parse_args()
+    unknown = set(arguments.names) - BENCHMARKS.keys()
+    if unknown:
+        parser.error(f"no benchmark named {', '.join(sorted(unknown))}; there are {', '.join(BENCHMARKS)}")
+
+    processes.adopt_orphans()
+    results: dict[str, list[Row]] = {}
+    try:
+        for name in arguments.names or BENCHMARKS:
+            print(f"{name}: {BENCHMARKS[name]} ...", flush=True)
+            results[name] = importlib.import_module(f"bench_{name}").run()
+            print(table(results[name]), flush=True)
+    finally:
+        processes.end_descendants()
+    if arguments.json:
+        arguments.json.write_text(json.dumps({k: [row.as_dict() for row in v] for k, v in results.items()}, indent=2))
+        print(f"written to {arguments.json}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
