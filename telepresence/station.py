@@ -137,7 +137,10 @@ def require_free(port: int, argument: str, purpose: str) -> None:
 
 def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
     """A web server for the picture of the display, in a process of its own."""
-    return processes.start([sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)])
+    return processes.start(
+        [sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)],
+        stdout=subprocess.DEVNULL,
+    )
 
 
 def banner(
