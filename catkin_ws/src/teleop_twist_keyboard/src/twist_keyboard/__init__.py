@@ -1,0 +1,1 @@
+"""Keyboard driving: keys to velocities (`keys`), single keys from a terminal (`terminal`), both on ROS (`node`)."""

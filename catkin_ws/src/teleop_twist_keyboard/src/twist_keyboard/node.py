@@ -1,0 +1,207 @@
+"""Keyboard driving as a ROS node: keys from the terminal it was started in, velocities on cmd_vel.
+
+Publishes: cmd_vel (geometry_msgs/Twist), repeated while a key is latched, silent half a second after a stop.
+Subscribes: cmd_vel, to let go when another input (the window's drive pad or Stop button) begins to drive.
+Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 2.0 rad/s, ~key_timeout 0 s (latched
+until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
+heard nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is brisk for Pepper among people.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+
+from telepresence.ros_master import MasterWatch, master_answers
+from twist_keyboard.keys import HELP, LatchedKeys, Velocity
+from twist_keyboard.terminal import HungUp, KeyTerminal
+
+IDLE_PERIOD = 0.1
+NEWCOMER_SILENCE = 1.0
+"""Seconds without a command from another input after which its next one counts as taking over."""
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    stop = threading.Event()
+
+    def request_stop(_signal: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, request_stop)
+    if not _wait_for_master(stop):
+        return 0
+    # rospy's own handlers would not handle SIGHUP, and leave no time for the last zero.
+    rospy.init_node("teleop_twist_keyboard", disable_signals=True)
+    try:
+        keys = LatchedKeys(
+            rospy.get_param("~speed", 0.2),
+            rospy.get_param("~turn", 0.5),
+            rospy.get_param("~speed_limit", 0.55),
+            rospy.get_param("~turn_limit", 2.0),
+            rospy.get_param("~key_timeout", 0.0),
+        )
+        node = KeyboardNode(keys, rospy.get_param("~repeat_rate", 10.0), stop)
+    except (ValueError, TypeError) as error:
+        print(f"teleop_twist_keyboard: wrong parameter: {error}", file=sys.stderr, flush=True)
+        return 1
+    node.run()
+    rospy.signal_shutdown("keyboard driving ended")
+    return 0
+
+
+class KeyboardNode:
+    """Joins the keys and the topic.
+
+    Args:
+        keys: The latched command.
+        repeat_rate: Publications per second while a key is latched [Hz]; 0: one per key.
+        stop: Set by others to end `run`.
+    Raises:
+        ValueError: The rate is too low to keep a robot driving, or not a number.
+    """
+
+    def __init__(self, keys: LatchedKeys, repeat_rate: float, stop: threading.Event) -> None:
+        if not (repeat_rate == 0 or 4.0 <= repeat_rate <= 100.0):
+            raise ValueError(f"repeat_rate must be 0 or 4 to 100 Hz; it is {repeat_rate}")
+        self._keys = keys
+        self._repeats = repeat_rate != 0
+        self._period = 1.0 / repeat_rate if self._repeats else IDLE_PERIOD
+        self._stop = stop
+        self._master_lost = threading.Event()
+        self._taken_over = threading.Event()
+        self._heard_at: dict[str, float] = {}
+        self._line = ""
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        rospy.Subscriber("cmd_vel", Twist, self._hear, queue_size=1, tcp_nodelay=True)
+        rospy.on_shutdown(self._end)
+        MasterWatch(rospy, on_lost=self._master_lost.set).start()
+
+    def run(self) -> None:
+        """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
+        if sys.stdin is None or not sys.stdin.isatty():
+            say("Keyboard driving has no terminal here, so it does nothing. In a terminal, run:")
+            say("  roslaunch teleop_twist_keyboard teleop.launch")
+            self._stop.wait()
+            return
+        try:
+            with KeyTerminal(sys.stdin.fileno()) as terminal:
+                say(HELP)
+                self._say_state()
+                self._serve(terminal)
+        except HungUp as error:
+            say(f"{error}; the robot stops")
+        finally:
+            self._end()
+
+    def _serve(self, terminal: KeyTerminal) -> None:
+        next_at = now = clock()
+        while not self._stop.is_set():
+            pressed = self._read(terminal, next_at - now)
+            now = clock()
+            self._yield_to_others(now)
+            for key in pressed:
+                self._keys.press(key, now)
+            if pressed or now >= next_at:
+                # On the grid of the last time, unless a key has just been answered or the machine was busy.
+                next_at = now + self._period if pressed or now > next_at + self._period else next_at + self._period
+                was_moving = self._keys.moving
+                velocity = self._keys.command(now)
+                if velocity is not None and (self._repeats or pressed or was_moving != self._keys.moving):
+                    self._publish(velocity)
+                self._say_state()
+
+    def _read(self, terminal: KeyTerminal, timeout: float) -> list[str]:
+        if terminal.in_foreground():
+            return terminal.read_keys(max(0.0, timeout))
+        if self._keys.moving:
+            self._publish(Velocity())
+            self._keys.release(clock())
+        while not terminal.in_foreground() and not self._stop.wait(IDLE_PERIOD):
+            velocity = self._keys.command(clock())
+            if velocity is not None:
+                self._publish(velocity)
+        if not self._stop.is_set():
+            terminal.resume()
+            say("This job has the terminal back: keys drive again.")
+        return []
+
+    def _yield_to_others(self, now: float) -> None:
+        if self._master_lost.is_set():
+            self._master_lost.clear()
+            if self._keys.moving:
+                self._keys.release(now)
+                say("The ROS master does not answer: the robot stops. Press a key again when it is back.")
+        if self._taken_over.is_set():
+            self._taken_over.clear()
+            if self._keys.moving:
+                say("Another input drives now; press a key to take over again.")
+            self._keys.let_go()
+
+    def _hear(self, message: Twist) -> None:
+        """On rospy's thread."""
+        caller = message._connection_header["callerid"]
+        if caller == rospy.get_name():
+            return
+        now = clock()
+        if now - self._heard_at.get(caller, -math.inf) > NEWCOMER_SILENCE:
+            self._taken_over.set()
+        self._heard_at[caller] = now
+
+    def _publish(self, velocity: Velocity) -> None:
+        message = Twist()
+        message.linear.x, message.linear.y, message.linear.z = velocity.vx, velocity.vy, velocity.vz
+        message.angular.z = velocity.wz
+        try:
+            self._publisher.publish(message)
+        except rospy.ROSException:
+            self._stop.set()  # the topic was closed: this node is being shut down
+
+    def _end(self) -> None:
+        """One zero if the robot was driving. Also called by rospy, before it closes the topics (rosnode kill)."""
+        self._stop.set()
+        if self._keys.moving:
+            self._keys.let_go()
+            self._publish(Velocity())
+            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop by itself 0.5 s later
+
+    def _say_state(self) -> None:
+        line = self._keys.describe()
+        if line != self._line:
+            self._line = line
+            say(line)
+
+
+def clock() -> float:
+    """Seconds that go on while the machine sleeps."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
+def say(text: str) -> None:
+    """Print for the pilot. A terminal that has gone away is no reason to die before the robot has its zero."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        return
+
+
+def _wait_for_master(stop: threading.Event) -> bool:
+    """False when asked to stop meanwhile. rospy.init_node would wait for ever, and deaf to Ctrl-C."""
+    uri = rosgraph.get_master_uri()
+    told = False
+    while not master_answers(uri, timeout=1.0):
+        if not told:
+            told = True
+            say(f"No ROS master answers at {uri}. Start one with:  roscore")
+        if stop.wait(0.5):
+            return False
+    return True

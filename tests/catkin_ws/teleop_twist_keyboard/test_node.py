@@ -1,0 +1,174 @@
+"""The keyboard node on a real ROS graph, in a real terminal."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+from itertools import pairwise
+from statistics import median
+
+import pytest
+
+from telepresence import processes
+from telepresence.ros_master import master_answers
+
+pytestmark = pytest.mark.ros
+
+RUN = ("rosrun", "teleop_twist_keyboard", "teleop_twist_keyboard.py")
+LAUNCH = ("roslaunch", "teleop_twist_keyboard", "teleop.launch")
+
+OTHER_INPUT = textwrap.dedent("""
+    import rospy
+    from geometry_msgs.msg import Twist
+    rospy.init_node("other_input")
+    publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+    while publisher.get_num_connections() < 2 and not rospy.is_shutdown():
+        rospy.sleep(0.02)
+    publisher.publish(Twist())
+    print("sent", flush=True)
+    rospy.spin()
+""")
+
+
+def start(open_terminal, wait_until, listener, *argv):
+    """The node in a terminal, and a first key that the listener has heard."""
+    terminal = open_terminal(*argv)
+    wait_until(lambda: "Ctrl-C  quit" in terminal.seen, "the help is printed")
+
+    def press():
+        if not listener.heard:
+            terminal.type("i")
+        return listener.heard
+
+    wait_until(press, "the listener hears the node")
+    return terminal
+
+
+@pytest.mark.parametrize("argv", [RUN, LAUNCH], ids=["rosrun", "roslaunch"])
+def test_a_key_drives_until_k_and_then_the_topic_is_quiet(open_terminal, wait_until, listener, argv):
+    terminal = start(open_terminal, wait_until, listener, *argv)
+    wait_until(lambda: len(listener.heard) >= 20, "the command is repeated")
+    driven = listener.heard[:20]
+    assert {(command.vx, command.vy, command.wz) for command in driven} == {(0.2, 0.0, 0.0)}
+    periods = [after.at - before.at for before, after in pairwise(driven[1:])]
+    assert 0.08 < median(periods) < 0.12
+
+    terminal.type("k")
+    wait_until(lambda: listener.heard[-1].is_zero, "k stops")
+    terminal.type("j")
+    wait_until(lambda: listener.heard[-1].wz == 0.5, "j turns")
+    terminal.type("k")
+    wait_until(lambda: listener.heard[-1].is_zero, "k stops again")
+    stopped_at = listener.heard[-1].at
+    wait_until(lambda: listener.heard[-1].at > stopped_at + 0.3, "zero is repeated")
+    last = listener.heard[-1].at
+    with pytest.raises(pytest.fail.Exception):
+        wait_until(lambda: listener.heard[-1].at > last + 0.5, "the topic is quiet", timeout=1.5)
+
+    assert "\r\nforward " in terminal.seen and "\n" not in terminal.seen.replace("\r\n", "")
+    terminal.type("\x03")
+    terminal.process.wait(20)
+    assert terminal.echoes() and terminal.takes_lines()
+
+
+def test_without_a_terminal_it_lives_and_publishes_nothing(ros_master, run_program, wait_until, listener):
+    node = run_program(*RUN, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    assert "no terminal" in node.stdout.readline()
+    assert "roslaunch teleop_twist_keyboard" in node.stdout.readline()
+    processes.send(node.pid, signal.SIGINT)
+    assert node.wait(10) == 0
+    assert node.stdout.read() == ""
+    assert listener.heard == []
+
+
+def test_hanging_up_stops_the_robot(open_terminal, wait_until, listener):
+    terminal = start(open_terminal, wait_until, listener, *RUN)
+    terminal.hang_up()
+    assert terminal.process.wait(10) == 0
+    wait_until(lambda: listener.heard[-1].is_zero, "the last command is zero")
+
+
+@pytest.mark.parametrize("request_", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_robot_and_restores_the_terminal(open_terminal, wait_until, listener, request_):
+    terminal = start(open_terminal, wait_until, listener, *RUN)
+    terminal.process.send_signal(request_)
+    assert terminal.process.wait(10) == 0
+    wait_until(lambda: listener.heard[-1].is_zero, "the last command is zero")
+    assert terminal.echoes() and terminal.takes_lines()
+
+
+def test_rosnode_kill_stops_the_robot(open_terminal, wait_until, listener):
+    terminal = start(open_terminal, wait_until, listener, *RUN)
+    subprocess.run(["rosnode", "kill", "/teleop_twist_keyboard"], check=True, capture_output=True, timeout=20)
+    assert terminal.process.wait(10) == 0
+    wait_until(lambda: listener.heard[-1].is_zero, "the last command is zero")
+
+
+def test_a_lost_master_stops_the_robot_until_a_new_key(open_terminal, wait_until, ros_environment, run_program, listen):
+    uri = ros_environment["ROS_MASTER_URI"]
+    command = ("rosmaster", "--core", "-p", uri.rpartition(":")[2])
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    master = run_program(*command, **quiet)
+    wait_until(lambda: master_answers(uri), "the master answers")
+    listener = listen()
+    terminal = start(open_terminal, wait_until, listener, *RUN)
+
+    processes.send(master.pid, signal.SIGKILL)
+    master.wait()
+    wait_until(lambda: listener.heard[-1].is_zero, "the robot is stopped")
+    assert "master does not answer" in terminal.seen
+
+    run_program(*command, **quiet)
+    wait_until(lambda: master_answers(uri), "a new master answers")
+    assert listener.heard[-1].is_zero
+    terminal.type("j")
+    wait_until(lambda: listener.heard[-1].wz == 0.5, "a new key drives")
+
+
+def test_another_input_takes_over(open_terminal, wait_until, listener, run_program):
+    terminal = start(open_terminal, wait_until, listener, *RUN)
+    other = run_program(sys.executable, "-c", OTHER_INPUT, stdout=subprocess.PIPE, text=True)
+    assert other.stdout.readline() == "sent\n"
+    wait_until(lambda: "Another input drives now" in terminal.seen, "the keyboard lets go")
+    terminal.type("l")
+    wait_until(lambda: listener.heard[-1].wz == -0.5, "a key takes over again")
+
+
+def test_a_job_that_is_put_aside_stops_the_robot_and_leaves_the_keys_to_the_shell(open_terminal, wait_until, listener):
+    shell = open_terminal("bash", "--noprofile", "--norc", "-i")
+    shell.type(" ".join(LAUNCH) + "\n")
+    wait_until(lambda: "Ctrl-C  quit" in shell.seen, "the help is printed")
+    shell.type("i")
+    wait_until(lambda: listener.heard, "the robot drives")
+
+    shell.type("\x1a")
+    wait_until(lambda: "Stopped" in shell.seen, "the shell has put the job aside")
+    wait_until(lambda: listener.heard[-1].is_zero, "the robot stops")
+    shell.type("echo $((6*7)) ijl\n")
+    wait_until(lambda: "42 ijl\r\n" in shell.seen, "the shell gets every key")
+    assert listener.heard[-1].is_zero
+
+    shell.type("fg\n")
+    wait_until(lambda: "keys drive again" in shell.seen, "the node has the terminal again")
+    assert listener.heard[-1].is_zero
+    shell.type("j")
+    wait_until(lambda: listener.heard[-1].wz == 0.5, "keys drive again")
+    shell.type("\x03")
+    wait_until(lambda: "done" in shell.seen, "roslaunch has ended")
+    shell.type("exit\n")
+    shell.process.wait(10)
+
+
+def test_waits_for_a_master_and_says_so(ros_environment, open_terminal, wait_until):
+    terminal = open_terminal(*RUN)
+    wait_until(
+        lambda: "No ROS master answers" in terminal.seen and "roscore" in terminal.seen, "it says what is missing"
+    )
+    terminal.type("\x03")
+    assert terminal.process.wait(10) == 0
+
+
+def test_a_wrong_parameter_is_named(ros_master):
+    ended = subprocess.run([*RUN, "_speed:=-1"], capture_output=True, text=True, timeout=30)
+    assert ended.returncode == 1
+    assert "speed must be above 0" in ended.stderr
