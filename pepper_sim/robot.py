@@ -1,0 +1,395 @@
+"""Pepper in the simulated world: setpoints in, snapshots out. SI units, no NAOqi words.
+
+Conventions: x forward, y left, z up, counter-clockwise positive (REP 103). Methods may be called from any thread; futures
+are completed outside the world's lock, on the thread that steps the world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+
+import mujoco
+import numpy as np
+
+from pepper_sim.models import PREFIX
+from pepper_sim.postures import STAND
+from pepper_sim.robot_description import (
+    ACC_THETA,
+    ACC_XY,
+    BRAKING,
+    ENCODER_STEP,
+    JOINTS,
+    LEAST_LEG_STIFFNESS,
+    LEG_JOINTS,
+    LIMITS,
+    MAX_THETA,
+    MAX_XY,
+    WHEEL_RADIUS,
+    WHEELS,
+    JointLimits,
+)
+from pepper_sim.robot_joints import JointMotion
+from pepper_sim.robot_motion import BaseMotion
+from pepper_sim.robot_power import PERIOD as POWER_PERIOD
+from pepper_sim.robot_power import Power
+from pepper_sim.robot_security import SecurityZone
+from pepper_sim.robot_sensors import Sensors
+from pepper_sim.robot_state import Imu, Snapshot
+from telepresence.sim.base import BaseLimits, PlanarBase
+from telepresence.sim.camera import Cameras, Feed
+from telepresence.sim.world import TICK, World
+
+CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
+SCREEN_HEIGHT, SCREEN_WIDTH = 400, 640
+"""The tablet's picture [px]; half the real one's size."""
+GYRO_NOISE, ACCEL_NOISE = 0.003, 0.03
+"""Standard deviations of the inertial sensors [rad/s, m/s²]."""
+FALLEN_TILT = math.radians(30.0)
+MOTION_CYCLE = 0.02
+
+_DARK = np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
+
+
+class Pepper:
+    """One Pepper of a world. It starts awake: stiff, standing, at the origin of its odometry."""
+
+    JOINTS: tuple[str, ...] = JOINTS
+    LIMITS: Mapping[str, JointLimits] = LIMITS
+
+    def __init__(self, world: World, cameras: Cameras | None, prefix: str = PREFIX, seed: int = 0) -> None:
+        """
+        Args:
+            world: Built with `pepper_sim.models.pepper_model(prefix)` among its robots.
+            cameras: Draws this world's cameras; without it the robot is blind and its tablet dark.
+            prefix: Prefix of this robot's names in the world.
+            seed: Start of the sensors' noise, together with the world's seed.
+        """
+        model = world.model
+        self.world = world
+        self.prefix = prefix
+        self._cameras = cameras
+        self._rng = world.rng(f"{prefix}{seed}")
+        self._root = model.joint(prefix + "root")
+        self._pose = slice(self._root.qposadr[0], self._root.qposadr[0] + 7)
+        self._names = {
+            kind: {
+                name.removeprefix(prefix): i
+                for i in range(count)
+                if (name := getattr(model, kind)(i).name).startswith(prefix)
+            }
+            for kind, count in (("site", model.nsite), ("body", model.nbody))
+        }
+        self._sensor_data = {
+            name: slice(model.sensor(prefix + name).adr[0], model.sensor(prefix + name).adr[0] + 3)
+            for name in ("imu_base_gyro", "imu_base_accel", "imu_torso_gyro", "imu_torso_accel")
+        }
+        self._base = PlanarBase(
+            model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
+        )
+        self.security = SecurityZone()
+        self._motion = BaseMotion(self._base, self.security, world.post)
+        self._joints = JointMotion(model, prefix, world.post)
+        self._power = Power()
+        self._fallen = False
+        self._snapshot: Snapshot | None = None
+        self._snapshot_tick = -1
+        self._yaw_at_start = 0.0
+        self._sensors = Sensors(world, prefix, self._see, self._rng)
+        world.on_reset(self._reset)
+        world.on_close(self._close)
+        world.every(TICK, self._tick)
+        world.every(0.1, self._watch_fall)
+        world.every(POWER_PERIOD, self._update_power)
+        world.reset()
+
+    # --- base --------------------------------------------------------------------------------------------------------
+
+    @property
+    def base_limits(self) -> BaseLimits:
+        """Top speeds and accelerations of the base; set one of another value to change them."""
+        return self._base.limits
+
+    @base_limits.setter
+    def base_limits(self, limits: BaseLimits) -> None:
+        values = (limits.max_xy, limits.max_theta, limits.acc_xy, limits.acc_theta)
+        if not all(math.isfinite(value) and value > 0.0 for value in values):
+            raise ValueError(f"base limits must be positive numbers, got {limits}")
+        with self.world.locked():
+            self._base.limits = limits
+
+    def set_velocity(self, vx: float, vy: float, wz: float) -> None:
+        """Drive until the next call, within the base's limits.
+
+        Args:
+            vx, vy: Forward and left in base_footprint [m/s].
+            wz: Counter-clockwise [rad/s].
+        Raises:
+            ValueError: A value is not finite.
+        """
+        _require_finite("velocity", (vx, vy, wz))
+        with self.world.locked():
+            self._motion.set_velocity(vx, vy, wz)
+            self._check_able()
+
+    def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
+        """Drive through `waypoints` and stop in the last one.
+
+        Args:
+            waypoints: (x, y, theta) [m, m, rad] in base_footprint as it is now, by odometry.
+            duration: Time to take [s]; as fast as the limits allow if it is shorter or None.
+        Returns:
+            Future: True when the end is reached, False when the move was refused, interrupted or blocked.
+        Raises:
+            ValueError: No waypoint, or a value is not finite.
+        """
+        if not waypoints:
+            raise ValueError("move_to needs at least one waypoint")
+        for waypoint in waypoints:
+            _require_finite("waypoint", waypoint)
+        if duration is not None and not (math.isfinite(duration) and duration >= 0.0):
+            raise ValueError(f"the duration must be a positive number of seconds, got {duration}")
+        with self.world.locked():
+            future = self._motion.move_to([(float(x), float(y), float(t)) for x, y, t in waypoints], duration)
+            self._check_able()
+        return future
+
+    def stop_move(self, *, abrupt: bool = False) -> Future:
+        """End every motion of the base. The future is done when the wheels stand."""
+        with self.world.locked():
+            return self._motion.stop(abrupt)
+
+    # --- joints ------------------------------------------------------------------------------------------------------
+
+    def set_angles(self, angles: Mapping[str, float], speeds: Mapping[str, float]) -> None:
+        """Slew joints to `angles` [rad] at `speeds` [rad/s] (top speed where none is given); clipped to the limits.
+
+        Raises:
+            ValueError: Unknown joint or a value that is not finite.
+        """
+        with self.world.locked():
+            self._joints.set_angles(angles, speeds)
+
+    def follow(self, knots: Mapping[str, Sequence[tuple[float, float]]]) -> Future:
+        """Move joints smoothly through knots.
+
+        Args:
+            knots: Joint -> (seconds from now, angle [rad]), times positive and rising.
+        Returns:
+            Future: True when done, False when another command took one of the joints; cancelling it stops them.
+        Raises:
+            ValueError: Unknown joint, no knots, times that do not rise, or a value that is not finite.
+        """
+        with self.world.locked():
+            return self._joints.follow(knots, self.world.time)
+
+    def stop_joints(self, joints: Sequence[str] = JOINTS) -> None:
+        """Hold joints where they are told to be now; trajectories that use them end with False."""
+        with self.world.locked():
+            self._joints.stop(joints)
+
+    def set_stiffness(self, stiffness: Mapping[str, float]) -> None:
+        """Set the share of torque the motors may use, 0 limp ... 1 full. Legs at 0 are held by their brakes."""
+        with self.world.locked():
+            self._joints.set_stiffness(stiffness)
+            self._check_able()
+
+    # --- people and parts --------------------------------------------------------------------------------------------
+
+    def press(self, part: str, pressed: bool) -> None:
+        """Press or release a touch sensor, the chest button or a bumper, as a person would.
+
+        Raises:
+            ValueError: There is no such part; the message names them.
+        """
+        with self.world.locked():
+            self._sensors.press(part, pressed)
+
+    def show_on_tablet(self, pixels: np.ndarray | None) -> None:
+        """Show `(400, 640, 3) uint8, RGB` on the tablet; None makes it dark."""
+        if self._cameras is not None:
+            self._cameras.set_texture(self.prefix + "screen", _DARK if pixels is None else pixels)
+
+    def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
+        """Pictures of "CameraTop", "CameraBottom" or "CameraDepth"; see `telepresence.sim.camera.Feed`.
+
+        Raises:
+            ValueError: Unknown camera, size or rate.
+            RuntimeError: The robot was made without cameras.
+        """
+        if name not in CAMERAS:
+            raise ValueError(f"Pepper has no camera {name!r}; cameras: {', '.join(CAMERAS)}")
+        if self._cameras is None:
+            raise RuntimeError("this Pepper was made without cameras")
+        return self._cameras.subscribe(self.prefix + name, width, height, fps, kind)
+
+    # --- what can be read --------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> Snapshot:
+        """All sensors after the last tick; made once per tick, at the first call."""
+        with self.world.locked() as data:
+            if self._snapshot is None or self._snapshot_tick != self.world.tick:
+                self._snapshot = self._take_snapshot(data)
+                self._snapshot_tick = self.world.tick
+            return self._snapshot
+
+    def truth(self) -> tuple[float, float, float, float, float, float]:
+        """Where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
+        with self.world.locked() as data:
+            pose = data.qpos[self._pose].copy()
+        return (*(float(v) for v in pose[:3]), *_roll_pitch_yaw(_matrix(pose[3:])))
+
+    def link_pose(self, name: str) -> np.ndarray:
+        """Pose of a link or sensor frame in the odometry frame.
+
+        Args:
+            name: As in the URDF, e.g. "torso", "Head", "l_wrist", "CameraTop_frame", "base_footprint".
+        Returns:
+            Homogeneous matrix (4, 4); positions [m].
+        Raises:
+            ValueError: There is no such link.
+        """
+        with self.world.locked() as data:
+            base = _homogeneous(*self._frame(data, "base_footprint"))
+            link = _homogeneous(*self._frame(data, name))
+            x, y, theta = self._base.odometry
+        heading = math.atan2(base[1, 0], base[0, 0])
+        # Odometry replaces the true place and heading; height, roll and pitch stay.
+        c, s = math.cos(theta - heading), math.sin(theta - heading)
+        turn = np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+        link[:2, 3] -= base[:2, 3]
+        pose = turn @ link
+        pose[:2, 3] += (x, y)
+        return pose
+
+    # --- inside, lock held -------------------------------------------------------------------------------------------
+
+    def _reset(self) -> None:
+        with self.world.locked() as data:
+            self._motion.reset()
+            self.security.reset()
+            self._joints.reset(data, STAND)
+            self._base.write(data)
+            self._sensors.reset()
+            self._fallen = False
+            self._snapshot = None
+            self._yaw_at_start = _roll_pitch_yaw(_matrix(data.qpos[self._pose][3:]))[2]
+
+    def _close(self) -> None:
+        """Nobody may wait for a world that stands still."""
+        with self.world.locked():
+            self._motion.reset()
+            self._joints.stop(JOINTS)
+
+    def _tick(self, now: float) -> None:
+        with self.world.locked() as data:
+            self._motion.tick(now, TICK)
+            self._base.write(data)
+            self._joints.tick(now, TICK, data)
+
+    def _see(self, sensor: str, points: np.ndarray) -> None:
+        self.security.see(sensor, points, self._base.odometry)
+
+    def _check_able(self) -> None:
+        if self._fallen:
+            self._motion.refuse("fallen")
+        elif any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS):
+            self._motion.refuse("stiffness")
+
+    def _watch_fall(self, now: float) -> None:
+        with self.world.locked() as data:
+            w, x, y, z = data.qpos[self._pose][3:]
+            if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):
+                self._fallen = True
+                self._motion.refuse("fallen")
+                self._joints.set_stiffness(dict.fromkeys(JOINTS, 0.0))
+
+    def _update_power(self, now: float) -> None:
+        with self.world.locked() as data:
+            speed = math.hypot(self._base.vx, self._base.vy) + 0.2 * abs(self._base.wz)
+            self._power.update(POWER_PERIOD, self._torques(data), self._joints.stiffness, speed)
+
+    def _torques(self, data: mujoco.MjData) -> np.ndarray:
+        dofs = self._joints.dofs
+        return data.qfrc_actuator[dofs] + data.qfrc_gravcomp[dofs]
+
+    def _frame(self, data: mujoco.MjData, name: str) -> tuple[np.ndarray, np.ndarray]:
+        if name in self._names["body"]:
+            body = self._names["body"][name]
+            return data.xmat[body].reshape(3, 3), data.xpos[body]
+        if name in self._names["site"]:
+            site = self._names["site"][name]
+            return data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
+        known = sorted({*self._names["body"], *self._names["site"]})
+        raise ValueError(f"Pepper has no link {name!r}; links: {', '.join(known)}")
+
+    def _imu(self, data: mujoco.MjData, place: str, body: str) -> Imu:
+        gyro = data.sensordata[self._sensor_data[f"imu_{place}_gyro"]] + GYRO_NOISE * self._rng.standard_normal(3)
+        accel = data.sensordata[self._sensor_data[f"imu_{place}_accel"]] + ACCEL_NOISE * self._rng.standard_normal(3)
+        roll, pitch, yaw = _roll_pitch_yaw(self._frame(data, body)[0])
+        yaw = math.remainder(yaw - self._yaw_at_start, math.tau)
+        return Imu(tuple(gyro.tolist()), tuple(accel.tolist()), (roll, pitch, yaw))
+
+    def _take_snapshot(self, data: mujoco.MjData) -> Snapshot:
+        joints, base, sensors = self._joints, self._base, self._sensors
+        positions = np.round(data.qpos[joints.qpos] / ENCODER_STEP) * ENCODER_STEP
+        vx, vy, wz = base.velocity
+        return Snapshot(
+            time=self.world.time,
+            stamp=self.world.stamp,
+            joint_positions=_by_joint(positions),
+            joint_setpoints=_by_joint(joints.setpoints),
+            joint_velocities=_by_joint(data.qvel[joints.dofs]),
+            joint_torques=_by_joint(self._torques(data)),
+            stiffness=_by_joint(joints.stiffness),
+            odometry=base.odometry,
+            next_odometry=base.predict(MOTION_CYCLE),
+            velocity=base.velocity,
+            wheel_speeds={
+                name: (per_vx * vx + per_vy * vy + lever * wz) / WHEEL_RADIUS
+                for name, (per_vx, per_vy, lever) in WHEELS.items()
+            },
+            imu_base=self._imu(data, "base", "base_footprint"),
+            imu_torso=self._imu(data, "torso", "torso"),
+            sonar=dict(sensors.sonar),
+            laser=dict(sensors.laser),
+            shovel=sensors.ground["Shovel"],
+            vertical={side: sensors.ground[side][0] for side in ("Left", "Right")},
+            bumpers=dict(sensors.bumpers),
+            touch=dict(sensors.touch),
+            battery=self._power.battery,
+            temperatures=_by_joint(self._power.temperatures),
+            moving=self._motion.moving,
+            move_failed=self._motion.failure,
+            fallen=self._fallen,
+        )
+
+
+def _by_joint(values: np.ndarray) -> dict[str, float]:
+    return dict(zip(JOINTS, values.tolist(), strict=True))
+
+
+def _require_finite(what: str, values: Sequence[float]) -> None:
+    if not all(math.isfinite(value) for value in values):
+        raise ValueError(f"a {what} must have finite numbers, got {tuple(values)}")
+
+
+def _matrix(quaternion: np.ndarray) -> np.ndarray:
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, quaternion)
+    return rotation.reshape(3, 3)
+
+
+def _homogeneous(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = position
+    return pose
+
+
+def _roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
+    """Angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
+    roll = math.atan2(float(rotation[2, 1]), float(rotation[2, 2]))
+    return roll, pitch, math.atan2(float(rotation[1, 0]), float(rotation[0, 0]))

@@ -1,0 +1,119 @@
+"""Pepper in numbers: joints, base, wheels, sensors. SI units, vendor spelling of names.
+
+Joint limits: pepper.urdf of ros-naoqi/pepper_robot 0.1.10. Motors, base and sensors: NAOqi 2.8 documentation, the page
+is named at each group.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from telepresence.sim.base import Braking
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Range and strength of a joint: `lower`, `upper` [rad] (hands: fraction), `velocity` [rad/s], `effort` [N m]."""
+
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
+
+LIMITS: Mapping[str, JointLimits] = MappingProxyType(
+    {
+        "HeadYaw": JointLimits(-2.08567, 2.08567, 7.33998, 5.428),
+        "HeadPitch": JointLimits(-0.706858, 0.637045, 9.22756, 2.666),
+        "LShoulderPitch": JointLimits(-2.08567, 2.08567, 7.33998, 5.428),
+        "LShoulderRoll": JointLimits(0.00872665, 1.56207, 9.22756, 2.666),
+        "LElbowYaw": JointLimits(-2.08567, 2.08567, 7.33998, 5.428),
+        "LElbowRoll": JointLimits(-1.56207, -0.00872665, 9.22756, 2.666),
+        "LWristYaw": JointLimits(-1.82387, 1.82387, 17.3835, 0.2014),
+        "LHand": JointLimits(0.02, 0.98, 12.56, 0.144),
+        "HipRoll": JointLimits(-0.514872, 0.514872, 2.27032, 10.1884),
+        "HipPitch": JointLimits(-1.03847, 1.03847, 2.93276, 19.787),
+        "KneePitch": JointLimits(-0.514872, 0.514872, 2.93276, 27.702),
+        "RShoulderPitch": JointLimits(-2.08567, 2.08567, 7.33998, 5.428),
+        "RShoulderRoll": JointLimits(-1.56207, -0.00872665, 9.22756, 2.666),
+        "RElbowYaw": JointLimits(-2.08567, 2.08567, 7.33998, 5.428),
+        "RElbowRoll": JointLimits(0.00872665, 1.56207, 9.22756, 2.666),
+        "RWristYaw": JointLimits(-1.82387, 1.82387, 17.3835, 0.2014),
+        "RHand": JointLimits(0.02, 0.98, 12.56, 0.144),
+    }
+)
+"""Joint -> limits, in the order of NAOqi's group "Body"."""
+
+JOINTS: tuple[str, ...] = tuple(LIMITS)
+LEG_JOINTS = ("HipRoll", "HipPitch", "KneePitch")
+ENCODER_STEP = math.tau / 4096
+"""12-bit magnetic encoders [rad] (page mre_pep)."""
+
+CONTINUOUS_TORQUE: Mapping[str, float] = MappingProxyType(
+    {
+        "HipRoll": 7.54,
+        "HipPitch": 13.9,
+        "KneePitch": 13.9,
+        "HeadYaw": 4.35,
+        "HeadPitch": 2.81,
+        **{
+            side + joint: torque
+            for side in "LR"
+            for joint, torque in (
+                ("ShoulderPitch", 4.35),
+                ("ShoulderRoll", 2.81),
+                ("ElbowYaw", 4.35),
+                ("ElbowRoll", 2.81),
+                ("WristYaw", 0.22),
+                ("Hand", 0.15),
+            )
+        },
+    }
+)
+"""Torque each joint can hold for ever [N m] (page motors_pep: motor torque times gear)."""
+
+# --- base (page control-walk) ---
+MAX_XY, MAX_THETA = 0.35, 1.0
+"""Default top speeds [m/s, rad/s]."""
+HARD_MAX_XY, HARD_MAX_THETA = 0.55, 2.0
+ACC_XY, ACC_THETA = 0.3, 0.75
+"""Default accelerations [m/s², rad/s²]."""
+BRAKING = Braking(xy=0.55, theta=3.0)
+"""Slowing down uses the hard maxima of acceleration, so that a stop is short."""
+ABRUPT_BRAKING = Braking(xy=1.5, theta=6.0)
+"""A stop without regard for comfort; still below the 1.9 m/s² at which Pepper tips forward (derived from its URDF)."""
+LEAST_LEG_STIFFNESS = 0.6
+"""The base refuses to move while a leg joint is at or below this stiffness (page control-stiffness)."""
+
+WHEEL_RADIUS = 0.07
+WHEELS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
+    {
+        "FL": (0.8797, -0.4756, -0.179),
+        "FR": (-0.8797, -0.4756, -0.179),
+        "B": (0.0, 1.0, -0.170),
+    }
+)
+"""Wheel -> (per vx, per vy, lever of wz [m]): rim speed = dot with the body velocity; derived from the URDF's axes."""
+
+# --- range sensors (pages sonar_pep, laser_pep) ---
+SONAR_PERIOD, LASER_PERIOD = 0.1, 0.16
+SONAR_MAX = 5.0
+SONAR_MIN = 0.25
+"""Nearest sonar reading [m]: naoqi_driver's range; the documentation says that nearer things read 0.3."""
+SONAR_RESOLUTION = 0.03
+SONAR_HALF_ANGLE = math.radians(30.0)
+LASER_ANGLES: tuple[float, ...] = tuple(math.radians(28.0 - 4.0 * i) for i in range(15))
+"""Direction of Seg01 ... Seg15 in the frame under the laser's camera [rad], leftmost first: 60 degrees in 15 parts."""
+LASER_MIN, LASER_MAX = 0.1, 3.0
+"""Obstacles are seen between these distances [m]; 3 m is the practical range."""
+LASER_MISS = 5.6
+"""Distance of the point reported when nothing is hit [m]: the theoretical range. Coordinates stay finite, and drivers
+that cut at 3 m see nothing."""
+
+# --- power (page battery_pep) ---
+BATTERY_ENERGY = 795.0 * 3600.0
+"""[J]"""
+BATTERY_VOLTAGE = 26.46

@@ -1,0 +1,130 @@
+"""Distance sensors: a bundle of rays from one point, cast in one call when the sensor is due.
+
+Rays skip the robot's own group of geoms (a robot has many bodies, MuJoCo can leave out only one) and invisible geoms.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+GROUPS = 6
+
+
+def fan(angles: np.ndarray) -> np.ndarray:
+    """Unit vectors in the x-y plane at `angles` [rad] from x, counter-clockwise. Shape (n, 3)."""
+    angles = np.asarray(angles, float)
+    return np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+
+
+def cone(half_angle: float, rings: int = 2) -> np.ndarray:
+    """Unit vectors around x that fill a cone: one in the middle, then 6, 12, ... per ring out to `half_angle` [rad].
+
+    Returns:
+        Shape (1 + 3 * rings * (rings + 1), 3): 19 rays for two rings.
+    """
+    vectors = [(1.0, 0.0, 0.0)]
+    for ring in range(1, rings + 1):
+        tilt = half_angle * ring / rings
+        for k in range(6 * ring):
+            turn = math.tau * k / (6 * ring)
+            vectors.append((math.cos(tilt), math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn)))
+    return np.array(vectors)
+
+
+class RayBundle:
+    """Rays fixed to a site. `cast` needs the world's lock."""
+
+    def __init__(
+        self, model: mujoco.MjModel, site: str, directions: np.ndarray, own_group: int, max_range: float
+    ) -> None:
+        """
+        Args:
+            site: Name of the site; rays start there.
+            directions: Unit vectors in the site's frame, shape (n, 3).
+            own_group: Group of geoms that the rays pass through.
+            max_range: Hits beyond this distance [m] count as misses.
+        """
+        self.directions = np.ascontiguousarray(directions, float)
+        self.max_range = max_range
+        self._model = model
+        self._site = model.site(site).id
+        self._mask = np.ones(GROUPS, np.uint8)
+        self._mask[own_group] = 0
+        count = len(directions)
+        self._geoms = np.empty(count, np.int32)
+        self._distances = np.empty(count)
+        self._normals = np.empty(3 * count)
+
+    def cast(self, data: mujoco.MjData) -> np.ndarray:
+        """Distance along each ray [m], shape (n,); infinity where nothing is within `max_range`."""
+        self._shoot(data, None)
+        return self._finite()
+
+    def cast_echo(self, data: mujoco.MjData, max_incidence: float) -> np.ndarray:
+        """As `cast`, for a sensor that hears an echo only from surfaces that face it.
+
+        Args:
+            max_incidence: Largest angle between ray and surface normal that sends something back [rad].
+        """
+        vectors = self._shoot(data, self._normals)
+        facing = np.abs(np.einsum("ij,ij->i", vectors, self._normals.reshape(-1, 3)))
+        distances = self._finite()
+        distances[facing < math.cos(max_incidence)] = np.inf
+        return distances
+
+    def pose_in_body(self, data: mujoco.MjData, body: int) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation (3, 3) and origin (3,) of the rays' frame in the frame of `body`."""
+        frame = data.xmat[body].reshape(3, 3).T
+        origin = frame @ (data.site_xpos[self._site] - data.xpos[body])
+        return frame @ data.site_xmat[self._site].reshape(3, 3), origin
+
+    def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
+        vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            data.site_xpos[self._site],
+            vectors.ravel(),
+            self._mask,
+            True,
+            -1,
+            self._geoms,
+            self._distances,
+            normals,
+            len(vectors),
+            self.max_range,
+        )
+        return vectors
+
+    def _finite(self) -> np.ndarray:
+        distances = self._distances.copy()
+        distances[(self._geoms < 0) | (distances > self.max_range)] = np.inf
+        return distances
+
+
+def add_noise(
+    distances: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    sigma: float,
+    proportional: float = 0.0,
+    resolution: float = 0.0,
+    minimum: float = 0.0,
+) -> np.ndarray:
+    """What a sensor would read instead of the true distances; infinite ones stay infinite.
+
+    Args:
+        sigma: Standard deviation at distance zero [m].
+        proportional: Standard deviation per metre of distance, added to `sigma`.
+        resolution: Readings are multiples of this [m]; 0 for none.
+        minimum: Smaller distances read as this [m].
+    """
+    read = distances + (sigma + proportional * np.where(np.isfinite(distances), distances, 0.0)) * rng.standard_normal(
+        len(distances)
+    )
+    if resolution:
+        read = np.round(read / resolution) * resolution
+    return np.maximum(read, minimum)
