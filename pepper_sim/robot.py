@@ -1,7 +1,7 @@
 """Pepper in the simulated world: setpoints in, snapshots out. SI units, no NAOqi words.
 
-Conventions: x forward, y left, z up, counter-clockwise positive (REP 103). Methods may be called from any thread; futures
-are completed outside the world's lock, on the thread that steps the world.
+Conventions: x forward, y left, z up, counter-clockwise positive (REP 103). Methods may be called from any thread;
+futures are completed outside the world's lock, on the thread that steps the world.
 """
 
 from __future__ import annotations
@@ -102,7 +102,9 @@ class Pepper:
         world.every(TICK, self._tick)
         world.every(0.1, self._watch_fall)
         world.every(POWER_PERIOD, self._update_power)
-        world.reset()
+        with world.locked() as data:
+            self._reset()
+            mujoco.mj_forward(model, data)
 
     # --- base --------------------------------------------------------------------------------------------------------
 
@@ -279,7 +281,7 @@ class Pepper:
     def _close(self) -> None:
         """Nobody may wait for a world that stands still."""
         with self.world.locked():
-            self._motion.reset()
+            self._motion.release()
             self._joints.stop(JOINTS)
 
     def _tick(self, now: float) -> None:
@@ -299,7 +301,7 @@ class Pepper:
 
     def _watch_fall(self, now: float) -> None:
         with self.world.locked() as data:
-            w, x, y, z = data.qpos[self._pose][3:]
+            _, x, y, _ = data.qpos[self._pose][3:]
             if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):
                 self._fallen = True
                 self._motion.refuse("fallen")

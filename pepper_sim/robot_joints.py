@@ -16,6 +16,8 @@ from pepper_sim.robot_description import JOINTS, LEG_JOINTS, LIMITS
 
 TRAJECTORY_PERIOD = 0.02
 """Trajectories are sampled once per NAOqi motion cycle [s] and interpolated in between."""
+ARRIVED = 1e-3
+"""A setpoint this close [rad] to the last knot has arrived."""
 MAX_TRAJECTORY = 3600.0
 """Longest trajectory [s]."""
 
@@ -201,7 +203,7 @@ class JointMotion:
             if trajectory.future.cancelled():
                 self._running.remove(entry)
                 self._targets[trajectory.joints] = self.setpoints[trajectory.joints]
-            elif trajectory.over(now - started):
+            elif trajectory.over(now - started) and self._arrived(trajectory):
                 self._running.remove(entry)
                 self._finish(trajectory.future, True)
         if self._slewing:
@@ -212,6 +214,11 @@ class JointMotion:
         if len(self._limp):
             self.setpoints[self._limp] = self._targets[self._limp] = data.qpos[self.qpos[self._limp]]
         data.ctrl[self.actuators] = self.setpoints
+
+    def _arrived(self, trajectory: Trajectory) -> bool:
+        """A trajectory faster than a joint's top speed takes longer than its knots say."""
+        joints = trajectory.joints
+        return float(np.abs(self._targets[joints] - self.setpoints[joints]).max()) < ARRIVED
 
     def _finish(self, future: Future, result: bool) -> None:
         self._post(lambda: resolve(future, result))

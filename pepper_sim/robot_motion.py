@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from itertools import pairwise
 
 from pepper_sim.robot_description import ABRUPT_BRAKING
 from pepper_sim.robot_joints import resolve
@@ -65,9 +66,13 @@ class BaseMotion:
 
     def reset(self) -> None:
         """Stand still at the origin; whoever waits for a move is told that it ended."""
+        self._base.reset()
+        self.release()
+
+    def release(self) -> None:
+        """End what the base does; whoever waits is told, even though nothing will move any more."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
-        self._base.reset()
         self._finish_stops()
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
@@ -187,7 +192,7 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
         poses.append((start[0] + x * c - y * s, start[1] + x * s + y * c, start[2] + theta))
     acc_xy, acc_theta = _MARGIN * limits.acc_xy, _MARGIN * limits.acc_theta
     pieces = []
-    for a, b in zip(poses, poses[1:], strict=False):
+    for a, b in pairwise(poses):
         distance, turn = math.hypot(b[0] - a[0], b[1] - a[1]), abs(wrap(b[2] - a[2]))
         time = max(_ramp_time(distance, limits.max_xy, acc_xy), _ramp_time(turn, limits.max_theta, acc_theta))
         pieces.append((distance, turn, time))
@@ -198,7 +203,7 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
         speed = _top_speed(distance, time * stretch, limits.max_xy, acc_xy)
         rate = _top_speed(turn, time * stretch, limits.max_theta, acc_theta)
         legs.append(_Leg(*pose, speed, rate, 0.0))
-    for i, (leg, following) in enumerate(zip(legs, legs[1:], strict=False)):
+    for i, (leg, following) in enumerate(pairwise(legs)):
         leg.exit_speed = min(leg.speed, following.speed) * _corner_factor(poses[i], poses[i + 1], poses[i + 2])
     return legs
 

@@ -120,7 +120,7 @@ class Sensors:
                     minimum=LASER_MIN,
                 )
                 directions = bundle.directions[:, :2]
-                self.laser[name] = np.where(hit, read, LASER_MISS)[:, None] * directions
+                self.laser[name] = _frozen(np.where(hit, read, LASER_MISS)[:, None] * directions)
                 rotation, origin = self._laser_poses[name]
                 self._see(name, true[hit, None] * directions[hit] @ rotation.T + origin)
             for name, bundle in self._ground_lasers.items():
@@ -133,7 +133,7 @@ class Sensors:
             read, self._rng, sigma=LASER_NOISE, proportional=LASER_NOISE_PER_METRE, resolution=LASER_RESOLUTION
         )
         rotation, origin = bundle.pose_in_body(data, self._base)
-        self.ground[name] = (read[:, None] * bundle.directions @ rotation.T + origin - self._ground)[:, :2]
+        self.ground[name] = _frozen((read[:, None] * bundle.directions @ rotation.T + origin - self._ground)[:, :2])
 
     def _read_sonars(self, now: float) -> None:
         with self._world.locked() as data:
@@ -169,6 +169,12 @@ def _bumper_at(bearing: float) -> str:
     if abs(bearing) > _BUMPER_SECTOR:
         return "Back"
     return "FrontLeft" if bearing > 0.0 else "FrontRight"
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    """Snapshots share readings, so nobody may write into them."""
+    array.flags.writeable = False
+    return array
 
 
 def _pose_on_floor(model: mujoco.MjModel, site: str) -> tuple[np.ndarray, np.ndarray]:
