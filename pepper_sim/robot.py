@@ -30,6 +30,7 @@ from pepper_sim.robot_description import (
     WHEELS,
     JointLimits,
 )
+from pepper_sim.robot_frames import Frames, matrix, roll_pitch_yaw
 from pepper_sim.robot_joints import JointMotion
 from pepper_sim.robot_motion import BaseMotion
 from pepper_sim.robot_power import PERIOD as POWER_PERIOD
@@ -73,14 +74,7 @@ class Pepper:
         self._rng = world.rng(f"{prefix}{seed}")
         self._root = model.joint(prefix + "root")
         self._pose = slice(self._root.qposadr[0], self._root.qposadr[0] + 7)
-        self._names = {
-            kind: {
-                name.removeprefix(prefix): i
-                for i in range(count)
-                if (name := getattr(model, kind)(i).name).startswith(prefix)
-            }
-            for kind, count in (("site", model.nsite), ("body", model.nbody))
-        }
+        self._frames = Frames(model, prefix)
         self._sensor_data = {
             name: slice(model.sensor(prefix + name).adr[0], model.sensor(prefix + name).adr[0] + 3)
             for name in ("imu_base_gyro", "imu_base_accel", "imu_torso_gyro", "imu_torso_accel")
@@ -240,7 +234,7 @@ class Pepper:
         """Where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             pose = data.qpos[self._pose].copy()
-        return (*(float(v) for v in pose[:3]), *_roll_pitch_yaw(_matrix(pose[3:])))
+        return (*(float(v) for v in pose[:3]), *roll_pitch_yaw(matrix(pose[3:])))
 
     def link_pose(self, name: str) -> np.ndarray:
         """Pose of a link or sensor frame in the odometry frame.
@@ -250,20 +244,10 @@ class Pepper:
         Returns:
             Homogeneous matrix (4, 4); positions [m].
         Raises:
-            ValueError: There is no such link.
+            ValueError: There is no such link; the message names them.
         """
         with self.world.locked() as data:
-            base = _homogeneous(*self._frame(data, "base_footprint"))
-            link = _homogeneous(*self._frame(data, name))
-            x, y, theta = self._base.odometry
-        heading = math.atan2(base[1, 0], base[0, 0])
-        # Odometry replaces the true place and heading; height, roll and pitch stay.
-        c, s = math.cos(theta - heading), math.sin(theta - heading)
-        turn = np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-        link[:2, 3] -= base[:2, 3]
-        pose = turn @ link
-        pose[:2, 3] += (x, y)
-        return pose
+            return self._frames.in_odometry(data, name, self._base.odometry)
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
@@ -276,7 +260,7 @@ class Pepper:
             self._sensors.reset()
             self._fallen = False
             self._snapshot = None
-            self._yaw_at_start = _roll_pitch_yaw(_matrix(data.qpos[self._pose][3:]))[2]
+            self._yaw_at_start = roll_pitch_yaw(matrix(data.qpos[self._pose][3:]))[2]
 
     def _close(self) -> None:
         """Nobody may wait for a world that stands still."""
@@ -316,20 +300,10 @@ class Pepper:
         dofs = self._joints.dofs
         return data.qfrc_actuator[dofs] + data.qfrc_gravcomp[dofs]
 
-    def _frame(self, data: mujoco.MjData, name: str) -> tuple[np.ndarray, np.ndarray]:
-        if name in self._names["body"]:
-            body = self._names["body"][name]
-            return data.xmat[body].reshape(3, 3), data.xpos[body]
-        if name in self._names["site"]:
-            site = self._names["site"][name]
-            return data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
-        known = sorted({*self._names["body"], *self._names["site"]})
-        raise ValueError(f"Pepper has no link {name!r}; links: {', '.join(known)}")
-
     def _imu(self, data: mujoco.MjData, place: str, body: str) -> Imu:
         gyro = data.sensordata[self._sensor_data[f"imu_{place}_gyro"]] + GYRO_NOISE * self._rng.standard_normal(3)
         accel = data.sensordata[self._sensor_data[f"imu_{place}_accel"]] + ACCEL_NOISE * self._rng.standard_normal(3)
-        roll, pitch, yaw = _roll_pitch_yaw(self._frame(data, body)[0])
+        roll, pitch, yaw = roll_pitch_yaw(self._frames.find(data, body)[0])
         yaw = math.remainder(yaw - self._yaw_at_start, math.tau)
         return Imu(tuple(gyro.tolist()), tuple(accel.tolist()), (roll, pitch, yaw))
 
@@ -375,23 +349,3 @@ def _by_joint(values: np.ndarray) -> dict[str, float]:
 def _require_finite(what: str, values: Sequence[float]) -> None:
     if not all(math.isfinite(value) for value in values):
         raise ValueError(f"a {what} must have finite numbers, got {tuple(values)}")
-
-
-def _matrix(quaternion: np.ndarray) -> np.ndarray:
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, quaternion)
-    return rotation.reshape(3, 3)
-
-
-def _homogeneous(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, :3] = rotation
-    pose[:3, 3] = position
-    return pose
-
-
-def _roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
-    """Angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
-    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
-    roll = math.atan2(float(rotation[2, 1]), float(rotation[2, 2]))
-    return roll, pitch, math.atan2(float(rotation[1, 0]), float(rotation[0, 0]))

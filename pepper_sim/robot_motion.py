@@ -23,6 +23,8 @@ BLOCKED_SPEED = 0.01
 """Slower than this [m/s] because of an obstacle counts as blocked."""
 BLOCKED_PATIENCE = 0.5
 """A move that is blocked for so long [s] fails."""
+CHECK_TICKS = 4
+"""Obstacles are looked at once per NAOqi motion cycle of 20 ms, and at once for a new command."""
 
 _MARGIN = 0.9  # part of the acceleration that planned braking uses; the rest corrects errors
 _CORNER_RADIUS = 0.03  # a waypoint on the way is passed within this distance [m]
@@ -58,6 +60,9 @@ class BaseMotion:
         self._abrupt = False
         self._blocked_since: float | None = None
         self._blocked_told = False
+        self._ticks_to_check = 0
+        self._allowed_speed = math.inf
+        self._obstacle: tuple[float, float] | None = None
 
     @property
     def moving(self) -> bool:
@@ -80,6 +85,7 @@ class BaseMotion:
         self._end_move(False)
         self._abrupt = False
         self._velocity = self._base.clamp(vx, vy, wz)
+        self._ticks_to_check = 0
         if not any(self._velocity):
             self._blocked_told = False
 
@@ -89,6 +95,7 @@ class BaseMotion:
         self._velocity = (0.0, 0.0, 0.0)
         self._abrupt = False
         self._blocked_told = False
+        self._ticks_to_check = 0
         self._arrival = Future()
         self._legs = _plan(self._base.odometry, waypoints, self._base.limits, duration)
         return self._arrival
@@ -121,10 +128,16 @@ class BaseMotion:
             self._end_move(False)
         vx, vy, wz = self._plan_velocity() if self._legs else self._velocity
         if vx or vy:
-            factor, obstacle = self._zone.limit(vx, vy, self._base.odometry)
-            if obstacle is not None:
-                vx, vy = vx * factor, vy * factor
-                self._watch_block(now, math.hypot(vx, vy), obstacle)
+            speed = math.hypot(vx, vy)
+            if self._ticks_to_check <= 0:
+                self._ticks_to_check = CHECK_TICKS
+                factor, self._obstacle = self._zone.limit(vx, vy, self._base.odometry)
+                self._allowed_speed = factor * speed if self._obstacle else math.inf
+            self._ticks_to_check -= 1
+            if self._allowed_speed < speed:
+                vx, vy = vx * self._allowed_speed / speed, vy * self._allowed_speed / speed
+            if self._obstacle is not None:
+                self._watch_block(now, self._allowed_speed, self._obstacle)
             else:
                 self._blocked_since = None
         self._base.drive(vx, vy, wz, dt, ABRUPT_BRAKING if self._abrupt else None)

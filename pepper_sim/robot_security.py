@@ -20,8 +20,9 @@ _SPEEDS = np.array([0.0, 0.1, 0.2, 0.3, 0.35, 0.4, 0.5])
 _DISTANCES = np.array([0.10, 0.12, 0.17, 0.25, 0.30, 0.35, 0.40])
 """Distance kept in front [m] as a function of speed [m/s]; the value at standstill is the tangential distance's."""
 
-_HORIZON = 1.5
-"""Obstacles farther than this [m] from the robot's middle cannot limit any speed and are not kept."""
+_REACH = 0.45
+"""Obstacles farther from the robot's middle than this plus the orthogonal distance [m] cannot limit any speed before
+they are seen again, and are not kept: 0.26 m of body, 0.09 m driven between two scans, and some reserve."""
 
 _TRIANGLE = np.array(WHEELS)
 _EDGES = np.roll(_TRIANGLE, -1, axis=0) - _TRIANGLE
@@ -50,7 +51,7 @@ class SecurityZone:
             points: Obstacles in base_footprint, shape (n, 2) [m].
             pose: Odometry at that instant (x, y, theta).
         """
-        near = points[np.hypot(points[:, 0], points[:, 1]) < _HORIZON]
+        near = points[np.hypot(points[:, 0], points[:, 1]) < self.orthogonal + _REACH]
         if not len(near) and sensor not in self._seen:
             return
         x, y, theta = pose
