@@ -1,0 +1,178 @@
+"""The pilot's camera as a stream of JPEG pictures that never ends.
+
+One thread opens the source, reads, encodes once. When the source is missing or lost, the stream goes on with a picture
+that says so in words, and the source is tried again until it is back.
+"""
+
+from __future__ import annotations
+
+import enum
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from telepresence.images import LatestImage
+from telepresence_1.cards import draw_notice
+from telepresence_1.sources import Source, SourceError, open_source
+
+log = logging.getLogger(__name__)
+
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 5.0
+"""Seconds between two attempts to open a source; doubled after every failure."""
+NOTICE_PERIOD = 0.5
+"""Seconds between two pictures of the notice: its clock shows that the stream lives."""
+
+
+class State(enum.Enum):
+    OPENING = "opening"
+    LIVE = "live"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class CameraStatus:
+    """`text` is for people; `rate` [pictures/s], `width` and `height` are of the last second, 0 when not live."""
+
+    state: State
+    text: str
+    source: str
+    rate: float = 0.0
+    width: int = 0
+    height: int = 0
+    losses: int = 0
+
+
+class Camera:
+    """Reads `source` (see `telepresence_1.sources.open_source`) from a thread of its own between `start` and `close`.
+
+    Args:
+        width, height: What a camera is asked for; larger pictures are scaled to fit [pixel].
+        rate: What a camera is asked for, and the speed of a test card [pictures/s].
+        quality: Of the JPEG, 1 to 100. OpenCV's own default of 95 more than doubles the bytes of 80.
+        on_change: Called on the camera's thread with each new status whose state differs.
+    """
+
+    def __init__(
+        self,
+        source: str,
+        *,
+        width: int = 640,
+        height: int = 480,
+        rate: float = 30.0,
+        quality: int = 80,
+        on_change: Callable[[CameraStatus], None] | None = None,
+    ) -> None:
+        self.image = LatestImage()
+        self.status = CameraStatus(State.OPENING, f"Opening {source}", source)
+        self._size = (width, height)
+        self._rate = rate
+        self._quality = quality
+        self._on_change = on_change or (lambda _status: None)
+        self._losses = 0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+
+    def start(self) -> Camera:
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """Release the source. A read from the network may outlast the wait; its thread ends by itself after it."""
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout=1.5)
+
+    def __enter__(self) -> Camera:
+        return self.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        pause = FIRST_PAUSE
+        self._put_notice("One moment", self.status.text, missing=False)
+        while not self._stop.is_set():
+            try:
+                self._read_until_lost()
+            except SourceError as error:
+                title, text = error.title, str(error)
+            except Exception:
+                log.exception("the camera thread failed")
+                title, text = "Camera failed", "The program's log says why."
+            else:
+                return
+            if self.status.state is State.LIVE:
+                pause = FIRST_PAUSE
+                self._losses += 1
+            self._change(State.LOST, text)
+            self._show_notice(title, text, pause)
+            pause = min(2 * pause, LONGEST_PAUSE)
+
+    def _read_until_lost(self) -> None:
+        """Returns when the camera is closed. Raises SourceError."""
+        source = open_source(self.status.source, *self._size, self._rate)
+        try:
+            self._publish(source)
+        finally:
+            source.close()
+
+    def _publish(self, source: Source) -> None:
+        count, since = 0, time.monotonic()
+        while not self._stop.is_set():
+            picture = source.read()
+            stamp = time.time()
+            picture = _fit(picture, *self._size)
+            self._put(picture, stamp)
+            height, width = picture.shape[:2]
+            if self.status.state is not State.LIVE:
+                self._change(State.LIVE, "Live", 0.0, width, height)
+            count += 1
+            elapsed = time.monotonic() - since
+            if elapsed >= 1.0:
+                source_name = self.status.source
+                self.status = CameraStatus(
+                    State.LIVE, "Live", source_name, count / elapsed, width, height, self._losses
+                )
+                count, since = 0, time.monotonic()
+
+    def _show_notice(self, title: str, text: str, duration: float) -> None:
+        end = time.monotonic() + duration
+        while True:
+            self._put_notice(title, text)
+            left = end - time.monotonic()
+            if left <= 0 or self._stop.wait(min(left, NOTICE_PERIOD)):
+                return
+
+    def _put_notice(self, title: str, text: str, missing: bool = True) -> None:
+        now = time.time()
+        self._put(draw_notice(*self._size, title, text, now, missing), now)
+
+    def _put(self, picture: np.ndarray, stamp: float) -> None:
+        encoded, data = cv2.imencode(".jpg", picture, (cv2.IMWRITE_JPEG_QUALITY, self._quality))
+        if not encoded:
+            raise SourceError("Bad picture", f"OpenCV cannot encode {picture.shape} {picture.dtype} as JPEG.")
+        self.image.put(data.tobytes(), stamp)
+
+    def _change(self, state: State, text: str, rate: float = 0.0, width: int = 0, height: int = 0) -> None:
+        before = self.status
+        self.status = CameraStatus(state, text, before.source, rate, width, height, self._losses)
+        if state is State.LIVE:
+            log.info("camera %s is live, %dx%d", before.source, width, height)
+        elif text != before.text:
+            log.warning("camera %s: %s", before.source, text)
+        if state is not before.state:
+            self._on_change(self.status)
+
+
+def _fit(picture: np.ndarray, width: int, height: int) -> np.ndarray:
+    """Scaled down to fit, never up."""
+    scale = min(width / picture.shape[1], height / picture.shape[0])
+    if scale >= 1.0:
+        return picture
+    size = (max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale)))
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)

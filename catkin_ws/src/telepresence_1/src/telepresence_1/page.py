@@ -1,0 +1,121 @@
+"""The page on the robot's tablet, and the pictures in it.
+
+    GET /                    the page; /?k=KEY sets the cookie and leads there
+    GET /video_feed          multipart/x-mixed-replace; ?adv=1 in the layout that browsers paint without delay,
+                             ?v=NAME gives the stream a name for /status
+    GET /frame.jpg?after=N   the newest picture as soon as its number is not N, or after a second the same again;
+                             its number is in the header X-Sequence
+    GET /status              JSON: name, state, text, sequence, age [s], viewers, run; with ?v=NAME also stalled [s],
+                             null when there is no such stream
+
+Every address takes ?k=KEY as well. No CORS header is ever sent.
+"""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import time
+from collections.abc import Callable, Iterable
+
+from flask import Flask, Response, jsonify, redirect, render_template, request
+
+from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
+from telepresence_1.door import COOKIE, Door, Refused
+
+POLL_TIMEOUT = 1.0
+"""Seconds after which a long poll is answered with the picture that the client has already."""
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Accel-Buffering": "no",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Content-Security-Policy": "default-src 'none'; img-src 'self' data:; connect-src 'self'; "
+    "style-src 'unsafe-inline'; script-src 'unsafe-inline'; frame-ancestors 'none'",
+}
+
+
+def create_app(
+    stream: MjpegStream,
+    *,
+    name: str,
+    describe: Callable[[], tuple[str, str]],
+    token: str | None = None,
+    hosts: Iterable[str] = (),
+) -> Flask:
+    """The page for the pictures of `stream`; to be answered by `telepresence.mjpeg.WebServer`.
+
+    Args:
+        name: Whom the pictures show.
+        describe: The state of their source ("live", "opening", "lost") and the same for people.
+        token: Who has it may see them; None for everybody.
+        hosts: Further names of this machine in the eyes of the client.
+    """
+    app = Flask(__name__, static_folder=None)
+    app.config["MAX_CONTENT_LENGTH"] = 4096
+    door = Door(token, (socket.gethostname(), *hosts))
+    run = secrets.token_hex(8)
+
+    @app.before_request
+    def admit() -> None:
+        door.check_host(request.headers.get("Host", ""))
+        door.check_key(request.remote_addr or "", time.monotonic(), request.args.get("k"), request.cookies.get(COOKIE))
+
+    @app.errorhandler(Refused)
+    def refuse(refused: Refused) -> tuple[str, int]:
+        return render_template("refused.html", text=str(refused)), refused.status
+
+    @app.after_request
+    def add_headers(response: Response) -> Response:
+        response.headers.update(_HEADERS)
+        return response
+
+    @app.get("/")
+    def page() -> Response:
+        key = request.args.get("k")
+        if token and key:
+            response = redirect("/")
+            response.set_cookie(COOKIE, token, httponly=True, samesite="Lax")
+            return response
+        return Response(render_template("index.html", name=name, viewer=secrets.token_hex(4), run=run))
+
+    @app.get("/video_feed")
+    def video_feed() -> Response:
+        try:
+            viewing = stream.view(
+                advance=request.args.get("adv", "0") not in ("", "0"),
+                address=request.remote_addr or "",
+                name=request.args.get("v", "")[:32],
+            )
+        except TooManyViewers as error:
+            return Response(f"{error}\n", 503, {"Retry-After": "5"}, content_type="text/plain")
+        return Response(viewing, content_type=CONTENT_TYPE)
+
+    @app.get("/frame.jpg")
+    def frame() -> Response:
+        picture = stream.newer(request.args.get("after", 0, type=int), POLL_TIMEOUT) or stream.image.peek()
+        if picture is None:
+            return Response("There is no picture yet.\n", 503, {"Retry-After": "1"}, content_type="text/plain")
+        headers = {"X-Sequence": str(picture.sequence), "X-Timestamp": f"{picture.stamp:.6f}"}
+        return Response(picture.pixels, headers=headers, content_type="image/jpeg")
+
+    @app.get("/status")
+    def status() -> Response:
+        state, text = describe()
+        picture = stream.image.peek()
+        answer = {
+            "name": name,
+            "state": state,
+            "text": text,
+            "sequence": picture.sequence if picture else 0,
+            "age": round(stream.image.age(), 3) if picture else None,
+            "viewers": stream.viewers,
+            "run": run,
+        }
+        viewer = request.args.get("v")
+        if viewer:
+            stalled = stream.stalled(viewer)
+            answer["stalled"] = None if stalled is None else round(stalled, 3)
+        return jsonify(answer)
+
+    return app

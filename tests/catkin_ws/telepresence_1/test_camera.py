@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import cv2
+import numpy as np
+import pytest
+from telepresence_1 import camera as camera_module
+from telepresence_1.camera import Camera, CameraStatus, State
+from telepresence_1.sources import SourceError, open_source
+
+from telepresence.images import LatestImage
+from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+
+
+def eventually(condition: Callable[[], bool], timeout: float = 10.0) -> bool:
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def decoded(camera: Camera) -> np.ndarray:
+    return cv2.imdecode(np.frombuffer(camera.image.peek().pixels, np.uint8), cv2.IMREAD_COLOR)
+
+
+def shows(camera: Camera, colour: tuple[int, int, int]) -> bool:
+    return camera.image.peek() is not None and bool((abs(decoded(camera).mean(axis=(0, 1)) - colour) < 12).all())
+
+
+@pytest.fixture(autouse=True)
+def quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(camera_module, "FIRST_PAUSE", 0.05)
+    monkeypatch.setattr(camera_module, "LONGEST_PAUSE", 0.2)
+
+
+@pytest.fixture
+def video(tmp_path) -> str:
+    """Ten pictures: five red, five blue (BGR)."""
+    path = str(tmp_path / "video.mp4")
+    writer = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*"mp4v"), 50.0, (320, 240))
+    for number in range(10):
+        writer.write(np.full((240, 320, 3), (0, 0, 255) if number < 5 else (255, 0, 0), np.uint8))
+    writer.release()
+    return path
+
+
+def test_a_test_card_is_live_at_the_wanted_rate() -> None:
+    with Camera("test", rate=40.0) as camera:
+        assert eventually(lambda: camera.status.rate > 0)
+        assert camera.status.state is State.LIVE
+        assert 15 < camera.status.rate < 42
+        assert (camera.status.width, camera.status.height) == (640, 480)
+        assert decoded(camera).shape == (480, 640, 3)
+
+
+def test_a_video_is_repeated_for_ever(video: str) -> None:
+    with Camera(video) as camera:
+        for _ in range(2):
+            assert eventually(lambda: shows(camera, (0, 0, 255)))
+            assert eventually(lambda: shows(camera, (255, 0, 0)))
+        assert camera.status.state is State.LIVE and camera.status.losses == 0
+
+
+def test_a_still_picture_is_a_source(tmp_path) -> None:
+    path = str(tmp_path / "still.png")
+    cv2.imwrite(path, np.full((1000, 2000, 3), (0, 200, 0), np.uint8))
+    with Camera(path) as camera:
+        assert eventually(lambda: shows(camera, (0, 200, 0)))
+        assert decoded(camera).shape == (320, 640, 3), "scaled to fit"
+
+
+@pytest.mark.parametrize(
+    ("source", "complaint"),
+    [
+        ("7", "no camera at /dev/video7"),
+        ("/dev/video9", "no camera at /dev/video9"),
+        ("/nowhere/at-all.mp4", "does not exist"),
+        (__file__, "neither a video nor a picture"),
+        ("http://127.0.0.1:9/video", "does not answer"),
+        ("/dev/null", "/dev/null cannot be opened"),
+    ],
+)
+def test_a_missing_source_says_what_is_wrong(source: str, complaint: str) -> None:
+    with pytest.raises(SourceError, match=complaint):
+        open_source(source, 640, 480, 30.0)
+    with Camera(source) as camera:
+        assert eventually(lambda: camera.status.state is State.LOST)
+        assert complaint in camera.status.text
+        first = camera.image.peek().sequence
+        assert eventually(lambda: camera.image.peek().sequence > first + 2), "the notice is a stream of its own"
+        assert decoded(camera).shape == (480, 640, 3)
+
+
+def test_a_camera_that_is_plugged_in_later_is_found(tmp_path) -> None:
+    path = tmp_path / "camera.png"
+    with Camera(str(path)) as camera:
+        assert eventually(lambda: camera.status.state is State.LOST)
+        beside = tmp_path / "beside.png"
+        cv2.imwrite(str(beside), np.full((48, 64, 3), (10, 200, 10), np.uint8))
+        beside.rename(path)
+        assert eventually(lambda: shows(camera, (10, 200, 10)))
+        assert camera.status.state is State.LIVE
+
+
+class NetworkCamera:
+    """An MJPEG camera that can be unplugged."""
+
+    def __init__(self) -> None:
+        self.image = LatestImage()
+        self._stream = MjpegStream(self.image)
+        self._server = WebServer(self._answer)
+        self.port = self._server.port
+
+    def _answer(self, environ: dict, start_response: Callable) -> object:
+        start_response("200 OK", [("Content-Type", CONTENT_TYPE)])
+        return self._stream.view()
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}/"
+
+    def plug(self) -> None:
+        if self._server is None:
+            self._server = WebServer(self._answer, port=self.port)
+        self._server.start()
+
+    def unplug(self) -> None:
+        self._server.close()
+        self._server = None
+
+    def put(self, colour: tuple[int, int, int]) -> None:
+        self.image.put(cv2.imencode(".jpg", np.full((240, 320, 3), colour, np.uint8))[1].tobytes())
+
+
+@pytest.fixture
+def network_camera() -> Iterator[NetworkCamera]:
+    network_camera = NetworkCamera()
+    stop = threading.Event()
+    colour = [(0, 0, 200)]
+
+    def film() -> None:
+        while not stop.wait(0.03):
+            network_camera.put(colour[0])
+
+    network_camera.paint = lambda new: colour.__setitem__(0, new)  # type: ignore[attr-defined]
+    thread = threading.Thread(target=film)
+    thread.start()
+    network_camera.plug()
+    yield network_camera
+    stop.set()
+    thread.join()
+    if network_camera._server is not None:
+        network_camera.unplug()
+
+
+def test_survives_being_unplugged_and_plugged_in_again(network_camera: NetworkCamera) -> None:
+    changes: list[CameraStatus] = []
+    with Camera(network_camera.url, on_change=changes.append) as camera:
+        assert eventually(lambda: shows(camera, (0, 0, 200)))
+        for losses, colour in ((1, (0, 200, 0)), (2, (200, 0, 0))):
+            network_camera.unplug()
+            assert eventually(lambda: camera.status.state is State.LOST)
+            assert network_camera.url in camera.status.text
+            assert camera.status.losses == losses
+            network_camera.paint(colour)
+            network_camera.plug()
+            assert eventually(lambda colour=colour: shows(camera, colour))
+    states = [change.state for change in changes]
+    assert states == [State.LIVE, State.LOST, State.LIVE, State.LOST, State.LIVE]
+
+
+def test_pauses_grow_between_attempts(monkeypatch: pytest.MonkeyPatch) -> None:
+    attempts: list[float] = []
+
+    def refuse(*_: object) -> None:
+        attempts.append(time.monotonic())
+        raise SourceError("No", "not this time")
+
+    monkeypatch.setattr(camera_module, "open_source", refuse)
+    with Camera("0"):
+        assert eventually(lambda: len(attempts) >= 5)
+    pauses = np.diff(attempts)
+    assert (pauses[:4] >= (0.045, 0.095, 0.19, 0.19)).all()
+
+
+def test_a_bug_in_a_source_does_not_end_the_stream(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(camera_module, "open_source", fail)
+    with Camera("0") as camera:
+        assert eventually(lambda: camera.status.state is State.LOST)
+        monkeypatch.undo()
+        monkeypatch.setattr(camera_module, "open_source", lambda *_: open_source("test", 64, 48, 30.0))
+        assert eventually(lambda: camera.status.state is State.LIVE)
+
+
+def test_closing_ends_the_thread_whatever_the_source() -> None:
+    for source in ("test", "0"):
+        with Camera(source) as camera:
+            assert eventually(lambda camera=camera: camera.image.peek() is not None)
+        assert "camera" not in {thread.name for thread in threading.enumerate()}
+
+
+def test_the_quality_decides_the_size() -> None:
+    sizes = []
+    for quality in (30, 80, 95):
+        with Camera("test", quality=quality) as camera:
+            assert eventually(lambda camera=camera: camera.status.state is State.LIVE)
+            sizes.append(len(camera.image.peek().pixels))
+    assert sizes[0] < sizes[1] < sizes[2] < 150_000
