@@ -1,22 +1,22 @@
 """Cameras: pictures of the world, drawn by one thread with one OpenGL context.
 
-The thread keeps its own MjData: it copies positions under the world's lock (microseconds) and draws outside of it, so
-every picture shows one instant and physics does not wait. A picture is drawn only for a feed that is due.
+The thread copies positions under the world's lock (microseconds) and draws outside of it, so every picture shows one
+instant and physics does not wait. A picture is drawn only for a feed that is due.
 """
 
 from __future__ import annotations
 
+import atexit
 import logging
-import os
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from telepresence.images import LatestImage
+from telepresence.sim.painter import Painter
 from telepresence.sim.world import World
 
 log = logging.getLogger(__name__)
@@ -25,7 +25,6 @@ KINDS = ("rgb", "depth")
 TEXTURE_RATE = 15.0
 """A texture changes at most so often [Hz]; each change costs an upload."""
 _START_TIMEOUT = 30.0
-_MAX_GEOMS = 2000
 
 
 class CamerasFailed(RuntimeError):
@@ -63,7 +62,8 @@ class Feed:
 
 
 class Cameras:
-    """All cameras of one world. The OpenGL context is made at the first subscription."""
+    """All cameras of one world. OpenGL starts at once (0.4 s), so that nothing stalls later; if it cannot, the first
+    `subscribe` says why."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -71,10 +71,16 @@ class Cameras:
         self._changed = threading.Condition()
         self._feeds: list[Feed] = []
         self._textures: dict[int, np.ndarray] = {}
-        self._thread: threading.Thread | None = None
+        self._next_upload: dict[int, float] = {}
         self._ready = threading.Event()
         self._failure: BaseException | None = None
         self._closed = False
+        self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
+        self._thread.start()
+        if not self._ready.wait(_START_TIMEOUT):
+            log.error("OpenGL is not ready after %.0f s", _START_TIMEOUT)
+        # After OpenGL has registered its own end, so that it runs before: a context must not outlive its display.
+        atexit.register(self.close)
 
     def subscribe(self, camera: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Start drawing pictures of `camera`.
@@ -98,17 +104,13 @@ class Cameras:
         if not fps > 0.0:
             raise ValueError(f"the rate must be positive, got {fps}")
         feed = Feed(camera, int(width), int(height), float(fps), kind, LatestImage(), self, self._find(camera))
-        with self._changed:
-            if self._closed:
-                raise CamerasFailed("the cameras are closed")
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
-                self._thread.start()
-        if not self._ready.wait(_START_TIMEOUT):
-            raise CamerasFailed(f"OpenGL was not ready after {_START_TIMEOUT:.0f} s")
+        if not self._ready.is_set():
+            raise CamerasFailed("OpenGL is not ready")
         if self._failure is not None:
             raise CamerasFailed(f"pictures cannot be drawn: {self._failure}") from self._failure
         with self._changed:
+            if self._closed:
+                raise CamerasFailed("the cameras are closed")
             feed._due = time.monotonic()
             self._feeds.append(feed)
             self._changed.notify()
@@ -140,7 +142,8 @@ class Cameras:
             self._closed = True
             self._feeds.clear()
             self._changed.notify()
-        if self._thread is not None and self._thread is not threading.current_thread():
+        atexit.unregister(self.close)
+        if self._thread is not threading.current_thread():
             self._thread.join(timeout=10.0)
             if self._thread.is_alive():
                 log.error("the drawing thread did not end within 10 s")
@@ -161,7 +164,7 @@ class Cameras:
 
     def _run(self) -> None:
         try:
-            painter = _Painter(self._world)
+            painter = Painter(self._world)
         except Exception as error:
             log.exception("OpenGL could not be started")
             self._failure = error
@@ -177,7 +180,7 @@ class Cameras:
         finally:
             painter.close()
 
-    def _draw_due(self, painter: _Painter) -> bool:
+    def _draw_due(self, painter: Painter) -> bool:
         """Wait until a feed is due, draw for all that are, and say whether to go on."""
         with self._changed:
             while not self._closed:
@@ -192,7 +195,7 @@ class Cameras:
                 return False
             now = time.monotonic()
             due = [feed for feed in self._feeds if feed._due <= now]
-            textures = self._take_textures(now, painter)
+            textures = self._take_textures(now)
         painter.upload(textures)
         stamp = painter.look()
         drawn: dict[tuple, np.ndarray] = {}
@@ -205,95 +208,10 @@ class Cameras:
             feed._due = max(feed._due + 1.0 / feed.fps, time.monotonic() - 1.0 / feed.fps)
         return True
 
-    def _take_textures(self, now: float, painter: _Painter) -> dict[int, np.ndarray]:
+    def _take_textures(self, now: float) -> dict[int, np.ndarray]:
         ready = {}
         for texture in list(self._textures):
-            if now >= painter.next_upload.get(texture, 0.0):
-                painter.next_upload[texture] = now + 1.0 / TEXTURE_RATE
+            if now >= self._next_upload.get(texture, 0.0):
+                self._next_upload[texture] = now + 1.0 / TEXTURE_RATE
                 ready[texture] = self._textures.pop(texture)
         return ready
-
-
-class _Painter:
-    """The OpenGL side: made, used and freed by one thread."""
-
-    def __init__(self, world: World) -> None:
-        self.next_upload: dict[int, float] = {}
-        self._world = world
-        self._model = world.model
-        self._data = mujoco.MjData(self._model)
-        limit = self._model.vis.global_
-        self._gl = _make_context(limit.offwidth, limit.offheight)
-        self._gl.make_current()
-        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        self._scene = mujoco.MjvScene(self._model, maxgeom=_MAX_GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
-        self._option = mujoco.MjvOption()
-        self._option.geomgroup[:] = 1
-        self._option.sitegroup[:] = 0
-        self._camera = mujoco.MjvCamera()
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
-
-    def close(self) -> None:
-        self._context.free()
-        self._gl.free()
-
-    def upload(self, textures: dict[int, np.ndarray]) -> None:
-        for texture, pixels in textures.items():
-            start = self._model.tex_adr[texture]
-            self._model.tex_data[start : start + pixels.size] = pixels.ravel()
-            mujoco.mjr_uploadTexture(self._model, self._context, texture)
-
-    def look(self) -> float:
-        """Copy where everything is now; returns that instant [s since 1970]."""
-        with self._world.locked() as live:
-            self._data.qpos[:] = live.qpos
-            if self._model.nmocap:
-                self._data.mocap_pos[:] = live.mocap_pos
-                self._data.mocap_quat[:] = live.mocap_quat
-            stamp = self._world.stamp
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_comPos(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
-        return stamp
-
-    def draw(self, camera: int, width: int, height: int, kind: str) -> np.ndarray:
-        self._camera.fixedcamid = camera
-        everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, self._data, self._option, None, self._camera, everything, self._scene)
-        area = mujoco.MjrRect(0, 0, width, height)
-        if kind == "depth":
-            return self._draw_depth(area)
-        mujoco.mjr_render(area, self._scene, self._context)
-        pixels = np.empty((height, width, 3), np.uint8)
-        mujoco.mjr_readPixels(pixels, None, area, self._context)
-        return _frozen(np.ascontiguousarray(pixels[::-1]))
-
-    def _draw_depth(self, area: mujoco.MjrRect) -> np.ndarray:
-        flags = self._scene.flags
-        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1
-        mujoco.mjr_render(area, self._scene, self._context)
-        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 0
-        depth = np.empty((area.height, area.width), np.float32)
-        mujoco.mjr_readPixels(None, depth, area, self._context)
-        # Reversed depth buffer (0 far, 1 near): z = near * far / (near + buffer * (far - near)).
-        extent = self._model.stat.extent
-        near, far = self._model.vis.map.znear * extent, self._model.vis.map.zfar * extent
-        return _frozen((near * far / (near + depth[::-1].astype(np.float64) * (far - near))).astype(np.float32))
-
-
-def _frozen(pixels: np.ndarray) -> np.ndarray:
-    """Several feeds share one picture, so nobody may write into it."""
-    pixels.flags.writeable = False
-    return pixels
-
-
-def _make_context(width: int, height: int) -> Any:
-    """An OpenGL context as MUJOCO_GL asks for, also when `mujoco` was imported before that default was set."""
-    if os.environ.get("MUJOCO_GL", "").lower() == "egl":
-        from mujoco.egl import GLContext
-    else:
-        GLContext = mujoco.GLContext
-    return GLContext(width, height)

@@ -92,8 +92,8 @@ def _set_picture_quality(spec: mujoco.MjSpec) -> None:
     spec.visual.global_.offwidth = PICTURE_WIDTH
     spec.visual.global_.offheight = PICTURE_HEIGHT
     spec.visual.quality.offsamples = 0
-    spec.visual.quality.numslices = 16
-    spec.visual.quality.numstacks = 10
+    spec.visual.quality.numslices = 12
+    spec.visual.quality.numstacks = 8
     spec.visual.quality.numquads = 2
     # Clipping planes are multiples of the extent; a fixed extent makes them metres, whatever the scene's size.
     spec.stat.extent = 1.0

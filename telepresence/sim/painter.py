@@ -1,0 +1,132 @@
+"""Draws pictures of a world with OpenGL. Made, used and closed by one thread."""
+
+from __future__ import annotations
+
+import copy
+import math
+import os
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from telepresence.sim.world import World
+
+MAX_GEOMS = 2000
+"""Most geoms of one picture."""
+_SHOWN, _HIDDEN = 0, 1  # geom groups of the painter's own model
+
+
+class Painter:
+    """One OpenGL context with its own copy of the world's model and state.
+
+    Geoms outside a camera's view are hidden before drawing: the renderer itself transforms every geom there is, and a
+    robot's camera sees a small part of a flat. The copy of the model makes that possible without touching the groups
+    that distance sensors rely on.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._model = copy.copy(world.model)
+        self._data = mujoco.MjData(self._model)
+        limit = self._model.vis.global_
+        self._gl = _make_context(limit.offwidth, limit.offheight)
+        self._gl.make_current()
+        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        self._scene = mujoco.MjvScene(self._model, maxgeom=MAX_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = 0
+        self._option.geomgroup[_SHOWN] = 1
+        self._option.sitegroup[:] = 0
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+
+    def close(self) -> None:
+        """Free everything; on the thread that made it."""
+        self._context.free()
+        self._gl.free()
+
+    def upload(self, textures: dict[int, np.ndarray]) -> None:
+        """Change textures: index in the model -> pixels."""
+        for texture, pixels in textures.items():
+            start = self._model.tex_adr[texture]
+            self._model.tex_data[start : start + pixels.size] = pixels.ravel()
+            mujoco.mjr_uploadTexture(self._model, self._context, texture)
+
+    def look(self) -> float:
+        """Copy where everything is now; returns that instant [s since 1970]."""
+        with self._world.locked() as live:
+            self._data.qpos[:] = live.qpos
+            if self._model.nmocap:
+                self._data.mocap_pos[:] = live.mocap_pos
+                self._data.mocap_quat[:] = live.mocap_quat
+            self._model.mat_rgba[:] = self._world.model.mat_rgba
+            stamp = self._world.stamp
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        return stamp
+
+    def draw(self, camera: int, width: int, height: int, kind: str) -> np.ndarray:
+        """A picture as `look` saw the world: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
+
+        Args:
+            camera: Its index in the model.
+        """
+        self._camera.fixedcamid = camera
+        self._model.geom_group[:] = np.where(self._in_view(camera, width / height), _SHOWN, _HIDDEN)
+        everything = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(self._model, self._data, self._option, None, self._camera, everything, self._scene)
+        area = mujoco.MjrRect(0, 0, width, height)
+        if kind == "depth":
+            return self._draw_depth(area)
+        mujoco.mjr_render(area, self._scene, self._context)
+        pixels = np.empty((height, width, 3), np.uint8)
+        mujoco.mjr_readPixels(pixels, None, area, self._context)
+        return _frozen(np.ascontiguousarray(pixels[::-1]))
+
+    def _in_view(self, camera: int, aspect: float) -> np.ndarray:
+        """Which geoms' bounding spheres reach into the camera's field of view, shape (ngeom,) bool."""
+        model, data = self._model, self._data
+        if (
+            model.cam_projection[camera] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE
+            or model.cam_sensorsize[camera].any()
+        ):
+            return np.ones(model.ngeom, bool)
+        half_y = math.radians(float(model.cam_fovy[camera])) / 2.0
+        half_x = math.atan(aspect * math.tan(half_y))
+        # Camera axes: x right, y up, looking along -z.
+        x, y, z = ((data.geom_xpos - data.cam_xpos[camera]) @ data.cam_xmat[camera].reshape(3, 3)).T
+        outside_x = np.abs(x) * math.cos(half_x) + z * math.sin(half_x)
+        outside_y = np.abs(y) * math.cos(half_y) + z * math.sin(half_y)
+        return (np.maximum(outside_x, outside_y) < model.geom_rbound) | (model.geom_rbound == 0.0)
+
+    def _draw_depth(self, area: mujoco.MjrRect) -> np.ndarray:
+        flags = self._scene.flags
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1
+        mujoco.mjr_render(area, self._scene, self._context)
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 0
+        depth = np.empty((area.height, area.width), np.float32)
+        mujoco.mjr_readPixels(None, depth, area, self._context)
+        # Reversed depth buffer (0 far, 1 near): z = near * far / (near + buffer * (far - near)).
+        extent = self._model.stat.extent
+        near, far = self._model.vis.map.znear * extent, self._model.vis.map.zfar * extent
+        return _frozen((near * far / (near + depth[::-1].astype(np.float64) * (far - near))).astype(np.float32))
+
+
+def _frozen(pixels: np.ndarray) -> np.ndarray:
+    """Several feeds share one picture, so nobody may write into it."""
+    pixels.flags.writeable = False
+    return pixels
+
+
+def _make_context(width: int, height: int) -> Any:
+    """An OpenGL context as MUJOCO_GL asks for, also when `mujoco` was imported before that default was set."""
+    if os.environ.get("MUJOCO_GL", "").lower() == "egl":
+        from mujoco.egl import GLContext
+    else:
+        GLContext = mujoco.GLContext
+    return GLContext(width, height)
