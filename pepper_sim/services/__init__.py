@@ -1,1 +1,9 @@
-"""NAOqi services of the simulated Pepper, one file each."""
+"""NAOqi services of the simulated Pepper, one file each.
+
+Importing this package sets libqi's environment, which it reads when it is loaded, unless the caller has set it.
+"""
+
+import os
+
+os.environ.setdefault("QI_LOG_LEVEL", "1")  # 0 silent, 1 fatal, 2 error, 3 warning, 4 info: libqi's own log
+os.environ.setdefault("QI_MAX_MESSAGE_PAYLOAD", str(32 * 1024 * 1024))  # a longer message [bytes] ends its connection

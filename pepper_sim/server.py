@@ -1,0 +1,96 @@
+"""NaoqiServer: a simulated NAOqi on a TCP port, speaking qi through the real library.
+
+One process is service directory and holds every AL service, as `naoqi-bin` does. Methods run concurrently; long ones
+answer with a future, so that no call waits for another. There is no authentication, as on NAOqi 2.5: whoever reaches
+the port drives the robot.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterable
+
+import pepper_sim.services  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
+import qi
+
+from pepper_sim.robot import Pepper
+from pepper_sim.services.catalogue import Catalogue
+from pepper_sim.services.publish import peer_methods, qi_object
+from pepper_sim.services.service import Service
+from pepper_sim.tablet import Tablet
+from pepper_sim.wire_peer import WirePeer
+
+log = logging.getLogger(__name__)
+
+DEFAULT_URL = "tcp://127.0.0.1:9559"
+
+
+class CannotListen(OSError):
+    """The address or port cannot be used; the text says which and why."""
+
+
+class NaoqiServer:
+    """All NAOqi services of one robot, ready when the constructor returns.
+
+    Args:
+        robot: The robot to serve.
+        url: Where to listen; port 0 takes a free one, see `endpoints`.
+        tablet: The tablet behind ALTabletService; without it the robot has none.
+    Raises:
+        CannotListen: The port is taken or the address is not this machine's.
+    """
+
+    def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None) -> None:
+        self._session = qi.Session()
+        try:
+            self._session.listenStandalone(url)
+        except RuntimeError as error:
+            raise CannotListen(f"cannot listen on {url}: {_reason(str(error))}") from None
+        machine_id = self._session.service("ServiceDirectory").machineId()
+        self.catalogue = Catalogue(robot, self._session, tablet)
+        on_peer, on_qi = _divide(self.catalogue.services)
+        self._peer = WirePeer(machine_id, {service.name: peer_methods(service) for service in on_peer})
+        self._inner = qi.Session()
+        self._inner.connect(self._peer.url)
+        for service in on_peer:
+            self._session.registerService(service.name, self._inner.service(service.name))
+        self._peer.stop_listening()
+        self._objects = [(service.name, qi_object(service)) for service in on_qi]
+        for name, published in self._objects:
+            self._session.registerService(name, published)
+
+    @property
+    def endpoints(self) -> list[str]:
+        """The URLs that clients can connect to."""
+        return list(self._session.endpoints())
+
+    def close(self) -> None:
+        """End every connection, service and thread. Calling it again does nothing."""
+        if self._session is None:
+            return
+        self.catalogue.close()
+        self._session.close()
+        self._inner.close()
+        self._peer.close()
+        self._session = None
+
+    def __enter__(self) -> NaoqiServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _reason(text: str) -> str:
+    """What libqi's error says of the operating system's refusal, without its source files."""
+    found = re.search(r"(?:bind|resolve|listen)\w*: ([^\[\n]+)", text)
+    reason = found.group(1).strip() if found else text
+    return f"{reason}; another robot may run there (port 0 takes a free one)" if "in use" in reason else reason
+
+
+def _divide(services: Iterable[Service]) -> tuple[list[Service], list[Service]]:
+    """Those that answer with raw data inside lists, and all others."""
+    services = list(services)
+    on_peer = [service for service in services if service.name == "ALVideoDevice"]
+    return on_peer, [service for service in services if service not in on_peer]

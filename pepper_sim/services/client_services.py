@@ -1,0 +1,66 @@
+"""Calls from the robot to services that clients registered: event callbacks, microphone buffers.
+
+Looking a client's service up opens a connection and may take long when the client is gone, so it happens here, on own
+threads, and never on libqi's event loop.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import threading
+from typing import Any
+
+import qi
+
+LOOKUP_WORKERS = 4
+CALL_TIMEOUT = 5.0
+"""A client that has not answered after this time [s] has failed."""
+
+
+class ClientServices:
+    """Services of clients, by name.
+
+    Args:
+        session: The session of the robot's service directory.
+    """
+
+    def __init__(self, session: qi.Session) -> None:
+        self._session = session
+        self._proxies: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-call")
+        session.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
+
+    def exists(self, name: str) -> bool:
+        """Whether a service of this name is registered now."""
+        return any(info["name"] == name for info in self._session.services())
+
+    def endpoints(self, name: str) -> list[str]:
+        """Where the service listens, in its owner's order; empty when there is none."""
+        return next((list(info["endpoints"]) for info in self._session.services() if info["name"] == name), [])
+
+    def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
+        """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
+        return self._pool.submit(self._call, name, method, arguments)
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _call(self, name: str, method: str, arguments: tuple) -> Any:
+        with self._lock:
+            proxy = self._proxies.get(name)
+        try:
+            if proxy is None:
+                proxy = self._session.service(name)
+                with self._lock:
+                    self._proxies[name] = proxy
+            return getattr(proxy, method)(*arguments, _async=True).value(int(CALL_TIMEOUT * 1000))
+        except AttributeError:
+            raise RuntimeError(f"service '{name}' has no method '{method}'") from None
+        except RuntimeError:
+            self._forget(name)
+            raise
+
+    def _forget(self, name: str) -> None:
+        with self._lock:
+            self._proxies.pop(name, None)

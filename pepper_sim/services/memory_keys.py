@@ -1,0 +1,150 @@
+"""ALMemory's keys that the robot's body keeps up to date: how each is read from a snapshot.
+
+Source of names, types and units: NAOqi 2.8 documentation, pepper_dcm actuator and sensor names; robot information keys
+as ros-naoqi/naoqi_driver reads them. Values are computed when somebody reads them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pepper_sim.services.identity import IDENTITY_KEYS
+
+Reader = Callable[[Any], Any]
+"""A robot's snapshot -> the key's value."""
+
+_DEVICE = "Device/SubDeviceList/"
+_AXES = "XYZ"
+_HORIZONTAL_SEGMENTS = range(1, 16)
+_SHOVEL_SEGMENTS = range(1, 4)
+
+TOUCH_SENSORS: dict[str, tuple[str, str]] = {
+    "FrontTactil": ("Head/Touch/Front", "FrontTactilTouched"),
+    "MiddleTactil": ("Head/Touch/Middle", "MiddleTactilTouched"),
+    "RearTactil": ("Head/Touch/Rear", "RearTactilTouched"),
+    "HandRightBack": ("RHand/Touch/Back", "HandRightBackTouched"),
+    "HandLeftBack": ("LHand/Touch/Back", "HandLeftBackTouched"),
+    "ChestButton": ("ChestBoard/Button", "ChestButtonPressed"),
+}
+"""Robot's name of a touch sensor -> (device, event)."""
+
+BUMPERS: dict[str, tuple[str, str, str]] = {
+    "FrontRight": ("Platform/FrontRight/Bumper", "RightBumperPressed", "Platform/FrontRight/Bumper"),
+    "FrontLeft": ("Platform/FrontLeft/Bumper", "LeftBumperPressed", "Platform/FrontLeft/Bumper"),
+    "Back": ("Platform/Back/Bumper", "BackBumperPressed", "Platform/Back/Bumper"),
+}
+"""Robot's name of a bumper -> (device, event, name in TouchChanged)."""
+
+
+def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
+    """Every key of the robot's body.
+
+    Args:
+        joints: Joint names in the order of the group "Body".
+    """
+    keys: dict[str, Reader] = {"DCM/Time": lambda s: int(s.time * 1000) & 0x7FFFFFFF}
+    for joint in joints:
+        keys.update(_joint(joint))
+    for wheel in ("FL", "FR", "B"):
+        keys.update(_wheel(wheel))
+    keys.update(_inertial("InertialSensorBase", "imu_base"))
+    keys.update(_inertial("InertialSensor", "imu_torso"))
+    keys.update(_lasers())
+    for side in ("Front", "Back"):
+        keys[f"{_DEVICE}Platform/{side}/Sonar/Sensor/Value"] = lambda s, side=side: float(s.sonar[side])
+    for name, (device, _) in TOUCH_SENSORS.items():
+        keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.touch[name])
+    for name, (device, _, _) in BUMPERS.items():
+        keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.bumpers[name])
+    keys[f"{_DEVICE}Battery/Charge/Sensor/Value"] = lambda s: float(s.battery.charge)
+    keys[f"{_DEVICE}Battery/Current/Sensor/Value"] = lambda s: float(s.battery.current)
+    keys[f"{_DEVICE}Platform/ILS/Sensor/Value"] = lambda s: 0.0  # the power hatch is closed
+    keys.update({key: (lambda s, text=text: text) for key, text in IDENTITY_KEYS.items()})
+    return keys
+
+
+def _joint(joint: str) -> dict[str, Reader]:
+    base = _DEVICE + joint
+
+    def actuator(s: Any) -> float:
+        values = s.joint_setpoints if s.stiffness[joint] > 0.0 else s.joint_positions
+        return float(values[joint])
+
+    return {
+        f"{base}/Position/Sensor/Value": lambda s: float(s.joint_positions[joint]),
+        f"{base}/Position/Actuator/Value": actuator,
+        f"{base}/Hardness/Actuator/Value": lambda s: float(s.stiffness[joint]),
+        f"{base}/Temperature/Sensor/Value": lambda s: float(s.temperatures[joint]),
+        f"{base}/Temperature/Sensor/Status": lambda s: 0,
+        f"{base}/ElectricCurrent/Sensor/Value": lambda s: motor_current(joint, s.joint_torques[joint]),
+        f"Motion/Velocity/Sensor/{joint}": lambda s: float(s.joint_velocities[joint]),
+        f"Motion/Torque/Sensor/{joint}": lambda s: float(s.joint_torques[joint]),
+        f"Motion/Position/Sensor/{joint}": lambda s: float(s.joint_positions[joint]),
+        f"Motion/Command/Position/{joint}": actuator,
+    }
+
+
+_NOMINAL_VOLTAGE = 26.46
+_NO_LOAD_SPEED: tuple[tuple[str, float], ...] = (
+    ("Wrist", 16.0),
+    ("Hand", 22.0),
+    ("HeadPitch", 7.5),
+    ("ShoulderRoll", 7.5),
+    ("ElbowRoll", 7.5),
+    ("HipRoll", 4.57),
+    ("", 5.91),
+)
+"""Part of a joint's name -> speed of the joint without load at nominal voltage [rad/s] (NAOqi 2.8, page motors_pep)."""
+
+
+def motor_current(joint: str, torque: float) -> float:
+    """Absolute motor current [A] for a torque at the joint [N m].
+
+    Of an ideal DC motor, whose torque per ampere is the voltage over the no-load speed; friction is left out.
+    """
+    speed = next(speed for part, speed in _NO_LOAD_SPEED if part in joint)
+    return float(abs(torque) * speed / _NOMINAL_VOLTAGE)
+
+
+def _wheel(wheel: str) -> dict[str, Reader]:
+    base = f"{_DEVICE}Wheel{wheel}"
+    return {
+        f"{base}/Speed/Sensor/Value": lambda s: float(s.wheel_speeds[wheel]),
+        f"{base}/Speed/Actuator/Value": lambda s: float(s.wheel_speeds[wheel]),
+        f"{base}/Stiffness/Actuator/Value": lambda s: 1.0 if s.stiffness["KneePitch"] > 0.0 else 0.0,
+    }
+
+
+def _inertial(device: str, field: str) -> dict[str, Reader]:
+    keys: dict[str, Reader] = {}
+    for index, axis in enumerate(_AXES):
+        for name, source in (("Gyroscope", "gyro"), ("Accelerometer", "accel"), ("Angle", "angles")):
+            keys[f"{_DEVICE}{device}/{name}{axis}/Sensor/Value"] = lambda s, source=source, index=index: float(
+                getattr(getattr(s, field), source)[index]
+            )
+    return keys
+
+
+def _lasers() -> dict[str, Reader]:
+    """Points where the laser planes hit, on the ground, in a frame under each camera: x ahead of it, y left [m]."""
+    base = _DEVICE + "Platform/LaserSensor/"
+    keys: dict[str, Reader] = {}
+    for axis_index, axis in enumerate("XY"):
+        for side in ("Front", "Left", "Right"):
+            for segment in _HORIZONTAL_SEGMENTS:
+                keys[f"{base}{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"] = (
+                    lambda s, side=side, row=segment - 1, at=axis_index: float(s.laser[side][row, at])
+                )
+        for segment in _SHOVEL_SEGMENTS:
+            keys[f"{base}Front/Shovel/Seg{segment:02d}/{axis}/Sensor/Value"] = (
+                lambda s, row=segment - 1, at=axis_index: float(s.shovel[row, at])
+            )
+        for side in ("Left", "Right"):
+            keys[f"{base}Front/Vertical/{side}/Seg01/{axis}/Sensor/Value"] = lambda s, side=side, at=axis_index: float(
+                s.vertical[side][at]
+            )
+    for side in ("Front", "Left", "Right"):
+        keys[f"{base}{side}/Reg/OperationMode/Sensor/Value"] = lambda s, side=side: 7.0 if side == "Front" else 1.0
+        keys[f"{base}{side}/Reg/FrameCount/Sensor/Value"] = lambda s: float(int(s.time * 6.25) % 65536)
+    return keys

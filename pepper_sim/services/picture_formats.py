@@ -1,0 +1,141 @@
+"""ALVideoDevice's picture sizes and colour spaces, and conversion into them.
+
+Ids: NAOqi 2.8 documentation, alvideodevice. Colour: BT.601; kYUV422 is what `cv2.COLOR_YUV2RGB_YUYV` decodes, kYUV what
+`cv2.COLOR_YUV2RGB` decodes. Hue and saturation fill 0 to 255.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+RESOLUTIONS: dict[int, tuple[int, int]] = {
+    0: (160, 120),
+    1: (320, 240),
+    2: (640, 480),
+    3: (1280, 960),
+    4: (2560, 1920),
+    7: (80, 60),
+    8: (40, 30),
+}
+"""Resolution id -> width, height [px]; the ones of this robot's cameras."""
+
+DEPTH_RANGE = (0.4, 8.0)
+"""What the Xtion sees [m]; everything else is 0 (NAOqi 2.8 documentation, video_3D_pep_v18a)."""
+
+RGB_SPACES: dict[int, int] = {
+    **dict.fromkeys(range(9), 1),
+    **{9: 2, 10: 3, 11: 3, 12: 3, 13: 3, 14: 2, 15: 3, 18: 4},
+}
+"""Colour space id -> layers (bytes per pixel), colour cameras."""
+
+DEPTH_SPACES: dict[int, int] = {0: 1, 11: 3, 13: 3, 17: 2, 19: 12, 21: 2, 23: 2}
+"""Colour space id -> layers, depth camera. Infrared (20) is left out: nothing simulates infrared light."""
+
+
+def convert_rgb(pixels: np.ndarray, space: int) -> np.ndarray:
+    """A colour picture in another space.
+
+    Args:
+        pixels: (height, width, 3) uint8, RGB.
+        space: A key of RGB_SPACES.
+    Returns:
+        Contiguous uint8 of height · width · layers bytes, row by row.
+    """
+    return np.ascontiguousarray(_RGB[space](pixels))
+
+
+def _yyuv(pixels: np.ndarray) -> np.ndarray:
+    """Y Y' U V per two pixels, from Y U Y' V."""
+    packed = cv2.cvtColor(pixels, cv2.COLOR_RGB2YUV_YUYV).reshape(-1, 4)
+    return packed[:, [0, 2, 1, 3]]
+
+
+def _hsy(pixels: np.ndarray) -> np.ndarray:
+    hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV_FULL)
+    hsv[:, :, 2] = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    return hsv
+
+
+def _hue_as_rgb(pixels: np.ndarray) -> np.ndarray:
+    hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV_FULL)
+    hsv[:, :, 1:] = 255
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB_FULL)
+
+
+def _argb(pixels: np.ndarray) -> np.ndarray:
+    out = np.empty((*pixels.shape[:2], 4), np.uint8)
+    out[:, :, 0] = 255
+    out[:, :, 1:] = pixels
+    return out
+
+
+def _yuv_plane(index: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda pixels: cv2.extractChannel(cv2.cvtColor(pixels, cv2.COLOR_RGB2YUV), index)
+
+
+_RGB: dict[int, Callable[[np.ndarray], np.ndarray]] = {
+    0: lambda pixels: cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY),
+    1: _yuv_plane(1),
+    2: _yuv_plane(2),
+    3: lambda pixels: cv2.extractChannel(pixels, 0),
+    4: lambda pixels: cv2.extractChannel(pixels, 1),
+    5: lambda pixels: cv2.extractChannel(pixels, 2),
+    6: lambda pixels: cv2.extractChannel(cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV_FULL), 0),
+    7: lambda pixels: cv2.extractChannel(cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV_FULL), 1),
+    8: lambda pixels: cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY),
+    9: lambda pixels: cv2.cvtColor(pixels, cv2.COLOR_RGB2YUV_YUYV),
+    10: lambda pixels: cv2.cvtColor(pixels, cv2.COLOR_RGB2YUV),
+    11: lambda pixels: pixels,
+    12: _hsy,
+    13: lambda pixels: cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR),
+    14: _yyuv,
+    15: _hue_as_rgb,
+    18: _argb,
+}
+
+
+def convert_depth(depth: np.ndarray, space: int, fovy: float) -> np.ndarray:
+    """A depth picture in a space of the depth camera.
+
+    Args:
+        depth: (height, width) float32, distance from the image plane [m].
+        space: A key of DEPTH_SPACES: 17 and 23 uint16 millimetres from the image plane, 21 uint16 millimetres from the
+            camera's centre, 19 three float32 x ahead, y left, z up [m], 0 eight bits over the range, 11 and 13 false
+            colour.
+        fovy: Vertical field of view [rad].
+    Returns:
+        Contiguous array of height · width · layers bytes, row by row, little-endian. What is out of range is 0.
+    """
+    near, far = DEPTH_RANGE
+    seen = np.where((depth >= near) & (depth <= far), depth, np.float32(0.0))
+    if space in (17, 23):
+        return _millimetres(seen)
+    height, width = depth.shape
+    y, z = _rays(width, height, fovy)
+    if space == 21:
+        return _millimetres(seen * np.sqrt(1.0 + y * y + z * z))
+    if space == 19:
+        return np.ascontiguousarray(np.stack([seen, seen * y, seen * z], axis=-1, dtype="<f4"))
+    grey = (seen * (255.0 / far)).astype(np.uint8)
+    if space == 0:
+        return grey
+    colours = cv2.applyColorMap(grey, cv2.COLORMAP_JET)
+    colours[seen == 0.0] = 0
+    return cv2.cvtColor(colours, cv2.COLOR_BGR2RGB) if space == 11 else colours
+
+
+def _millimetres(metres: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray((metres * 1000.0 + 0.5).astype("<u2"))
+
+
+@functools.lru_cache(maxsize=8)
+def _rays(width: int, height: int, fovy: float) -> tuple[np.ndarray, np.ndarray]:
+    """Left and up per metre ahead, for every pixel's centre: shapes (1, width), (height, 1)."""
+    focal = 0.5 * height / np.tan(0.5 * fovy)
+    left = (0.5 * (width - 1) - np.arange(width, dtype=np.float32)) / focal
+    up = (0.5 * (height - 1) - np.arange(height, dtype=np.float32)) / focal
+    return left[None, :].astype(np.float32), up[:, None].astype(np.float32)

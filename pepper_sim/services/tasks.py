@@ -1,0 +1,107 @@
+"""Long calls: threads to run them on, and ALMotion's list of them."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import itertools
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+MAX_WORKERS = 48
+
+
+class Workers:
+    """Threads for calls that wait. A worker asks `closing` instead of sleeping."""
+
+    def __init__(self) -> None:
+        self.closing = threading.Event()
+        self._pool = concurrent.futures.ThreadPoolExecutor(MAX_WORKERS, thread_name_prefix="naoqi-task")
+
+    def run(self, work: Callable[..., Any], *arguments: Any) -> concurrent.futures.Future:
+        """Run `work(*arguments)` on another thread."""
+        return self._pool.submit(work, *arguments)
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float = 3600.0, period: float = 0.02) -> bool:
+        """Wait on the calling worker until `condition()`; false when `timeout` seconds or the server end first."""
+        for _ in range(max(1, round(timeout / period))):
+            if condition():
+                return True
+            if self.closing.wait(period):
+                return False
+        return condition()
+
+    def close(self) -> None:
+        self.closing.set()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A motion that is under way: the joints, or "Base", it holds, and how to end it."""
+
+    name: str
+    identity: int
+    resources: tuple[str, ...]
+    end: Callable[[], Any]
+
+
+class MotionTasks:
+    """What moves now, as ALMotion.getTaskList tells it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._tasks: dict[int, Task] = {}
+        self._numbers = itertools.count(1)
+
+    def add(
+        self, name: str, resources: Iterable[str], future: concurrent.futures.Future, end: Callable[[], Any]
+    ) -> concurrent.futures.Future:
+        """List a motion until `future` is done; returns `future`. `end` ends the motion early."""
+        task = Task(name, next(self._numbers), tuple(resources), end)
+        with self._lock:
+            self._tasks[task.identity] = task
+        future.add_done_callback(lambda _: self._remove(task))
+        return future
+
+    def all(self) -> list[Task]:
+        with self._lock:
+            return list(self._tasks.values())
+
+    def using(self, resources: Iterable[str]) -> list[Task]:
+        """The motions that hold one of `resources`."""
+        wanted = set(resources)
+        return [task for task in self.all() if wanted & set(task.resources)]
+
+    def kill(self, identity: int) -> bool:
+        """End one motion; false when there is none of that number."""
+        with self._lock:
+            task = self._tasks.get(identity)
+        if task is None:
+            return False
+        task.end()
+        return True
+
+    def _remove(self, task: Task) -> None:
+        with self._lock:
+            self._tasks.pop(task.identity, None)
+
+
+def chained(future: concurrent.futures.Future, answer: Callable[[Any], Any]) -> concurrent.futures.Future:
+    """A future that ends with `answer(result)` of `future`; its cancel is passed on."""
+    after: concurrent.futures.Future = concurrent.futures.Future()
+
+    def finish(done: concurrent.futures.Future) -> None:
+        if after.cancelled() or not after.set_running_or_notify_cancel():
+            return
+        if done.cancelled():
+            after.set_result(answer(False))
+        elif done.exception() is not None:
+            after.set_exception(done.exception())
+        else:
+            after.set_result(answer(done.result()))
+
+    future.add_done_callback(finish)
+    after.add_done_callback(lambda done: future.cancel() if done.cancelled() else None)
+    return after
