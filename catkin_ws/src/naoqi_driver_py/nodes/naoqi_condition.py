@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Bumpers, touch, battery and temperatures.
+
+Publishes:  bumper (naoqi_bridge_msgs/Bumper), head_touch (HeadTouch), hand_touch (HandTouch), each when it changes;
+            battery (sensor_msgs/BatteryState) once a second; /diagnostics: battery and joint temperatures.
+Parameters: ~rate (10) [Hz] of looking at bumpers and touch.
+"""
+
+import math
+import sys
+
+import rospy
+from naoqi_bridge_msgs.msg import Bumper, HandTouch, HeadTouch
+from naoqi_driver.condition import (
+    BATTERY_KEYS,
+    SWITCHES,
+    Battery,
+    Temperatures,
+    read_battery,
+    read_switches,
+    read_temperatures,
+    temperature_keys,
+)
+from naoqi_driver.connection import RobotError
+from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
+from naoqi_driver.naoqi_node import NaoqiNode
+from sensor_msgs.msg import BatteryState
+
+LOW_CHARGE = 0.2
+"""Below this the diagnostics warn."""
+SLOW_PERIOD = 1.0
+
+MESSAGES = {
+    "bumper/right": ("bumper", Bumper(bumper=Bumper.right)),
+    "bumper/left": ("bumper", Bumper(bumper=Bumper.left)),
+    "bumper/back": ("bumper", Bumper(bumper=Bumper.back)),
+    "head/front": ("head_touch", HeadTouch(button=HeadTouch.buttonFront)),
+    "head/middle": ("head_touch", HeadTouch(button=HeadTouch.buttonMiddle)),
+    "head/rear": ("head_touch", HeadTouch(button=HeadTouch.buttonRear)),
+    "hand/right": ("hand_touch", HandTouch(hand=HandTouch.RIGHT_BACK)),
+    "hand/left": ("hand_touch", HandTouch(hand=HandTouch.LEFT_BACK)),
+}
+"""What can be pressed -> its topic, and the message that tells it."""
+
+
+class Condition:
+    def __init__(self) -> None:
+        self._node = NaoqiNode("naoqi_condition")
+        self._period = 1.0 / float(rospy.get_param("~rate", 10.0))
+        self._publishers = {
+            "bumper": rospy.Publisher("bumper", Bumper, queue_size=10),
+            "head_touch": rospy.Publisher("head_touch", HeadTouch, queue_size=10),
+            "hand_touch": rospy.Publisher("hand_touch", HandTouch, queue_size=10),
+        }
+        self._battery = rospy.Publisher("battery", BatteryState, queue_size=1, latch=True)
+        address = str(self._node.connection.address)
+        self._diagnostics = {part: Diagnostics(part, address) for part in ("battery", "joint temperatures")}
+        self._pressed = dict.fromkeys(SWITCHES, False)
+        self._joints: list[str] = []
+        self.run = lambda: self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        slow_due = 0.0
+        for now in self._node.cycles(self._period):
+            try:
+                self._tell_switches(read_switches(self._get(list(SWITCHES.values()))))
+                if now >= slow_due:
+                    slow_due = now + SLOW_PERIOD
+                    self._joints = self._joints or list(self._node.connection.call("ALMotion", "getBodyNames", "Body"))
+                    self._tell_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
+                    temperatures = self._get(temperature_keys(self._joints))
+                    self._tell_temperatures(read_temperatures(self._joints, temperatures), now)
+            except RobotError as error:
+                for diagnostics in self._diagnostics.values():
+                    diagnostics.report(now, ERROR, str(error))
+
+    def _get(self, keys: list[str]) -> list:
+        return self._node.connection.call("ALMemory", "getListData", keys)
+
+    def _tell_switches(self, pressed: dict[str, bool]) -> None:
+        for name, now_pressed in pressed.items():
+            if now_pressed != self._pressed[name]:
+                self._pressed[name] = now_pressed
+                topic, message = MESSAGES[name]
+                message.state = message.statePressed if now_pressed else message.stateReleased
+                self._publishers[topic].publish(message)
+
+    def _tell_battery(self, battery: Battery, now: float) -> None:
+        message = BatteryState(
+            percentage=battery.charge,
+            charge=math.nan,
+            capacity=math.nan,
+            design_capacity=30.0,
+            current=battery.current,
+            voltage=math.nan,
+            present=True,
+            power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
+        )
+        charging = battery.plugged if battery.plugged is not None else battery.current > 0
+        message.power_supply_status = (
+            BatteryState.POWER_SUPPLY_STATUS_CHARGING if charging else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+        )
+        message.header.stamp = rospy.Time.now()
+        self._battery.publish(message)
+        self._diagnostics["battery"].report(
+            now, WARN if battery.charge < LOW_CHARGE else OK, f"{battery.charge:.0%}", {"current [A]": battery.current}
+        )
+
+    def _tell_temperatures(self, temperatures: Temperatures, now: float) -> None:
+        hot = temperatures.hot
+        self._diagnostics["joint temperatures"].report(
+            now, WARN if hot else OK, f"too warm: {', '.join(hot)}" if hot else "normal", temperatures.celsius
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(Condition().run())

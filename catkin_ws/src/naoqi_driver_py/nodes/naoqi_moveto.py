@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""Drives the robot: velocity commands and goals in, ALMotion out, and a stop whenever in doubt.
+
+Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
+            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
+Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
+/diagnostics. Services:   orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from
+obstacles [m]. Parameters: ~wake_up (true): wake a sleeping robot at start.
+"""
+
+import math
+import sys
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from naoqi_bridge_msgs.srv import (
+    OrthogonalSecurityDistance,
+    OrthogonalSecurityDistanceResponse,
+    TangentialSecurityDistance,
+    TangentialSecurityDistanceResponse,
+)
+from naoqi_driver.base import PERIOD, BaseDriver
+from naoqi_driver.connection import RobotError
+from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
+from naoqi_driver.drive import CommandGate
+from naoqi_driver.naoqi_node import NaoqiNode
+from std_msgs.msg import String
+from std_srvs.srv import Empty, EmptyResponse
+
+HALT_TIMEOUT = 1.0
+"""Seconds the robot may brake at the end of the program."""
+STATE_PERIOD = 0.5
+"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
+
+
+class MoveTo:
+    def __init__(self) -> None:
+        self._wake = threading.Event()
+        self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._wake.set)
+        self._gate = CommandGate()
+        self._base = BaseDriver(self._node.connection, self._gate, bool(rospy.get_param("~wake_up", True)))
+        self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
+        self._state = ""
+        self._state_due = 0.0
+        self._asked_awake = 0.0
+        self._diagnostics = Diagnostics("base", str(self._node.connection.address))
+        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
+        rospy.Service("stop_walk_srv", Empty, self._on_stop)
+        rospy.Service("orthogonal_security_distance", OrthogonalSecurityDistance, self._on_orthogonal)
+        rospy.Service("tangential_security_distance", TangentialSecurityDistance, self._on_tangential)
+        self.run = lambda: self._node.run(self._loop)
+
+    def _on_velocity(self, twist: Twist) -> None:
+        self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
+        self._wake.set()
+
+    def _on_goal(self, goal: PoseStamped) -> None:
+        frame = goal.header.frame_id.lstrip("/")
+        x, y, q = goal.pose.position.x, goal.pose.position.y, goal.pose.orientation
+        theta = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+        if frame not in ("odom", "base_footprint", "base_link"):
+            rospy.logerr("goal refused: frame %r is unknown here; use odom, base_footprint or base_link", frame)
+        elif not all(math.isfinite(part) for part in (x, y, theta)):
+            rospy.logerr("goal refused: %s, %s, %s is not a place", x, y, theta)
+        else:
+            self._base.go_to(x, y, theta, in_odometry=frame == "odom")
+            self._wake.set()
+
+    def _on_stop(self, _request) -> EmptyResponse:
+        self._gate.command(0.0, 0.0, 0.0, time.monotonic())
+        self._wake.set()
+        return EmptyResponse()
+
+    def _on_orthogonal(self, request) -> OrthogonalSecurityDistanceResponse:
+        self._set_distance("setOrthogonalSecurityDistance", request.orthogonal_distance.data)
+        return OrthogonalSecurityDistanceResponse()
+
+    def _on_tangential(self, request) -> TangentialSecurityDistanceResponse:
+        self._set_distance("setTangentialSecurityDistance", request.tangential_distance.data)
+        return TangentialSecurityDistanceResponse()
+
+    def _set_distance(self, method: str, distance: float) -> None:
+        if not (math.isfinite(distance) and distance >= 0):
+            raise rospy.ServiceException(f"{distance} is not a distance in metres")
+        try:
+            self._node.connection.call("ALMotion", method, float(distance))
+        except RobotError as error:
+            raise rospy.ServiceException(str(error)) from None
+
+    def _loop(self) -> None:
+        stepped = -math.inf
+        while not self._node.stop.is_set():
+            self._wake.wait(PERIOD)
+            # A command goes out at once, unless the last one left less than a period ago.
+            if self._node.stop.wait(max(0.0, stepped + PERIOD - time.monotonic()) if self._base.holds_robot else 0.0):
+                break
+            self._wake.clear()
+            stepped = time.monotonic()
+            self._base.step(stepped, self._node.master.alive)
+            self._tell(time.monotonic())
+        self._gate.clear()
+        try:
+            self._base.halt(HALT_TIMEOUT)
+        except RobotError as error:
+            rospy.logerr("could not stop the robot at the end, its watchdog has to: %s", error)
+
+    def _tell(self, now: float) -> None:
+        if self._base.state != self._state or now >= self._state_due:
+            if self._base.state != self._state:
+                rospy.loginfo("%s", self._base.state)
+            self._state = self._base.state
+            self._state_due = now + STATE_PERIOD
+            self._state_publisher.publish(self._state)
+        connected = self._node.connection.connected
+        if connected and now >= self._asked_awake + 1.0:
+            self._asked_awake = now
+            try:
+                self._base.note_awake(bool(self._node.connection.call("ALMotion", "robotIsWakeUp", timeout=0.2)))
+            except RobotError as error:
+                rospy.logdebug("%s", error)
+        self._diagnostics.report(
+            now,
+            ERROR if not connected else WARN if self._base.awake is False else OK,
+            self._base.state,
+            {"refused commands": self._gate.refused, "velocities sent": self._base.moves, "awake": self._base.awake},
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(MoveTo().run())

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Lets the robot speak.
+
+Subscribes: speech (std_msgs/String): say this.
+Actions:    speech_action (naoqi_bridge_msgs/SpeechWithFeedback): say this and tell when it is said; cancelling silences
+            the robot.
+Services:   naoqi_driver/set_language (SetString), naoqi_driver/get_language (GetString), for example "English".
+"""
+
+import sys
+
+import actionlib
+import rospy
+from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFeedback, SpeechWithFeedbackResult
+from naoqi_bridge_msgs.srv import GetString, GetStringResponse, SetString, SetStringResponse
+from naoqi_driver.connection import RobotError
+from naoqi_driver.naoqi_node import NaoqiNode
+from std_msgs.msg import String
+
+POLL_PERIOD = 0.1
+
+
+class Speech:
+    def __init__(self) -> None:
+        self._node = NaoqiNode("naoqi_speech")
+        rospy.Subscriber("speech", String, self._on_speech, queue_size=10)
+        rospy.Service("naoqi_driver/set_language", SetString, self._on_set_language)
+        rospy.Service("naoqi_driver/get_language", GetString, self._on_get_language)
+        self._action = actionlib.SimpleActionServer("speech_action", SpeechWithFeedbackAction, self._on_goal, False)
+        self._action.start()
+        self.run = lambda: self._node.run(self._node.stop.wait)
+
+    def _on_speech(self, message: String) -> None:
+        try:
+            self._node.connection.call_async("ALTextToSpeech", "say", message.data)
+        except RobotError as error:
+            rospy.logwarn("not said: %s", error)
+
+    def _on_goal(self, goal) -> None:
+        try:
+            saying = self._node.connection.call_async("ALTextToSpeech", "say", goal.say)
+            self._action.publish_feedback(SpeechWithFeedbackFeedback(started=True))
+            while not saying.done:
+                if self._node.stop.wait(POLL_PERIOD):
+                    return
+                if self._action.is_preempt_requested():
+                    self._node.connection.call("ALTextToSpeech", "stopAll")
+                    self._action.set_preempted(SpeechWithFeedbackResult(finished=False))
+                    return
+            saying.result()
+            self._action.set_succeeded(SpeechWithFeedbackResult(finished=True))
+        except RobotError as error:
+            self._action.set_aborted(SpeechWithFeedbackResult(finished=False), str(error))
+
+    def _on_set_language(self, request) -> SetStringResponse:
+        try:
+            self._node.connection.call("ALTextToSpeech", "setLanguage", request.data)
+        except RobotError as error:
+            rospy.logwarn("language stays: %s", error)
+            return SetStringResponse(success=False)
+        return SetStringResponse(success=True)
+
+    def _on_get_language(self, _request) -> GetStringResponse:
+        try:
+            return GetStringResponse(self._node.connection.call("ALTextToSpeech", "getLanguage"))
+        except RobotError as error:
+            raise rospy.ServiceException(str(error)) from None
+
+
+if __name__ == "__main__":
+    sys.exit(Speech().run())

@@ -1,0 +1,143 @@
+"""What the body of a NAOqi robot measures, read in one cycle.
+
+Wire: one `ALMemory.getListData` for everything that is a key, `ALMotion.getPosition("Torso", 1 (world), True)` for the
+pose of the torso [m, m, m, rad, rad, rad], `ALMotion.getRobotPosition(True)` for the place on the floor and
+`ALMotion.getRobotVelocity` [m/s, m/s, rad/s], all on their way together. Keys: NAOqi 2.8 documentation,
+pepper_dcm/actuator_sensor_names; a key that a robot does not have is answered with None.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from naoqi_driver.connection import Connection
+
+WHEELS = ("WheelFL", "WheelB", "WheelFR")
+WORLD_FRAME = 1
+_AXES = ("X", "Y", "Z")
+_DEVICE = "Device/SubDeviceList"
+
+
+class Pose(NamedTuple):
+    """Position [m] and roll, pitch, yaw [rad], R = Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    x: float
+    y: float
+    z: float
+    roll: float
+    pitch: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Imu:
+    """Roll, pitch, yaw [rad], angular velocity [rad/s] and acceleration with gravity [m/s²]; NaN where there is no
+    sensor."""
+
+    angles: tuple[float, float, float]
+    gyro: tuple[float, float, float]
+    acceleration: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """One reading. Joint lists follow `BodyReader.joints`; velocities and torques are NaN where the robot has no
+    key."""
+
+    positions: list[float]
+    velocities: list[float]
+    efforts: list[float]
+    stiffness: list[float]
+    wheel_speeds: list[float]
+    imu: Imu
+    torso: Pose
+    floor: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+
+
+class BodyReader:
+    """Reads the body over a link.
+
+    Args:
+        connection: The link to the robot.
+        use_joint_sensors: Measured joint angles; False gives the commanded ones.
+    """
+
+    def __init__(self, connection: Connection, use_joint_sensors: bool = True) -> None:
+        self.joints: tuple[str, ...] = ()
+        self._connection = connection
+        self._kind = "Sensor" if use_joint_sensors else "Actuator"
+        self._keys: list[str] = []
+
+    def prepare(self) -> None:
+        """Ask the robot for its joints. To be repeated after every new connection.
+
+        Raises:
+            RobotUnreachable, CallRefused: See `Connection.call`.
+        """
+        names = self._connection.call("ALMotion", "getBodyNames", "Body")
+        self.joints = tuple(name for name in names if name not in WHEELS)
+        self._keys = (
+            [f"{_DEVICE}/{joint}/Position/{self._kind}/Value" for joint in self.joints]
+            + [f"Motion/Velocity/Sensor/{joint}" for joint in self.joints]
+            + [f"Motion/Torque/Sensor/{joint}" for joint in self.joints]
+            + [f"{_DEVICE}/{joint}/Hardness/Actuator/Value" for joint in self.joints]
+            + [f"{_DEVICE}/{wheel}/Speed/Sensor/Value" for wheel in WHEELS]
+            + [
+                f"{_DEVICE}/InertialSensor/{quantity}{axis}/Sensor/Value"
+                for quantity in ("Angle", "Gyroscope", "Accelerometer")
+                for axis in _AXES
+            ]
+        )
+
+    def read(self, timeout: float = 1.0) -> BodyState:
+        """Everything, as of now.
+
+        Raises:
+            RobotUnreachable, CallRefused: See `Connection.call`.
+        """
+        if not self._keys:
+            self.prepare()
+        values = self._connection.call_async("ALMemory", "getListData", self._keys)
+        torso = self._connection.call_async("ALMotion", "getPosition", "Torso", WORLD_FRAME, True)
+        floor = self._connection.call_async("ALMotion", "getRobotPosition", True)
+        velocity = self._connection.call_async("ALMotion", "getRobotVelocity")
+        numbers = [as_number(value) for value in values.result(timeout)]
+        count = len(self.joints)
+        rest = numbers[4 * count + len(WHEELS) :]
+        return BodyState(
+            positions=numbers[:count],
+            velocities=numbers[count : 2 * count],
+            efforts=numbers[2 * count : 3 * count],
+            stiffness=numbers[3 * count : 4 * count],
+            wheel_speeds=numbers[4 * count : 4 * count + len(WHEELS)],
+            imu=Imu(tuple(rest[0:3]), tuple(rest[3:6]), tuple(rest[6:9])),
+            torso=Pose(*(float(part) for part in torso.result(timeout))),
+            floor=tuple(float(part) for part in floor.result(timeout)),
+            velocity=tuple(float(part) for part in velocity.result(timeout)),
+        )
+
+
+def as_number(value: object) -> float:
+    """A value of ALMemory as a float; NaN for None and for what is not a number."""
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """Unit quaternion (x, y, z, w) of the rotation Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
+    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
+    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def all_finite(values: Sequence[float]) -> bool:
+    return all(math.isfinite(value) for value in values)

@@ -1,0 +1,86 @@
+"""What changes seldom: bumpers, touch, battery, temperatures, and whether the robot is awake.
+
+Wire: one `ALMemory.getListData`. The keys are polled because NAOqi 2.5 does not deliver events to the newer libqi used
+here (ros-naoqi/libqi-python, issue 13). Keys: NAOqi 2.8 documentation, pepper_dcm/actuator_sensor_names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from naoqi_driver.body import as_number
+
+_DEVICE = "Device/SubDeviceList"
+SWITCHES: Mapping[str, str] = {
+    "bumper/right": f"{_DEVICE}/Platform/FrontRight/Bumper/Sensor/Value",
+    "bumper/left": f"{_DEVICE}/Platform/FrontLeft/Bumper/Sensor/Value",
+    "bumper/back": f"{_DEVICE}/Platform/Back/Bumper/Sensor/Value",
+    "head/front": f"{_DEVICE}/Head/Touch/Front/Sensor/Value",
+    "head/middle": f"{_DEVICE}/Head/Touch/Middle/Sensor/Value",
+    "head/rear": f"{_DEVICE}/Head/Touch/Rear/Sensor/Value",
+    "hand/right": f"{_DEVICE}/RHand/Touch/Back/Sensor/Value",
+    "hand/left": f"{_DEVICE}/LHand/Touch/Back/Sensor/Value",
+}
+"""What can be pressed -> its key."""
+BATTERY_KEYS = (
+    f"{_DEVICE}/Battery/Charge/Sensor/Value",
+    f"{_DEVICE}/Battery/Current/Sensor/Value",
+    "BatteryPowerPluggedChanged",
+)
+HOT = 1
+"""Temperature status from which a joint is too warm: 1 limit reached, 2 weakened, 3 off."""
+
+
+@dataclass(frozen=True)
+class Battery:
+    """Charge 0 to 1 and current [A], negative while it is drained; NaN and None where the robot does not tell."""
+
+    charge: float
+    current: float
+    plugged: bool | None
+
+
+@dataclass(frozen=True)
+class Temperatures:
+    """Of the joints [°C], and their status, 0 for normal."""
+
+    celsius: dict[str, float]
+    status: dict[str, int]
+
+    @property
+    def hot(self) -> list[str]:
+        return [joint for joint, status in self.status.items() if status >= HOT]
+
+
+def read_switches(values: Sequence[object]) -> dict[str, bool]:
+    """Which of `SWITCHES` are pressed; one that the robot does not have is left out.
+
+    Args:
+        values: What getListData answered for the keys of `SWITCHES`, in their order.
+    """
+    return {
+        name: value > 0.5 for name, value in zip(SWITCHES, map(as_number, values), strict=True) if not math.isnan(value)
+    }
+
+
+def read_battery(values: Sequence[object]) -> Battery:
+    """The battery, from what getListData answered for `BATTERY_KEYS`."""
+    charge, current, plugged = values
+    return Battery(as_number(charge), as_number(current), bool(plugged) if plugged is not None else None)
+
+
+def temperature_keys(joints: Sequence[str]) -> list[str]:
+    return [f"{_DEVICE}/{joint}/Temperature/Sensor/{kind}" for joint in joints for kind in ("Value", "Status")]
+
+
+def read_temperatures(joints: Sequence[str], values: Sequence[object]) -> Temperatures:
+    """Temperatures from what getListData answered for `temperature_keys(joints)`; joints without a sensor are left
+    out."""
+    celsius, status = {}, {}
+    for joint, value, state in zip(joints, values[::2], values[1::2], strict=True):
+        if not math.isnan(as_number(value)):
+            celsius[joint] = as_number(value)
+            status[joint] = int(as_number(state)) if not math.isnan(as_number(state)) else 0
+    return Temperatures(celsius, status)

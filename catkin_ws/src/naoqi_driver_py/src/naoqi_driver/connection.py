@@ -1,0 +1,313 @@
+"""A link to NAOqi that comes back by itself.
+
+Wire: qi messaging (libqi) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login; `tcps://ip:9503` from 2.9, with
+user and password (ros-naoqi/libqi-python, issues 7 and 22). A request names a service, a method and its arguments; the
+reply is a value or an error text. libqi itself never gives up waiting, so every wait here has an end.
+
+One thread owns the session: it connects, asks every two seconds whether the robot still answers, and connects again
+with growing pauses. Any thread may call; a call without a link fails at once with `RobotUnreachable`.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import qi
+
+log = logging.getLogger(__name__)
+
+CONNECT_TIMEOUT = 3.0
+"""Seconds for the connection and for its first answer."""
+PROBE_PERIOD = 2.0
+PROBE_TIMEOUT = 1.0
+FIRST_PAUSE, LONGEST_PAUSE = 0.25, 4.0
+"""Seconds between two attempts to connect; doubled after every failure."""
+CALL_TIMEOUT = 1.0
+
+# libqi's own messages repeat what is reported here, and its retries would flood the terminal.
+qi.logging.setLevel(qi.logging.FATAL)
+
+
+class RobotError(Exception):
+    """A call to the robot brought no result."""
+
+
+class RobotUnreachable(RobotError):
+    """There is no link to the robot, or it did not answer in time. The link is being repaired meanwhile."""
+
+
+class CallRefused(RobotError):
+    """The robot answered that it will not or cannot do what was asked."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where NAOqi answers. `user` and `password` are needed for tcps only."""
+
+    url: str
+    user: str | None = None
+    password: str | None = None
+
+    @classmethod
+    def parse(cls, ip: str, port: int = 9559, user: str | None = None, password: str | None = None) -> Address:
+        """`ip` is a host name, an IP address, host:port, or a whole URL (`tcp://...`, `tcps://...`).
+
+        Raises:
+            ValueError: The address is empty or its scheme is neither tcp nor tcps.
+        """
+        scheme, mark, rest = ip.rpartition("://")
+        if mark and scheme not in ("tcp", "tcps"):
+            raise ValueError(f"address {ip!r}: the scheme must be tcp or tcps")
+        if not rest:
+            raise ValueError(f"address {ip!r} names no robot; use an IP address, a host name or tcp://host:port")
+        named_port = rest.rpartition(":")[2].isdigit() and ":" in rest
+        return cls(f"{scheme or 'tcp'}://{rest if named_port else f'{rest}:{port}'}", user, password)
+
+    def __str__(self) -> str:
+        return self.url
+
+
+class PendingCall:
+    """A request that is on its way."""
+
+    def __init__(self, connection: Connection, future: qi.Future, name: str) -> None:
+        self._connection = connection
+        self._future = future
+        self._name = name
+
+    @property
+    def done(self) -> bool:
+        return not self._future.isRunning()
+
+    def result(self, timeout: float = CALL_TIMEOUT) -> Any:
+        """The reply, waited for at most `timeout` seconds.
+
+        Raises:
+            RobotUnreachable: No reply in time, or the link broke.
+            CallRefused: The robot answered with an error.
+        """
+        try:
+            return self._future.value(round(timeout * 1000))
+        except RuntimeError as error:
+            raise self._connection.translate(error, self._name, self._future.isRunning(), timeout) from None
+
+    def cancel(self) -> None:
+        """Ask the robot to give up the request."""
+        if self._future.isRunning():
+            self._future.cancel()
+
+
+class Connection:
+    """The link to one robot.
+
+    Args:
+        address: Where it answers.
+        on_connected: Called after every new connection, on the link's thread; may call the robot.
+        on_lost: Called once when a link that was up is lost, with the cause.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        on_connected: Callable[[], None] | None = None,
+        on_lost: Callable[[str], None] | None = None,
+    ) -> None:
+        self.address = address
+        self.connections = 0
+        """How often a link was established."""
+        self._on_connected = on_connected or (lambda: None)
+        self._on_lost = on_lost or (lambda _cause: None)
+        self._problem = "not connected yet"
+        self._session: qi.Session | None = None
+        self._services: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._up = threading.Event()
+        self._wake = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="naoqi-link", daemon=True)
+
+    def start(self) -> Connection:
+        self._thread.start()
+        return self
+
+    def __enter__(self) -> Connection:
+        return self.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._wake.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout=1.0)
+
+    @property
+    def connected(self) -> bool:
+        return self._up.is_set()
+
+    @property
+    def problem(self) -> str | None:
+        """Why there is no link; None while there is one."""
+        return None if self.connected else self._problem
+
+    def wait_connected(self, timeout: float) -> bool:
+        return self._up.wait(timeout)
+
+    def call(self, service: str, method: str, *arguments: Any, timeout: float = CALL_TIMEOUT) -> Any:
+        """Call `service.method(*arguments)` and wait at most `timeout` seconds for the reply.
+
+        Raises:
+            RobotUnreachable: No link, or no reply in time.
+            CallRefused: The robot knows no such service or method, or answered with an error.
+        """
+        return self.call_async(service, method, *arguments).result(timeout)
+
+    def call_async(self, service: str, method: str, *arguments: Any) -> PendingCall:
+        """Send the request and return at once; several may be on their way together.
+
+        Raises:
+            RobotUnreachable, CallRefused: As `call`, when the request cannot even be sent.
+        """
+        session = self._session
+        if session is None:
+            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        name = f"{service}.{method}"
+        try:
+            future = self._service(session, service).call(method, *arguments, _async=True)
+        except RuntimeError as error:
+            raise self.translate(error, name, False, 0.0) from None
+        return PendingCall(self, future, name)
+
+    def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
+        """What an error of libqi means to the caller of `name`."""
+        if unanswered:
+            self._wake.set()
+            return RobotUnreachable(f"{name}: no reply from {self.address} within {timeout:g} s")
+        text = str(error).strip().splitlines()
+        cause = text[0] if text else type(error).__name__
+        session = self._session
+        if session is None or not session.isConnected() or cause in _BROKEN_LINK:
+            self._wake.set()
+            return RobotUnreachable(f"{name}: the link to {self.address} broke: {cause}")
+        return CallRefused(f"{name}: {cause}")
+
+    def _service(self, session: qi.Session, name: str) -> Any:
+        with self._lock:
+            proxy = self._services.get(name)
+        if proxy is None:
+            future = session.service(name, _async=True)
+            try:
+                proxy = future.value(round(CALL_TIMEOUT * 1000))
+            except RuntimeError as error:
+                raise self.translate(error, name, future.isRunning(), CALL_TIMEOUT) from None
+            with self._lock:
+                if self._session is session:
+                    self._services[name] = proxy
+        return proxy
+
+    def _run(self) -> None:
+        pause = FIRST_PAUSE
+        told = None
+        while not self._stop.is_set():
+            try:
+                session = self._connect()
+            except RuntimeError as error:
+                cause = str(error).strip().splitlines()[0]
+                self._problem = cause
+                if cause != told:
+                    log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
+                    told = cause
+                self._stop.wait(pause)
+                pause = min(2 * pause, LONGEST_PAUSE)
+                continue
+            pause, told = FIRST_PAUSE, None
+            self._serve(session)
+
+    def _connect(self) -> qi.Session:
+        """A new session. Raises RuntimeError with the cause."""
+        session = qi.Session()
+        if self.address.user or self.address.password:
+            session.setClientAuthenticatorFactory(Login(self.address.user or "nao", self.address.password or ""))
+        future = session.connect(self.address.url, _async=True)
+        if not self._answered(future, CONNECT_TIMEOUT):
+            future.cancel()
+            raise RuntimeError(f"no answer within {CONNECT_TIMEOUT:g} s")
+        future.value(0)
+        return session
+
+    def _answered(self, future: qi.Future, timeout: float) -> bool:
+        """Wait for the future, at most `timeout` seconds, and no longer than the connection is wanted."""
+        deadline = time.monotonic() + timeout
+        future.addCallback(lambda _: self._wake.set())
+        while future.isRunning() and not self._stop.is_set() and time.monotonic() < deadline:
+            self._wake.wait(deadline - time.monotonic())
+            self._wake.clear()
+        return not future.isRunning()
+
+    def _serve(self, session: qi.Session) -> None:
+        """Keep the session until the robot stops answering or the connection is closed."""
+        session.disconnected.connect(lambda *_: self._wake.set())
+        with self._lock:
+            self._services.clear()
+            self._session = session
+        self.connections += 1
+        self._up.set()
+        log.info("connected to the robot at %s", self.address)
+        self._report(self._on_connected)
+        cause = None
+        while cause is None and not self._stop.is_set():
+            self._wake.wait(PROBE_PERIOD)
+            self._wake.clear()
+            cause = None if self._stop.is_set() else self._probe(session)
+        with self._lock:
+            self._session = None
+            self._services.clear()
+        self._problem = cause or "closed"
+        self._up.clear()
+        session.close()
+        if cause is not None:
+            log.warning("lost the robot at %s: %s; connecting again", self.address, cause)
+            self._report(self._on_lost, cause)
+
+    def _probe(self, session: qi.Session) -> str | None:
+        """Why the robot counts as lost, or None when it answers."""
+        try:
+            future = self._service(session, "ServiceDirectory").call("machineId", _async=True)
+            if self._answered(future, PROBE_TIMEOUT):
+                future.value(0)
+                return None
+        except (RuntimeError, RobotError) as error:
+            log.debug("probe of %s failed: %s", self.address, error)
+        return f"it did not answer within {PROBE_TIMEOUT:g} s" if session.isConnected() else "it closed the connection"
+
+    def _report(self, callback: Callable[..., None], *arguments: object) -> None:
+        try:
+            callback(*arguments)
+        except RobotError as error:
+            log.warning("%s", error)
+        except Exception:
+            log.exception("a callback of the link to %s failed", self.address)
+
+
+_BROKEN_LINK = ("Socket is not connected", "Session closed", "Endpoint disconnected", "Endpoint closed")
+"""Texts of libqi 4.0.3 for a request that a dying link swallowed (read from its answers)."""
+
+
+class Login:
+    """Hands user and password to libqi, in the two steps its authenticator interface asks for; the method names are
+    its."""
+
+    def __init__(self, user: str, password: str) -> None:
+        self._answer = {"user": user, "token": password}
+
+    def newAuthenticator(self) -> Login:
+        return self
+
+    def initialAuthData(self) -> dict[str, str]:
+        return self._answer

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Moves and stiffens the robot's joints.
+
+Actions:    joint_trajectory, joint_stiffness_trajectory (naoqi_bridge_msgs/JointTrajectory),
+            joint_angles_action (JointAnglesWithSpeed), body_pose_naoqi (BodyPoseWithSpeed: NAOqi's own postures).
+Subscribes: joint_angles (JointAnglesWithSpeed), joint_stiffness (sensor_msgs/JointState, stiffness in the field effort;
+            what naoqi_joint_states tells under the same name is not taken as a command).
+Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/enable, life/disable (std_srvs/Empty),
+            life/get_state (std_srvs/Trigger). They answer when the robot has done it.
+Publishes:  get_life_state (std_msgs/String, latched).
+Parameters: ~poll_rate (0.2) [s] between two looks at a running motion; ~init_stiffness (0.0): above 0, stiffen the
+            joints to this once at start.
+"""
+
+import sys
+from collections.abc import Callable
+
+import actionlib
+import rospy
+from naoqi_bridge_msgs.msg import (
+    BodyPoseWithSpeedAction,
+    BodyPoseWithSpeedResult,
+    JointAnglesWithSpeed,
+    JointAnglesWithSpeedAction,
+    JointAnglesWithSpeedResult,
+    JointTrajectoryAction,
+    JointTrajectoryResult,
+)
+from naoqi_driver.connection import PendingCall, RobotError
+from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpolation
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
+
+SLOW_TIMEOUT = 15.0
+"""Seconds that waking up, resting and a change of life may take."""
+STIFFENING_TIME = 0.5
+RESULT_TIMEOUT = 1.0
+LIFE_PERIOD = 2.0
+
+
+class PoseController:
+    def __init__(self) -> None:
+        self._node = NaoqiNode("pose_controller")
+        self._poll = float(rospy.get_param("~poll_rate", 0.2))
+        self._stiffen_to = float(rospy.get_param("~init_stiffness", 0.0))
+        self._life = rospy.Publisher("get_life_state", String, queue_size=1, latch=True)
+        for name, service, method, *arguments in (
+            ("body_stiffness/enable", "ALMotion", "stiffnessInterpolation", "Body", 1.0, STIFFENING_TIME),
+            ("body_stiffness/disable", "ALMotion", "stiffnessInterpolation", "Body", 0.0, STIFFENING_TIME),
+            ("wakeup", "ALMotion", "wakeUp"),
+            ("rest", "ALMotion", "rest"),
+            ("life/enable", "ALAutonomousLife", "setState", "solitary"),
+            ("life/disable", "ALAutonomousLife", "setState", "disabled"),
+        ):
+            rospy.Service(name, Empty, self._service(name, service, method, *arguments))
+        rospy.Service("life/get_state", Trigger, self._on_get_life)
+        self._servers = {
+            name: actionlib.SimpleActionServer(name, action, execute, auto_start=False)
+            for name, action, execute in (
+                ("joint_trajectory", JointTrajectoryAction, self._on_trajectory),
+                ("joint_stiffness_trajectory", JointTrajectoryAction, self._on_stiffness_trajectory),
+                ("joint_angles_action", JointAnglesWithSpeedAction, self._on_angles_action),
+                ("body_pose_naoqi", BodyPoseWithSpeedAction, self._on_body_pose),
+            )
+        }
+        for server in self._servers.values():
+            server.start()
+        rospy.Subscriber("joint_angles", JointAnglesWithSpeed, self._on_angles, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber("joint_stiffness", JointState, self._on_stiffness, queue_size=10)
+        self.run = lambda: self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        for _ in self._node.cycles(LIFE_PERIOD):
+            try:
+                if self._stiffen_to > 0:
+                    self._node.connection.call(
+                        "ALMotion", "stiffnessInterpolation", "Body", min(self._stiffen_to, 1.0), STIFFENING_TIME
+                    )
+                    self._stiffen_to = 0.0
+                self._life.publish(self._node.connection.call("ALAutonomousLife", "getState"))
+            except RobotError as error:
+                rospy.logdebug("%s", error)
+
+    # --- topics ------------------------------------------------------------------------------------------------------
+
+    def _on_angles(self, message: JointAnglesWithSpeed) -> None:
+        method = "changeAngles" if message.relative else "setAngles"
+        self._call("ALMotion", method, list(message.joint_names), list(message.joint_angles), message.speed)
+
+    def _on_stiffness(self, message: JointState) -> None:
+        if message._connection_header["callerid"].rpartition("/")[2] == "naoqi_joint_states":
+            return
+        self._call("ALMotion", "setStiffnesses", list(message.name), list(message.effort))
+
+    def _call(self, *call) -> None:
+        try:
+            self._node.connection.call(*call)
+        except RobotError as error:
+            rospy.logwarn("%s", error)
+
+    # --- services ----------------------------------------------------------------------------------------------------
+
+    def _service(self, name: str, service: str, method: str, *arguments) -> Callable:
+        def serve(_request) -> EmptyResponse:
+            try:
+                self._node.connection.call(service, method, *arguments, timeout=SLOW_TIMEOUT)
+            except RobotError as error:
+                raise rospy.ServiceException(f"{name}: {error}") from None
+            return EmptyResponse()
+
+        return serve
+
+    def _on_get_life(self, _request) -> TriggerResponse:
+        try:
+            return TriggerResponse(True, self._node.connection.call("ALAutonomousLife", "getState"))
+        except RobotError as error:
+            return TriggerResponse(False, str(error))
+
+    # --- actions -----------------------------------------------------------------------------------------------------
+
+    def _on_trajectory(self, goal) -> None:
+        self._interpolate("joint_trajectory", goal, "angleInterpolation", [goal.relative == 0], "getAngles", [True])
+
+    def _on_stiffness_trajectory(self, goal) -> None:
+        self._interpolate("joint_stiffness_trajectory", goal, "stiffnessInterpolation", [], "getStiffnesses", [])
+
+    def _interpolate(self, name: str, goal, method: str, more: list, read_method: str, read_more: list) -> None:
+        server, link = self._servers[name], self._node.connection
+        try:
+            interpolation = self._interpolation(goal.trajectory)
+            motion = link.call_async("ALMotion", method, *interpolation, *more)
+            done = self._wait(server, motion)
+            positions = link.call("ALMotion", read_method, interpolation.names, *read_more)
+        except (RobotError, UnusableTrajectory) as error:
+            server.set_aborted(JointTrajectoryResult(), str(error))
+            return
+        self._finish(server, done, JointTrajectoryResult(joint_state(interpolation.names, positions)))
+
+    def _on_angles_action(self, goal) -> None:
+        server, link = self._servers["joint_angles_action"], self._node.connection
+        names, angles = list(goal.joint_angles.joint_names), list(goal.joint_angles.joint_angles)
+        try:
+            if goal.joint_angles.relative:
+                present = link.call("ALMotion", "getAngles", names, True)
+                angles = [angle + change for angle, change in zip(present, angles, strict=True)]
+            motion = link.call_async("ALMotion", "angleInterpolationWithSpeed", names, angles, goal.joint_angles.speed)
+            done = self._wait(server, motion)
+            positions = link.call("ALMotion", "getAngles", names, True)
+        except (RobotError, ValueError) as error:
+            server.set_aborted(JointAnglesWithSpeedResult(), str(error))
+            return
+        self._finish(server, done, JointAnglesWithSpeedResult(joint_state(names, positions)))
+
+    def _on_body_pose(self, goal) -> None:
+        server = self._servers["body_pose_naoqi"]
+        try:
+            motion = self._node.connection.call_async("ALRobotPosture", "goToPosture", goal.posture_name, goal.speed)
+            done = self._wait(server, motion)
+            reached = done and bool(motion.result(RESULT_TIMEOUT))
+        except RobotError as error:
+            server.set_aborted(BodyPoseWithSpeedResult(), str(error))
+            return
+        if done and not reached:
+            server.set_aborted(BodyPoseWithSpeedResult(), f"the robot did not reach {goal.posture_name}")
+        else:
+            self._finish(server, done, BodyPoseWithSpeedResult())
+
+    def _interpolation(self, trajectory) -> Interpolation:
+        points = [(point.time_from_start.to_sec(), point.positions) for point in trajectory.points]
+        return to_interpolation(
+            trajectory.joint_names, points, lambda group: self._node.connection.call("ALMotion", "getBodyNames", group)
+        )
+
+    def _wait(self, server, motion: PendingCall) -> bool:
+        """Wait for the motion; False when the goal was withdrawn before."""
+        while not motion.done:
+            if server.is_preempt_requested() or self._node.stop.is_set():
+                motion.cancel()
+                return False
+            self._node.stop.wait(self._poll)
+        motion.result(RESULT_TIMEOUT)
+        return True
+
+    @staticmethod
+    def _finish(server, done: bool, result) -> None:
+        if done:
+            server.set_succeeded(result)
+        else:
+            server.set_preempted(result, "withdrawn")
+
+
+def joint_state(names: list[str], positions: list[float]) -> JointState:
+    message = JointState(name=names, position=positions)
+    message.header.stamp = rospy.Time.now()
+    return message
+
+
+if __name__ == "__main__":
+    sys.exit(PoseController().run())

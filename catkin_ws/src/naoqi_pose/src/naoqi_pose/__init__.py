@@ -1,0 +1,1 @@
+"""Joint trajectories and named poses. `trajectory` and `poses` do not know ROS."""

@@ -1,0 +1,148 @@
+from __future__ import annotations
+
+import logging
+import threading
+import time
+
+import pytest
+import qi
+from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable
+
+
+class Motion:
+    def __init__(self) -> None:
+        self.commands: list[tuple] = []
+
+    def move(self, x: float, y: float, theta: float) -> None:
+        self.commands.append((x, y, theta))
+
+    def refuse(self) -> None:
+        raise ValueError("legs are folded")
+
+    def stopMove(self) -> qi.Future:
+        """Never finishes."""
+        self.promise = qi.Promise()
+        return self.promise.future()
+
+
+@pytest.fixture
+def motion(naoqi) -> Motion:
+    service = Motion()
+    naoqi.register("ALMotion", service)
+    return service
+
+
+@pytest.mark.parametrize(
+    ("ip", "port", "url"),
+    [
+        ("10.0.0.7", 9559, "tcp://10.0.0.7:9559"),
+        ("pepper.local", 9560, "tcp://pepper.local:9560"),
+        ("10.0.0.7:1234", 9559, "tcp://10.0.0.7:1234"),
+        ("tcps://10.0.0.7", 9503, "tcps://10.0.0.7:9503"),
+        ("tcps://10.0.0.7:9503", 9559, "tcps://10.0.0.7:9503"),
+    ],
+)
+def test_address_accepts_what_people_type(ip, port, url):
+    assert str(Address.parse(ip, port)) == url
+
+
+@pytest.mark.parametrize("ip", ["", "http://10.0.0.7", "tcp://"])
+def test_address_refuses_nonsense(ip):
+    with pytest.raises(ValueError, match="address"):
+        Address.parse(ip)
+
+
+def test_calls_reach_the_robot(naoqi, motion):
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        assert link.wait_connected(10)
+        link.call("ALMotion", "move", 0.2, 0.0, -0.5)
+    assert motion.commands == [(0.2, 0.0, -0.5)]
+
+
+def test_refusal_carries_the_robots_reason(naoqi, motion):
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        assert link.wait_connected(10)
+        with pytest.raises(CallRefused, match=r"ALMotion\.refuse: .*legs are folded"):
+            link.call("ALMotion", "refuse")
+        with pytest.raises(CallRefused, match="ALSonar"):
+            link.call("ALSonar", "subscribe", "test")
+        assert link.connected, "a refusal is no reason to give up the link"
+
+
+def test_a_reply_that_does_not_come_is_given_up(naoqi, motion):
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        assert link.wait_connected(10)
+        with pytest.raises(RobotUnreachable, match=r"ALMotion\.stopMove: no reply .* within 0\.1 s"):
+            link.call("ALMotion", "stopMove", timeout=0.1)
+        link.call("ALMotion", "move", 0.0, 0.0, 0.0)
+        assert link.connected, "the robot answers otherwise, so the link stays"
+
+
+def test_call_without_a_link_fails_at_once(free_port):
+    with Connection(Address.parse("127.0.0.1", free_port())) as link:
+        with pytest.raises(RobotUnreachable, match="not reachable"):
+            link.call("ALMotion", "move", 0.0, 0.0, 0.0)
+
+
+def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, caplog, wait_until):
+    port = free_port()
+    with caplog.at_level(logging.INFO), Connection(Address.parse("127.0.0.1", port)) as link:
+        wait_until(lambda: "refused" in (link.problem or ""), "the cause is known")
+        time.sleep(1.0)  # three more attempts
+    said = [record.message for record in caplog.records]
+    assert len(said) == 1
+    assert f"tcp://127.0.0.1:{port}" in said[0]
+    assert "Connection refused" in said[0]
+
+
+@pytest.mark.parametrize("fault", ["cut", "freeze"])
+def test_link_comes_back_after_a_fault_of_the_network(naoqi, motion, make_wire, wait_until, fault):
+    wire = make_wire(naoqi.port)
+    lost = threading.Event()
+    with Connection(Address.parse("127.0.0.1", wire.port), on_lost=lambda cause: lost.set()) as link:
+        assert link.wait_connected(10)
+        getattr(wire, fault)()
+        if fault == "freeze":
+            with pytest.raises(RobotUnreachable):
+                link.call("ALMotion", "move", 0.1, 0.0, 0.0, timeout=0.2)
+        assert lost.wait(10)
+        wire.thaw()
+        wait_until(lambda: link.connections == 2, "connected again")
+        link.call("ALMotion", "move", 0.3, 0.0, 0.0)
+    assert motion.commands[-1] == (0.3, 0.0, 0.0)
+
+
+def test_link_comes_back_to_a_restarted_robot(naoqi, motion, wait_until):
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        wait_until(lambda: link.connected, "connected")
+        naoqi.close()
+        wait_until(lambda: not link.connected, "loss noticed")
+        again = qi.Session()
+        again.listenStandalone(f"tcp://127.0.0.1:{naoqi.port}")
+        again.registerService("ALMotion", Motion())
+        wait_until(lambda: link.connections == 2, "connected again")
+        link.call("ALMotion", "move", 0.1, 0.0, 0.0)
+        again.close()
+
+
+def test_close_does_not_wait_for_a_silent_robot(naoqi, make_wire):
+    wire = make_wire(naoqi.port)
+    wire.freeze()
+    link = Connection(Address.parse("127.0.0.1", wire.port)).start()
+    time.sleep(0.2)
+    began = time.monotonic()
+    link.close()
+    assert time.monotonic() - began < 1.0
+
+
+def test_user_and_password_are_what_libqi_asks_an_authenticator_for():
+    assert Login("nao", "secret").newAuthenticator().initialAuthData() == {"user": "nao", "token": "secret"}
+
+
+def test_callbacks_tell_of_gain_and_loss(naoqi, wait_until):
+    told = []
+    link = Connection(Address.parse("127.0.0.1", naoqi.port), lambda: told.append("up"), told.append)
+    with link:
+        wait_until(lambda: told == ["up"], "gain told")
+        naoqi.close()
+        wait_until(lambda: told == ["up", "it closed the connection"], "loss told")
