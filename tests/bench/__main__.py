@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from report import Row, table
 
+import telepresence.sim  # noqa: F401  chooses OpenGL without a screen before anybody imports mujoco
 from telepresence import processes
 
 BENCHMARKS = {

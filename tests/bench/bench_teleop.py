@@ -8,10 +8,10 @@ import random
 import time
 from subprocess import DEVNULL
 
-from pepper_sim.simulation import Simulation
 from report import Row, percentile
 from ros_graph import hop_times, private_master, wait_for
 
+from pepper_sim.simulation import Simulation
 from telepresence import processes
 
 PRESSES = 120
@@ -44,7 +44,7 @@ def key_to_setpoint(environment: dict[str, str]) -> list[float]:
             drive(vx, vy, wz)
 
         simulation.robot.set_velocity = record
-        port = simulation.server.endpoints[0].rpartition(":")[2]
+        port = simulation.url.rpartition(":")[2]
         driver = processes.start(
             ["roslaunch", "naoqi_driver_py", "naoqi_driver.launch", "nao_ip:=127.0.0.1", f"nao_port:={port}"],
             env=environment,
