@@ -80,6 +80,10 @@ class DevTools:
             self.close()
             raise BrowserError(f"{program} does not start: {error or 'it has no page'}") from error
 
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
     def call(self, method: str, **params: Any) -> dict[str, Any]:
         """Ask and wait for the reply.
 

@@ -106,10 +106,10 @@ def site() -> Iterator[Site]:
 class Glass:
     """A tablet, and what happened to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, browser: str = "built-in") -> None:
         self.shown: list[np.ndarray | None] = []
         self.events: list[object] = []
-        self.tablet = Tablet(self.shown.append)
+        self.tablet = Tablet(self.shown.append, browser)
         self.tablet.on_page_started = lambda: self.events.append("started")
         self.tablet.on_page_finished = lambda: self.events.append("finished")
         self.tablet.on_load_error = lambda code, text, url: self.events.append((code, text, url))
@@ -521,3 +521,59 @@ def test_a_broken_owner_does_not_stop_the_screen(site: Site) -> None:
 def test_background_must_be_a_colour(glass: Glass) -> None:
     with pytest.raises(ValueError, match="#RRGGBB"):
         glass.tablet.set_background("red")
+
+
+@pytest.fixture
+def chromium() -> Iterator[Glass]:
+    glass = Glass("chromium")
+    yield glass
+    glass.tablet.close()
+
+
+@pytest.mark.browser
+def test_chromium_runs_scripts_and_styles(site: Site, chromium: Glass) -> None:
+    site.serve("/", "<style>body{background:#f00}</style>")
+    site.serve(
+        "/script", "<script>document.documentElement.style.background = innerWidth == 1280 ? '#0f0' : '#00f'</script>"
+    )
+    chromium.open(site.url())
+    assert chromium.shows(RED, timeout=30)
+    chromium.open(site.url("/script"))
+    assert chromium.shows(GREEN)
+    assert eventually(lambda: chromium.events == ["started", "finished"] * 2)
+    chromium.tablet.hide_webview()
+    assert chromium.shows(BLACK)
+
+
+@pytest.mark.browser
+def test_chromium_follows_a_stream(live: tuple[LatestImage, WebServer], chromium: Glass) -> None:
+    image, server = live
+    image.put(encoded(RED))
+    chromium.open(server.url + "?adv")
+    for colour in (RED, GREEN, BLUE):
+        image.put(encoded(colour))
+        assert eventually(lambda colour=colour: shows_anywhere(chromium, colour), timeout=30)
+    assert eventually(lambda: "finished" in chromium.events)
+
+
+def shows_anywhere(glass: Glass, colour: Colour) -> bool:
+    picture = glass.tablet.image.peek()
+    return picture is not None and bool((abs(picture.pixels[60, 60].astype(int) - colour) < 20).all())
+
+
+@pytest.mark.browser
+def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(chromium: Glass) -> None:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{unused.getsockname()[1]}/"
+        chromium.open(url)
+        assert eventually(lambda: len(chromium.events) == 2, timeout=30)
+    assert chromium.events[1] == (-6, "net::ERR_CONNECTION_REFUSED", url)
+    assert eventually(lambda: chromium.ink() > 500)
+    chromium.tablet.close()
+    assert not [t.name for t in threading.enumerate() if t.name.startswith("tablet")]
+
+
+def test_an_unknown_browser_is_named() -> None:
+    with pytest.raises(ValueError, match="not 'lynx'"):
+        Tablet(browser="lynx")

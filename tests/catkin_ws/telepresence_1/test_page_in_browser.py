@@ -1,0 +1,220 @@
+"""The page in Chromium: that it looks as it should, and that its watchdog brings the picture back."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import itertools
+import socket
+import threading
+from collections.abc import Callable, Iterator
+
+import cv2
+import numpy as np
+import pytest
+from telepresence_1.camera import Camera
+
+from pepper_sim.devtools import BrowserError, DevTools
+
+pytestmark = pytest.mark.browser
+
+RED, GREEN, BLUE = (200, 0, 0), (0, 200, 0), (0, 0, 200)
+
+
+class Browser:
+    def __init__(self) -> None:
+        self.tools = DevTools()
+        self.tools.call("Page.enable")
+        self.resize(1280, 800)
+
+    def resize(self, width: int, height: int) -> None:
+        self.tools.call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+        )
+
+    def open(self, url: str) -> None:
+        self.tools.call("Page.navigate", url=url)
+
+    def evaluate(self, expression: str) -> object:
+        return self.tools.call("Runtime.evaluate", expression=expression)["result"].get("value")
+
+    def screenshot(self) -> np.ndarray:
+        """(height, width, 3) RGB."""
+        data = base64.b64decode(self.tools.call("Page.captureScreenshot", format="png")["data"])
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
+
+    def shows(self, colour: tuple[int, int, int]) -> bool:
+        """In the upper half, where no words are."""
+        try:
+            picture = self.screenshot()
+        except BrowserError:
+            return False  # between two pages
+        height, width = picture.shape[:2]
+        return all(
+            abs(picture[y, x].astype(int) - colour).max() < 15
+            for y in (3, height // 2)
+            for x in (3, width // 2, width - 4)
+        )
+
+
+class Wire:
+    """A TCP relay to the server that can break the streams and nothing else, as a forgetful router does."""
+
+    def __init__(self, target: int) -> None:
+        self._target = target
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listening.getsockname()[1]
+        self.streams = 0
+        self._pairs: list[tuple[socket.socket, socket.socket]] = []
+        self._frozen: set[socket.socket] = set()
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def __enter__(self) -> Wire:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._listening.close()
+        for pair in self._pairs:
+            for end in pair:
+                end.close()
+
+    def cut(self) -> None:
+        """End the streams that are open now."""
+        for end in itertools.chain(*self._pairs):
+            with contextlib.suppress(OSError):  # over already
+                end.shutdown(socket.SHUT_RDWR)
+
+    def freeze(self) -> None:
+        """Forward nothing of the streams that are open now, and tell nobody."""
+        self._frozen.update(server for _, server in self._pairs)
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                browser, _ = self._listening.accept()
+            except OSError:
+                return
+            threading.Thread(target=self._serve, args=(browser,), daemon=True).start()
+
+    def _serve(self, browser: socket.socket) -> None:
+        server = socket.create_connection(("127.0.0.1", self._target))
+        threading.Thread(target=self._back, args=(server, browser), daemon=True).start()
+        try:
+            while data := browser.recv(65536):
+                if b"GET /video_feed" in data:
+                    self.streams += 1
+                    self._pairs.append((browser, server))
+                server.sendall(data)
+        except OSError:
+            pass
+        finally:
+            server.close()
+
+    def _back(self, server: socket.socket, browser: socket.socket) -> None:
+        try:
+            while server not in self._frozen and (data := server.recv(65536)):
+                browser.sendall(data)
+        except OSError:
+            pass
+        finally:
+            if server not in self._frozen:
+                browser.close()
+
+
+def noise() -> bytes:
+    """A picture that JPEG cannot make small."""
+    pixels = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
+    return cv2.imencode(".jpg", pixels)[1].tobytes()
+
+
+@pytest.fixture
+def browser() -> Iterator[Browser]:
+    browser = Browser()
+    yield browser
+    browser.tools.close()
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (640, 400)])
+def test_the_picture_fills_the_screen_and_the_words_are_on_it(
+    size: tuple[int, int], browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page(name="Anna Petersen")
+    page.image.put(jpeg(BLUE))
+    browser.resize(*size)
+    browser.open(page.server.url)
+    wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+    picture = browser.screenshot()
+    assert picture.shape == (size[1], size[0], 3)
+    foot = picture[int(size[1] * 0.8) :, : size[0] // 2]
+    assert (foot.min(axis=2) > 200).mean() > 0.01, "no white letters at the foot"
+    page.image.put(jpeg(RED))
+    wait_until(lambda: browser.shows(RED), "the next picture is painted")
+
+
+def test_a_live_camera_is_not_an_empty_page(browser: Browser, open_page: Callable, wait_until: Callable) -> None:
+    with Camera("test") as camera:
+        page = open_page(image=camera.image)
+        browser.open(page.server.url)
+        wait_until(lambda: browser.evaluate("document.getElementById('picture').naturalWidth") == 640, "a picture")
+        wait_until(lambda: browser.screenshot().std() > 40, "the test card is painted")
+        first = browser.screenshot()
+        wait_until(lambda: (browser.screenshot()[:500] != first[:500]).any(), "the picture moves")
+        assert browser.evaluate("document.body.className") == "live"
+
+
+def test_the_page_says_when_the_camera_is_lost(
+    browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page()
+    page.image.put(jpeg(BLUE))
+    browser.open(page.server.url)
+    page.state[:] = ["lost", "There is no camera."]
+    wait_until(lambda: browser.evaluate("document.body.className") == "lost", "the page knows")
+    assert "camera" in str(browser.evaluate("document.getElementById('words').textContent"))
+
+
+def test_a_server_that_dies_is_missed_and_found_again(
+    browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page()
+    page.image.put(jpeg(BLUE))
+    browser.open(page.server.url)
+    wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+    page.server.close()
+    wait_until(lambda: browser.evaluate("document.body.className") == "waiting", "the page notices")
+    again = open_page(port=page.server.port)
+    again.image.put(jpeg(GREEN))
+    wait_until(lambda: browser.shows(GREEN), "the picture is back")
+    assert browser.evaluate("document.body.className") == "live"
+
+
+@pytest.mark.parametrize("fault", ["cut", "freeze"])
+def test_a_stream_that_dies_alone_is_opened_again(
+    fault: str, browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page(timeout=1.0)
+    page.image.put(jpeg(BLUE))
+    with Wire(page.server.port) as wire:
+        browser.open(f"http://127.0.0.1:{wire.port}/")
+        wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+        before = wire.streams
+        getattr(wire, fault)()
+
+        def moves_on() -> bool:
+            page.image.put(noise())  # more than fits into the sockets of a frozen stream
+            return wire.streams > before
+
+        wait_until(moves_on, "the page opens another stream")
+        page.image.put(jpeg(RED))
+        wait_until(lambda: browser.shows(RED), "the picture is back")
+
+
+def test_single_pictures_where_streams_do_not_work(
+    browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page(max_viewers=0)
+    page.image.put(jpeg(GREEN))
+    browser.open(page.server.url)
+    wait_until(lambda: browser.shows(GREEN), "the page asks for single pictures")
+    page.image.put(jpeg(RED))
+    wait_until(lambda: browser.shows(RED), "the next picture")
