@@ -131,6 +131,11 @@ class JointMotion:
         self._running: list[tuple[float, Trajectory]] = []
         self._slewing = False
         self._limp = np.zeros(0, int)
+        # A servo with damping follows a moving setpoint late by damping / stiffness seconds; the lead makes up for it.
+        damping = model.dof_damping[self.dofs] - model.actuator_biasprm[self.actuators, 2]
+        self._lag = damping / model.actuator_gainprm[self.actuators, 0]
+        self._lead = np.zeros(len(JOINTS))
+        self._leading = False
 
     def reset(self, data: mujoco.MjData, angles: Mapping[str, float]) -> None:
         """Put the joints to `angles` at once, stiff, with nothing to do."""
@@ -194,7 +199,7 @@ class JointMotion:
 
     def tick(self, now: float, dt: float, data: mujoco.MjData) -> None:
         """Advance all setpoints by one tick and hand them to the servos."""
-        if not (self._running or self._slewing or len(self._limp)):
+        if not (self._running or self._slewing or self._leading or len(self._limp)):
             return
         for entry in tuple(self._running):
             started, trajectory = entry
@@ -209,11 +214,17 @@ class JointMotion:
         if self._slewing:
             change = self._targets - self.setpoints
             reach = self._speeds * dt
-            self.setpoints += np.clip(change, -reach, reach)
+            step = np.clip(change, -reach, reach)
+            self.setpoints += step
             self._slewing = bool((np.abs(change) > reach).any())
+            self._lead = self._lag * (step / dt)
+            self._leading = bool(step.any())
+        elif self._leading:
+            self._lead = np.zeros(len(JOINTS))
+            self._leading = False
         if len(self._limp):
             self.setpoints[self._limp] = self._targets[self._limp] = data.qpos[self.qpos[self._limp]]
-        data.ctrl[self.actuators] = self.setpoints
+        data.ctrl[self.actuators] = self.setpoints + self._lead
 
     def _arrived(self, trajectory: Trajectory) -> bool:
         """A trajectory faster than a joint's top speed takes longer than its knots say."""

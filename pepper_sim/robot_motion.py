@@ -34,11 +34,12 @@ Pose = tuple[float, float, float]
 
 @dataclass
 class _Leg:
-    """One straight piece of a move: the pose at its end, top speeds, and the speed at which its end is passed."""
+    """One straight piece of a move: the pose at its end, its direction, top speeds, and how fast its end is passed."""
 
     x: float
     y: float
     theta: float
+    direction: tuple[float, float]
     speed: float
     rate: float
     exit_speed: float
@@ -140,7 +141,8 @@ class BaseMotion:
                 self._watch_block(now, self._allowed_speed, self._obstacle)
             else:
                 self._blocked_since = None
-        self._base.drive(vx, vy, wz, dt, ABRUPT_BRAKING if self._abrupt else None)
+        braking = ABRUPT_BRAKING if self._abrupt else None
+        self._base.drive(vx, vy, wz, dt, braking=braking, on_course=bool(self._legs))
         if self._base.standing:
             self._finish_stops()
 
@@ -149,10 +151,9 @@ class BaseMotion:
         base, leg = self._base, self._legs[0]
         dx, dy, turn = leg.x - base.x, leg.y - base.y, wrap(leg.theta - base.theta)
         distance = math.hypot(dx, dy)
-        if len(self._legs) > 1 and distance < max(_CORNER_RADIUS, leg.exit_speed * 0.1):
-            if leg.exit_speed > 0.0 or distance < REACHED_XY or math.hypot(base.vx, base.vy) < 0.02:
-                self._legs.pop(0)
-                return self._plan_velocity()
+        if len(self._legs) > 1 and self._passed(leg, dx, dy, distance):
+            self._legs.pop(0)
+            return self._plan_velocity()
         if len(self._legs) == 1 and distance < REACHED_XY and abs(turn) < REACHED_THETA:
             self._end_move(True)
             return 0.0, 0.0, 0.0
@@ -165,6 +166,11 @@ class BaseMotion:
         c, s = math.cos(base.theta), math.sin(base.theta)
         ux, uy = dx / distance, dy / distance
         return speed * (ux * c + uy * s), speed * (uy * c - ux * s), wz
+
+    def _passed(self, leg: _Leg, dx: float, dy: float, distance: float) -> bool:
+        """A waypoint on the way is behind: driven past, or reached where the path has a sharp corner."""
+        beyond = dx * leg.direction[0] + dy * leg.direction[1] <= 0.0
+        return beyond or distance < (_CORNER_RADIUS if leg.exit_speed > 0.0 else REACHED_XY)
 
     def _watch_block(self, now: float, speed: float, obstacle: tuple[float, float]) -> None:
         if speed >= BLOCKED_SPEED:
@@ -206,29 +212,27 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
     acc_xy, acc_theta = _MARGIN * limits.acc_xy, _MARGIN * limits.acc_theta
     pieces = []
     for a, b in pairwise(poses):
-        distance, turn = math.hypot(b[0] - a[0], b[1] - a[1]), abs(wrap(b[2] - a[2]))
+        dx, dy, turn = b[0] - a[0], b[1] - a[1], abs(wrap(b[2] - a[2]))
+        distance = math.hypot(dx, dy)
+        direction = (dx / distance, dy / distance) if distance else (0.0, 0.0)
         time = max(_ramp_time(distance, limits.max_xy, acc_xy), _ramp_time(turn, limits.max_theta, acc_theta))
-        pieces.append((distance, turn, time))
-    total = sum(piece[2] for piece in pieces)
+        pieces.append((direction, distance, turn, time))
+    total = sum(piece[3] for piece in pieces)
     stretch = max(1.0, duration / total) if duration and total > 0.0 else 1.0
     legs = []
-    for pose, (distance, turn, time) in zip(poses[1:], pieces, strict=True):
-        speed = _top_speed(distance, time * stretch, limits.max_xy, acc_xy)
-        rate = _top_speed(turn, time * stretch, limits.max_theta, acc_theta)
-        legs.append(_Leg(*pose, speed, rate, 0.0))
-    for i, (leg, following) in enumerate(pairwise(legs)):
-        leg.exit_speed = min(leg.speed, following.speed) * _corner_factor(poses[i], poses[i + 1], poses[i + 2])
+    for pose, (direction, distance, turn, time) in zip(poses[1:], pieces, strict=True):
+        # What a leg does not move by itself may still have to be corrected after the leg before.
+        speed = _top_speed(distance, time * stretch, limits.max_xy, acc_xy) if distance > 0.01 else limits.max_xy
+        rate = _top_speed(turn, time * stretch, limits.max_theta, acc_theta) if turn > 0.05 else limits.max_theta
+        legs.append(_Leg(*pose, direction, speed, rate, 0.0))
+    for leg, following in pairwise(legs):
+        leg.exit_speed = min(leg.speed, following.speed) * _corner_factor(leg.direction, following.direction)
     return legs
 
 
-def _corner_factor(a: Pose, b: Pose, c: Pose) -> float:
-    """Part of the speed with which corner b may be passed: all of it straight on, nothing from 60 degrees on."""
-    first, second = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
-    product = math.hypot(*first) * math.hypot(*second)
-    if product < 1e-9:
-        return 0.0
-    cosine = (first[0] * second[0] + first[1] * second[1]) / product
-    return max(0.0, 2.0 * cosine - 1.0)
+def _corner_factor(before: tuple[float, float], after: tuple[float, float]) -> float:
+    """Part of the speed with which a corner may be passed: all of it straight on, nothing from 60 degrees on."""
+    return max(0.0, 2.0 * (before[0] * after[0] + before[1] * after[1]) - 1.0)
 
 
 def _ramp_time(distance: float, speed: float, acceleration: float) -> float:

@@ -87,15 +87,22 @@ class PlanarBase:
         scale = _scale_to(math.hypot(vx, vy), self.limits.max_xy)
         return vx * scale, vy * scale, max(-self.limits.max_theta, min(self.limits.max_theta, wz))
 
-    def drive(self, vx: float, vy: float, wz: float, dt: float, braking: Braking | None = None) -> None:
+    def drive(
+        self, vx: float, vy: float, wz: float, dt: float, *, braking: Braking | None = None, on_course: bool = False
+    ) -> None:
         """Change the velocity towards (vx, vy, wz) as far as acceleration allows in `dt`, and integrate odometry.
 
         Args:
             vx, vy, wz: Wanted velocity in the robot's frame [m/s, m/s, rad/s].
             dt: Length of the tick [s].
             braking: Deceleration for this tick; the base's usual one by default.
+            on_course: Limit acceleration as seen from the floor, for a straight course while turning. Otherwise it is
+                limited in the robot's frame, so that constant (vx, vy, wz) drives an arc.
         """
         braking = braking or self.braking
+        if on_course and self.wz:
+            c, s = math.cos(self.wz * dt), math.sin(self.wz * dt)
+            self.vx, self.vy = self.vx * c + self.vy * s, self.vy * c - self.vx * s
         dx, dy, dw = vx - self.vx, vy - self.vy, wz - self.wz
         if dx or dy:
             slowing = dx * self.vx + dy * self.vy < 0.0

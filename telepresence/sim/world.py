@@ -68,6 +68,8 @@ class World:
             spec: Scene with its robots; time step and integrator are set here.
             seed: Start of every random sequence; equal seeds and equal commands give equal runs of `step`.
         """
+        # MuJoCo's own handler writes MUJOCO_LOG.TXT into the current folder.
+        mujoco.set_mju_user_warning(_log_engine_warning)
         spec.option.timestep = TIMESTEP
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         self.model: mujoco.MjModel = spec.compile()
@@ -283,6 +285,10 @@ class World:
         if len(self._free_heights) and self._data.qpos[self._free_heights].min() < LOWEST_HEIGHT:
             log.warning("something fell out of the world at %.1f s; the world was reset", now)
             self._reset_state()
+
+
+def _log_engine_warning(text: str) -> None:
+    log.warning("MuJoCo: %s", text)
 
 
 def _free_joint_heights(model: mujoco.MjModel) -> np.ndarray:

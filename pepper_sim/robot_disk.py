@@ -1,0 +1,37 @@
+"""The robot's disk: a folder of this machine that stands for the root of the robot's file system.
+
+Clients name files as on the robot, "/home/nao/recordings/a.wav"; nothing outside the folder is ever touched.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path, PurePosixPath
+
+HOME = "/home/nao"
+
+
+class RobotDisk:
+    """A fresh, empty disk in a temporary folder, removed by `close`."""
+
+    def __init__(self) -> None:
+        self.root = Path(tempfile.mkdtemp(prefix="pepper-disk-"))
+        self.path(HOME).mkdir(parents=True)
+
+    def path(self, name: str) -> Path:
+        """Where the robot's file `name` is; relative names start in the home folder.
+
+        Raises:
+            ValueError: The name is empty, holds a zero byte, or leads out of the disk.
+        """
+        if not name or "\0" in name:
+            raise ValueError("a file name must not be empty")
+        inside = PurePosixPath(HOME, name)
+        if ".." in inside.parts:
+            raise ValueError(f"the file name {name!r} must not hold '..'")
+        return self.root.joinpath(*inside.parts[1:])
+
+    def close(self) -> None:
+        """Remove the disk with all that is on it."""
+        shutil.rmtree(self.root, ignore_errors=True)
