@@ -98,15 +98,11 @@ def _free_distance(
     return min(distances)
 
 
-def _probe_in(scene: str, pose: tuple[float, float, float] | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The probe at `spawn_pepper` or at `pose` (x, y [m], theta [rad])."""
+def _probe_in(scene: str, pose: tuple[float, float, float]) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """The probe at `pose` (x, y [m], theta [rad])."""
     spec = load_scene(scene)
-    if pose is None:
-        site = spec.site("spawn_pepper")
-        frame = spec.worldbody.add_frame(pos=site.pos, quat=site.quat)
-    else:
-        x, y, theta = pose
-        frame = spec.worldbody.add_frame(pos=[x, y, 0.0], quat=[math.cos(theta / 2), 0.0, 0.0, math.sin(theta / 2)])
+    x, y, theta = pose
+    frame = spec.worldbody.add_frame(pos=[x, y, 0.0], quat=[math.cos(theta / 2), 0.0, 0.0, math.sin(theta / 2)])
     spec.attach(mujoco.MjSpec.from_string(PROBE), prefix="probe/", frame=frame)
     spec.option.timestep = 0.0025
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
