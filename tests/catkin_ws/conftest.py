@@ -1,14 +1,31 @@
-"""A small NAOqi in this process, and a wire to it that a test can freeze and cut."""
+"""For the tests of the ROS packages: a small NAOqi in this process and a wire to it that can be frozen and cut; a ROS
+graph of its own with the simulated robot, real nodes, and a probe that watches and drives."""
 
 from __future__ import annotations
 
 import contextlib
+import json
+import os
+import re
+import signal
 import socket
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 import qi
+
+from telepresence import processes
+from telepresence.ros_master import master_answers
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE = 40.0
+"""Seconds after which something counts as never coming; generous, because the machines are shared."""
 
 
 class Naoqi:
@@ -94,3 +111,171 @@ def make_wire() -> Iterator[Callable[[int], Wire]]:
     yield make
     for wire in wires:
         wire.close()
+
+
+def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
+    """Poll until `condition()` is true and return its value; fail with `what` after `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while not (value := condition()):
+        if time.monotonic() > deadline:
+            pytest.fail(f"{what}: not within {timeout:.0f} s")
+        time.sleep(0.05)
+    return value
+
+
+class Program:
+    """A running program and what it has printed."""
+
+    def __init__(self, argv: list[str], environment: dict[str, str], log: Path) -> None:
+        self._log = log
+        with log.open("w") as output:
+            self.process = processes.start(
+                argv, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
+            )
+
+    @property
+    def output(self) -> str:
+        return self._log.read_text(errors="replace")
+
+    def wait_for(self, pattern: str) -> re.Match:
+        """Wait until the output matches."""
+
+        def match() -> re.Match | None:
+            if self.process.poll() is not None:
+                pytest.fail(f"{self._log.stem} ended with {self.process.returncode}:\n{self.output}")
+            return re.search(pattern, self.output)
+
+        return until(match, f"{self._log.stem} prints {pattern!r}")
+
+    def signal(self, number: signal.Signals) -> None:
+        self.process.send_signal(number)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def end(self) -> int:
+        return processes.end(self.process, patience=10.0)
+
+
+class Probe:
+    """A node in a process of its own that watches topics, drives and calls services; see ros_probe.py."""
+
+    def __init__(self, environment: dict[str, str]) -> None:
+        self._process = processes.start(
+            [sys.executable, str(Path(__file__).with_name("ros_probe.py"))],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def ask(*arguments: Any) -> Any:
+            self._process.stdin.write(json.dumps([name, arguments]) + "\n")
+            self._process.stdin.flush()
+            answer = self._process.stdout.readline()
+            assert answer, f"the probe died while it was asked for {name}{arguments}"
+            return json.loads(answer)
+
+        return ask
+
+    def latest(self, topic: str) -> list[Any]:
+        """The fields of the next message on a watched topic."""
+        self.forget(topic)
+        return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
+
+    def close(self) -> None:
+        self._process.stdin.close()
+        processes.end(self._process, patience=3.0)
+
+
+class Graph:
+    """A private ROS graph: master, simulated robot, nodes."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.workspace = ROOT / "catkin_ws" / "devel"
+        self.robot_port = find_free_port()
+        self.uri = f"http://127.0.0.1:{find_free_port()}"
+        self.environment = {
+            **read_environment(),
+            "ROS_MASTER_URI": self.uri,
+            "ROS_HOME": str(folder / "ros"),
+            "ROS_IP": "127.0.0.1",
+        }
+        self._programs: list[Program] = []
+        self._probes: list[Probe] = []
+        self.master = self.start_master()
+
+    def start_master(self) -> Program:
+        self.master = self.run("rosmaster", "--core", "-p", self.uri.rpartition(":")[2])
+        until(lambda: master_answers(self.uri), "the ROS master answers")
+        return self.master
+
+    def start_robot(self, scene: str = "empty") -> Program:
+        """The simulated Pepper, on the same port every time."""
+        robot = self.run(sys.executable, "-m", "pepper_sim", "--port", str(self.robot_port), "--scene", scene)
+        robot.wait_for("listening on")
+        return robot
+
+    def run_node(self, package: str, program: str, *arguments: str) -> Program:
+        """A node of the workspace, told where the robot is."""
+        return self.run(
+            str(self.workspace / "lib" / package / program), "--pip=127.0.0.1", f"--pport={self.robot_port}", *arguments
+        )
+
+    def run(self, *argv: str) -> Program:
+        log = self._folder / f"{len(self._programs)}_{Path(argv[0]).name}.log"
+        self._programs.append(Program(list(argv), self.environment, log))
+        return self._programs[-1]
+
+    def probe(self) -> Probe:
+        self._probes.append(Probe(self.environment))
+        return self._probes[-1]
+
+    def close(self) -> None:
+        for probe in self._probes:
+            probe.close()
+        for program in self._programs:
+            if program.process.poll() is None:
+                program.signal(signal.SIGINT)
+        for program in reversed(self._programs):
+            program.end()
+
+
+def find_free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+_environment: dict[str, str] = {}
+
+
+def read_environment() -> dict[str, str]:
+    """The environment after `. ./env.sh`, wherever the tests were started."""
+    if not _environment:
+        words = subprocess.run(
+            ["bash", "-c", '. "$0"/env.sh && env -0', str(ROOT)], check=True, capture_output=True, text=True
+        ).stdout
+        _environment.update(word.split("=", 1) for word in words.split("\0") if "=" in word)
+    return {**os.environ, **_environment}
+
+
+@pytest.fixture(scope="module")
+def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
+    made = Graph(tmp_path_factory.mktemp("ros"))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def until_true() -> Callable:
+    return until
+
+
+@pytest.fixture(scope="session")
+def workspace_environment() -> dict[str, str]:
+    """The environment in which the workspace's packages are found."""
+    return read_environment()

@@ -17,7 +17,18 @@ import rospy
 from naoqi_driver.connection import RobotError
 from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
-from pepper_sensors.laser import KEYS, LINES, MAX_RANGE, MIN_RANGE, SUBSCRIBER, Scan, merge, read_points, to_scan
+from pepper_sensors.laser import (
+    AROUND_MAX_RANGE,
+    KEYS,
+    LINES,
+    MAX_RANGE,
+    MIN_RANGE,
+    SUBSCRIBER,
+    Scan,
+    merge,
+    read_points,
+    to_scan,
+)
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 
 _XYZ = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
@@ -67,7 +78,9 @@ class LaserNode:
 
     def _publish(self, points: dict[str, np.ndarray], stamp: rospy.Time) -> None:
         if self._around.get_num_connections():
-            self._around.publish(self._scan_message(merge(points), stamp, "base_footprint"))
+            around = self._scan_message(merge(points), stamp, "base_footprint")
+            around.range_max = AROUND_MAX_RANGE
+            self._around.publish(around)
         if self._navigation.get_num_connections():
             front = to_scan(points["srd_front"])
             self._navigation.publish(self._scan_message(front, stamp, self._frames["srd_front"]))

@@ -120,6 +120,8 @@ def to_base(name: str, points: np.ndarray) -> np.ndarray:
     return points @ np.array(((c, s), (-s, c))) + (line.x, line.y)
 
 
+AROUND_MAX_RANGE = MAX_RANGE + 0.1
+"""Of the merged scan [m]: the cameras stand up to 9 cm away from base_footprint."""
 SCAN_INCREMENT = math.radians(4.0)
 SCAN_EDGE = math.radians(132.0)
 _BINS = round(2 * SCAN_EDGE / SCAN_INCREMENT) + 1

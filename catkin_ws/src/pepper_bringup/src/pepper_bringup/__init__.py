@@ -1,0 +1,1 @@
+"""The simulated Pepper's ROS surface."""

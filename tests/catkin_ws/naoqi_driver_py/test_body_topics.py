@@ -1,0 +1,88 @@
+"""Where the robot is and how it feels, on ROS topics, with the simulated robot."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture(scope="module")
+def probe(graph):
+    graph.start_robot()
+    graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
+    graph.run_node("naoqi_driver_py", "naoqi_condition.py")
+    graph.run_node("naoqi_driver_py", "naoqi_speech.py")
+    probe = graph.probe()
+    probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position", "velocity", "header.stamp"])
+    probe.watch("/joint_stiffness", "sensor_msgs/JointState", ["name", "effort"])
+    probe.watch("/odom", "nav_msgs/Odometry", ["header.frame_id", "child_frame_id", "pose.pose.position.z"])
+    probe.watch(
+        "/imu",
+        "sensor_msgs/Imu",
+        [
+            "header.frame_id",
+            "linear_acceleration.x",
+            "linear_acceleration.y",
+            "linear_acceleration.z",
+            "orientation_covariance.0",
+        ],
+    )
+    probe.watch(
+        "/tf",
+        "tf2_msgs/TFMessage",
+        ["transforms.0.header.frame_id", "transforms.0.child_frame_id", "transforms.0.transform.translation.z"],
+    )
+    probe.watch("/battery", "sensor_msgs/BatteryState", ["percentage"])
+    return probe
+
+
+def test_all_joints_are_told_in_the_robots_order(probe):
+    names, positions, velocities, _ = probe.latest("/joint_states")
+    assert names[:3] == ["HeadYaw", "HeadPitch", "LShoulderPitch"]
+    assert len(names) == 17 + 3
+    assert names[17:] == ["WheelFL", "WheelB", "WheelFR"]
+    assert all(map(math.isfinite, positions))
+    assert len(velocities) == len(names)
+
+
+def test_joint_states_come_25_times_a_second(probe, until_true):
+    probe.forget("/joint_states")
+    until_true(lambda: len(probe.seen("/joint_states")) >= 50, "50 readings")
+    (first, *_), *_, (last, *_) = probe.seen("/joint_states")
+    assert (len(probe.seen("/joint_states")) - 1) / (last - first) == pytest.approx(25, rel=0.15)
+
+
+def test_stiffness_of_an_awake_robot(probe):
+    names, effort = probe.latest("/joint_stiffness")
+    assert dict(zip(names, effort, strict=True))["KneePitch"] == 1.0
+
+
+def test_odometry_places_the_torso(probe):
+    frame, child, z = probe.latest("/odom")
+    assert (frame, child) == ("odom", "base_link")
+    assert z == pytest.approx(0.82, abs=0.01)  # docs: torso origin 0.820 m above the floor
+
+
+def test_transform_leads_from_odom_to_the_torso(probe):
+    assert probe.latest("/tf") == ["odom", "base_link", pytest.approx(0.82, abs=0.01)]
+
+
+def test_imu_feels_gravity(probe):
+    frame, x, y, z, known = probe.latest("/imu")
+    assert frame == "base_link"
+    assert math.sqrt(x * x + y * y + z * z) == pytest.approx(9.81, abs=0.5)
+    assert known == 0.0
+
+
+def test_battery_is_told(probe):
+    assert 0.0 < probe.latest("/battery")[0] <= 1.0
+
+
+def test_robot_speaks_and_knows_its_language(probe):
+    assert probe.call("/naoqi_driver/get_language", "naoqi_bridge_msgs/GetString", {}) == [True, {"data": "English"}]
+    assert probe.call("/naoqi_driver/set_language", "naoqi_bridge_msgs/SetString", {"data": "Klingon"})[1] == {
+        "success": False
+    }

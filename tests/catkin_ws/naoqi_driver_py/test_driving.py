@@ -1,0 +1,216 @@
+"""The driver with the simulated robot and the watchdog: it drives as told, and stops whatever dies."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+
+import pytest
+
+pytestmark = pytest.mark.ros
+
+STOP_WITHIN = 1.0 + 0.1
+"""Seconds to a stand after a fault; the tenth is for odometry that comes every 0.04 s and a machine that is shared."""
+STANDING = 0.005
+
+
+class Station:
+    """Robot, driver, odometry and watchdog on one graph, and somebody who drives."""
+
+    def __init__(self, graph) -> None:
+        self.graph = graph
+        self.robot = graph.start_robot()
+        self.odometry = graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
+        self.driver = graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
+        self.watchdog = graph.run(
+            str(graph.workspace / "lib/pepper_bringup/watchdog.py"), f"--qi-url=tcp://127.0.0.1:{graph.robot_port}"
+        )
+        self.watchdog.wait_for("watching")
+        self.new_pilot()
+
+    def new_pilot(self) -> None:
+        self.pilot = self.graph.probe()
+        self.pilot.watch(
+            "/odom",
+            "nav_msgs/Odometry",
+            ["pose.pose.position.x", "pose.pose.position.y", "twist.twist.linear.x", "twist.twist.angular.z"],
+        )
+        self.pilot.watch("/drive_state", "std_msgs/String", ["data"])
+
+    @property
+    def state(self) -> str:
+        seen = self.pilot.seen("/drive_state")
+        return seen[-1][1][0] if seen else ""
+
+    def speed(self) -> float:
+        return self.pilot.latest("/odom")[2]
+
+    def stand(self, until) -> None:
+        """Nobody drives, nothing moves."""
+        self.pilot.silence()
+        until(lambda: abs(self.speed()) < STANDING, "the robot stands")
+        until(lambda: self.state.startswith("stopped"), "the driver says so")
+
+    def cruise(self, until, speed: float = 0.2) -> None:
+        """Drive straight on at this speed."""
+        until(lambda: self.pilot.subscribers() == 1, "the driver listens")
+        self.pilot.drive(speed, 0.0, 0.0)
+        until(lambda: abs(self.speed() - speed) < 0.05 * abs(speed), f"the robot drives at {speed} m/s")
+
+    def time_to_stand(self, since: float, until) -> float:
+        """Seconds from `since` until the odometry tells no more speed."""
+
+        def stood() -> float | None:
+            return next((at for at, value in self.pilot.seen("/odom") if at > since and abs(value[2]) < STANDING), None)
+
+        return until(stood, "the robot stands") - since
+
+
+@pytest.fixture(scope="module")
+def station(graph):
+    return Station(graph)
+
+
+@pytest.fixture(autouse=True)
+def standing(station, until_true):
+    station.stand(until_true)
+
+
+def test_drives_at_the_commanded_speed(station, until_true):
+    station.cruise(until_true, 0.2)
+    station.pilot.forget("/odom")
+    until_true(lambda: len(station.pilot.seen("/odom")) >= 40, "1.6 s of odometry")
+    (first, start), *_, (last, end) = station.pilot.seen("/odom")
+    covered = math.hypot(end[0] - start[0], end[1] - start[1])
+    assert covered / (last - first) == pytest.approx(0.2, rel=0.05)
+    assert station.state == "driving"
+
+
+def test_turns_the_way_it_is_told(station, until_true):
+    station.pilot.drive(0.0, 0.0, 0.5)
+    until_true(lambda: station.pilot.latest("/odom")[3] == pytest.approx(0.5, rel=0.05), "turning left at 0.5 rad/s")
+
+
+def test_stops_when_commands_cease(station, until_true):
+    station.cruise(until_true)
+    ceased = station.pilot.silence()
+    assert station.time_to_stand(ceased, until_true) < STOP_WITHIN
+    until_true(lambda: station.state == "stopped: no command for 0.5 s", "the reason is told")
+
+
+def test_stops_from_full_speed_when_commands_cease(station, until_true):
+    station.cruise(until_true, -0.35)
+    ceased = station.pilot.silence()
+    assert station.time_to_stand(ceased, until_true) < STOP_WITHIN
+
+
+def test_a_command_that_is_no_number_stops_and_is_counted(station, until_true):
+    station.pilot.watch("/diagnostics", "diagnostic_msgs/DiagnosticArray", ["status.0.name", "status.0.values"])
+    station.cruise(until_true)
+    sent = station.pilot.drive(None, 0.0, 0.0)
+    assert station.time_to_stand(sent, until_true) < STOP_WITHIN
+    assert "vx is nan" in station.state
+
+    def counted() -> bool:
+        seen = [fields for _, fields in station.pilot.seen("/diagnostics") if fields[0].endswith(": base")]
+        return bool(seen) and int(dict(seen[-1][1])["refused commands"]) > 0
+
+    until_true(counted, "the diagnostics count it")
+
+
+def test_goal_is_reached(station, until_true):
+    x, y = station.pilot.latest("/odom")[:2]
+    station.pilot.goal("base_footprint", 0.3, 0.0, 0.0)
+    until_true(lambda: station.state == "driving to the goal", "the goal is taken")
+    until_true(lambda: station.state.startswith("stopped"), "the goal is reached")
+    there = station.pilot.latest("/odom")
+    assert math.hypot(there[0] - x, there[1] - y) == pytest.approx(0.3, abs=0.03)
+
+
+def test_stop_service_ends_a_goal(station, until_true):
+    station.pilot.goal("base_footprint", 2.0, 0.0, 0.0)
+    until_true(lambda: station.speed() > 0.1, "under way")
+    assert station.pilot.call("/stop_walk_srv", "std_srvs/Empty", {})[0]
+    assert station.time_to_stand(time.time(), until_true) < 3.0
+
+
+def test_security_distances_can_be_set_and_nonsense_is_refused(station):
+    service, kind = "/orthogonal_security_distance", "naoqi_bridge_msgs/OrthogonalSecurityDistance"
+    assert station.pilot.call(service, kind, {"orthogonal_distance": 0.5}) == [True, {}]
+    ok, error = station.pilot.call(service, kind, {"orthogonal_distance": None})
+    assert not ok
+    assert "nan is not a distance" in error
+
+
+def test_killed_driver_is_stopped_by_the_watchdog_and_its_successor_drives(station, until_true):
+    station.cruise(until_true)
+    station.driver.kill()
+    killed = time.time()
+    assert station.time_to_stand(killed, until_true) < STOP_WITHIN
+    assert "driver is silent" in station.watchdog.output
+    station.pilot.silence()
+    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
+    station.cruise(until_true)
+
+
+def test_frozen_driver_is_stopped_by_the_watchdog(station, until_true):
+    station.cruise(until_true)
+    station.driver.signal(signal.SIGSTOP)
+    frozen = time.time()
+    try:
+        assert station.time_to_stand(frozen, until_true) < STOP_WITHIN
+    finally:
+        station.pilot.silence()
+        station.driver.signal(signal.SIGCONT)
+
+
+def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, until_true):
+    station.cruise(until_true)
+    interrupted = time.time()
+    assert station.driver.end() == 0
+    assert time.time() - interrupted < 3.0
+    assert station.time_to_stand(interrupted, until_true) < 1.5
+    assert "Traceback" not in station.driver.output
+    station.pilot.silence()
+    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
+
+
+def test_restarted_robot_is_driven_again(station, until_true):
+    station.cruise(until_true)
+    station.robot.kill()
+    until_true(lambda: station.state.startswith("robot unreachable"), "the driver notices")
+    station.pilot.silence()
+    station.robot = station.graph.start_robot()
+    until_true(lambda: station.state.startswith("stopped"), "the driver is back")
+    station.cruise(until_true)
+    assert "Traceback" not in station.driver.output
+
+
+def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station, until_true):
+    station.cruise(until_true)
+    station.graph.master.kill()
+    killed = time.time()
+    assert station.time_to_stand(killed, until_true) < STOP_WITHIN
+    assert "master" in station.state
+    station.pilot.silence()
+    station.graph.start_master()
+    station.new_pilot()
+    station.cruise(until_true)
+
+
+def test_unreachable_robot_is_reported_once_without_a_traceback(graph, until_true):
+    node = graph.run(str(graph.workspace / "lib/naoqi_driver_py/naoqi_joint_states.py"), "--pport=1", "__name:=lonely")
+    node.wait_for(r"cannot reach the robot at tcp://127\.0\.0\.1:1: .*Connection refused")
+    time.sleep(1.5)  # more attempts
+    assert node.end() == 0
+    assert node.output.count("cannot reach") == 1
+    assert "Traceback" not in node.output
+
+
+def test_wrong_address_ends_the_node_with_an_error(graph):
+    node = graph.run(
+        str(graph.workspace / "lib/naoqi_driver_py/naoqi_joint_states.py"), "--pip=http://x", "__name:=odd"
+    )
+    assert node.process.wait(30) == 1
+    assert "scheme must be tcp or tcps" in node.output

@@ -1,0 +1,136 @@
+"""A ROS node that a test commands over its standard input: watches topics, drives, calls services.
+
+One process holds one rospy node and one master for life, so tests do not load rospy themselves. Requests and answers
+are lines of JSON; see `Probe` in conftest.py.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import threading
+import time
+from typing import Any
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from roslib.message import get_message_class, get_service_class
+
+
+class ProbeNode:
+    def __init__(self) -> None:
+        self._seen: dict[str, list[tuple[float, list[Any]]]] = {}
+        self._publishers: dict[str, rospy.Publisher] = {}
+        self._twist: Twist | None = None
+        self._last_command = 0.0
+        self._cmd_vel = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
+        threading.Thread(target=self._repeat, daemon=True).start()
+
+    def watch(self, topic: str, kind: str, fields: list[str]) -> None:
+        """Record the time of every message and these fields of it, e.g. "pose.pose.position.x" or "len(ranges)"."""
+        self._seen[topic] = []
+
+        def record(message: Any) -> None:
+            self._seen[topic].append((time.time(), [read_field(message, field) for field in fields]))
+
+        rospy.Subscriber(topic, get_message_class(kind), record, queue_size=10)
+
+    def seen(self, topic: str) -> list[tuple[float, list[Any]]]:
+        return self._seen[topic]
+
+    def forget(self, topic: str) -> None:
+        self._seen[topic].clear()
+
+    def drive(self, vx: float, vy: float, wz: float) -> float:
+        """Publish a velocity ten times a second until `silence`."""
+        twist = Twist()
+        twist.linear.x, twist.linear.y, twist.angular.z = (math.nan if part is None else part for part in (vx, vy, wz))
+        self._twist = twist
+        return time.time()
+
+    def silence(self) -> float:
+        """Publish no more; the time of the last command."""
+        self._twist = None
+        return self._last_command
+
+    def subscribers(self) -> int:
+        """How many nodes listen to our velocities."""
+        return self._cmd_vel.get_num_connections()
+
+    def goal(self, frame: str, x: float, y: float, theta: float) -> None:
+        publisher = self._publishers.setdefault(
+            "goal", rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=1)
+        )
+        deadline = time.monotonic() + 10
+        while not publisher.get_num_connections() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        message = PoseStamped()
+        message.header.frame_id = frame
+        message.pose.position.x, message.pose.position.y = x, y
+        message.pose.orientation.z, message.pose.orientation.w = math.sin(theta / 2), math.cos(theta / 2)
+        publisher.publish(message)
+
+    def call(self, service: str, kind: str, request: dict[str, Any]) -> list[Any]:
+        """True and the fields of the answer, or False and the error text."""
+        service_class = get_service_class(kind)
+        try:
+            rospy.wait_for_service(service, timeout=10)
+            message = service_class._request_class()
+            for name, value in request.items():
+                write_field(message, name, value)
+            answer = rospy.ServiceProxy(service, service_class)(message)
+        except (rospy.ServiceException, rospy.ROSException) as error:
+            return [False, str(error)]
+        return [True, {name: getattr(answer, name) for name in answer.__slots__}]
+
+    def topics(self) -> dict[str, str]:
+        return dict(rospy.get_published_topics())
+
+    def parameter(self, name: str) -> Any:
+        return rospy.get_param(name, None)
+
+    def _repeat(self) -> None:
+        while True:
+            twist = self._twist
+            if twist is not None:
+                self._last_command = time.time()
+                self._cmd_vel.publish(twist)
+            time.sleep(0.1)
+
+
+def read_field(message: Any, field: str) -> Any:
+    if field.startswith("len(") and field.endswith(")"):
+        return len(read_field(message, field[4:-1]))
+    value = message
+    for part in field.split("."):
+        value = value[int(part)] if part.isdigit() else getattr(value, part)
+    if isinstance(value, bytes):
+        return list(value[:12])
+    if isinstance(value, list) and value and hasattr(value[0], "key"):  # diagnostic_msgs/KeyValue[]
+        return [[pair.key, pair.value] for pair in value]
+    if isinstance(value, tuple):
+        return list(value)
+    return value.to_sec() if hasattr(value, "to_sec") else value
+
+
+def write_field(message: Any, name: str, value: Any) -> None:
+    """Set a field; of a std_msgs wrapper its `data`. None stands for a value that is not a number."""
+    value = math.nan if value is None else value
+    target = getattr(message, name)
+    if hasattr(target, "data"):
+        target.data = value
+    else:
+        setattr(message, name, value)
+
+
+def main() -> None:
+    rospy.init_node("probe", anonymous=True, disable_signals=True)
+    node = ProbeNode()
+    for line in sys.stdin:
+        name, arguments = json.loads(line)
+        print(json.dumps(getattr(node, name)(*arguments)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
