@@ -23,6 +23,12 @@ setup(
     license="BSD-3-Clause",
     python_requires=">=3.11,<3.13",
     packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*"]),
+    package_data={
+        "telepresence.sim": ["scenes/*.xml", "scenes/parts/*.xml", "scenes/textures/*.png"],
+        "pepper_sim": ["models/*"],
+        "robotino_sim": ["models/*"],
+        "gui": ["*.ui", "*.conf", "*.bashrc", "themes/*"],
+    },
     install_requires=CORE,
     extras_require=EXTRAS,
 )
