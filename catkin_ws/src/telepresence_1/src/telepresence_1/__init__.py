@@ -1,1 +1,4 @@
-"""The pilot's picture on the robot's tablet. Nothing in here knows ROS but `nodes`, which the ROS programs are."""
+"""The pilot's picture on the robot's tablet, and the robot's picture on the pilot's screen.
+
+`com_cam_node` and `rob_cam_node` know ROS; everything else does not.
+"""

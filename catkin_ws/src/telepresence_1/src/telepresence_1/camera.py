@@ -55,6 +55,8 @@ class Camera:
         rate: What a camera is asked for, and the speed of a test card [pictures/s].
         quality: Of the JPEG, 1 to 100. OpenCV's own default of 95 more than doubles the bytes of 80.
         on_change: Called on the camera's thread with each new status whose state differs.
+    Raises:
+        ValueError: A number out of its range.
     """
 
     def __init__(
@@ -67,6 +69,8 @@ class Camera:
         quality: int = 80,
         on_change: Callable[[CameraStatus], None] | None = None,
     ) -> None:
+        if not (16 <= width <= 8192 and 16 <= height <= 8192 and 0.1 <= rate <= 240 and 1 <= quality <= 100):
+            raise ValueError(f"a camera of {width}x{height} at {rate} pictures/s, quality {quality}, is out of range")
         self.image = LatestImage()
         self.status = CameraStatus(State.OPENING, f"Opening {source}", source)
         self._size = (width, height)
@@ -85,7 +89,7 @@ class Camera:
         """Release the source. A read from the network may outlast the wait; its thread ends by itself after it."""
         self._stop.set()
         if self._thread.ident is not None:
-            self._thread.join(timeout=1.5)
+            self._thread.join(timeout=0.8)
 
     def __enter__(self) -> Camera:
         return self.start()

@@ -1,0 +1,111 @@
+"""ROS node rob_cam: a window with the robot's picture, for those who work without the operator's window.
+
+Without a display the same picture is served as a web page on this machine instead.
+
+Subscribes: the topic in ~image (sensor_msgs/Image); only the newest picture is ever shown.
+Parameters:
+    ~image ("/pepper_robot/camera/front/image_raw")
+    ~port (10004)           of the page, when there is no display
+Keys in the window: F full screen and back, Escape back, Q closes.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+
+import cv2
+import numpy as np
+import rospy
+from naoqi_driver.naoqi_node import wait_for_master
+from sensor_msgs.msg import Image
+
+from telepresence.images import LatestImage, read_image_message
+from telepresence.mjpeg import MjpegStream, WebServer
+from telepresence.ros_master import MasterWatch
+from telepresence.virtual_display import display_answers
+from telepresence_1.cards import draw_notice
+from telepresence_1.com_cam_node import route_logs
+from telepresence_1.page import create_app
+
+STALE_AFTER = 1.0
+"""Seconds without a picture after which the last one does not count as live."""
+
+
+def main() -> int:
+    """Run the node; the exit code for the process."""
+    wait_for_master()
+    rospy.init_node("rob_cam")
+    route_logs()
+    topic = str(rospy.get_param("~image", "/pepper_robot/camera/front/image_raw"))
+    newest = LatestImage()  # of messages: they are taken apart by the thread that shows them
+    rospy.Subscriber(topic, Image, lambda message: newest.put(message, message.header.stamp.to_sec()), queue_size=1)
+    master = MasterWatch(rospy).start()
+    try:
+        if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
+            return show_window(newest, topic)
+        return serve_page(newest, topic, int(rospy.get_param("~port", 10004)))
+    finally:
+        master.close()
+
+
+def show_window(newest: LatestImage, topic: str) -> int:
+    """Open the window and stay until it is closed or the node ends."""
+    from telepresence_1.picture_window import run_window
+
+    rospy.loginfo("showing %s; F: full screen, Q: quit", topic)
+    return run_window(newest, topic, rospy.is_shutdown)
+
+
+def serve_page(newest: LatestImage, topic: str, port: int) -> int:
+    """Serve the picture on loopback until the node ends."""
+    stop = threading.Event()
+    rospy.on_shutdown(stop.set)
+    page = LatestImage()
+    stream = MjpegStream(page)
+
+    def describe() -> tuple[str, str]:
+        return ("live", "Live") if newest.age() < STALE_AFTER else ("lost", f"No picture on {topic}")
+
+    try:
+        server = WebServer(create_app(stream, name="Robot's camera", describe=describe), port=port)
+    except OSError as error:
+        rospy.logfatal("there is no display, and no page instead: %s", error)
+        return 1
+    with server:
+        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
+        sequence, complaint = 0, ""
+        while not stop.is_set():
+            picture = newest.wait_newer(sequence, timeout=0.5)
+            try:
+                if picture is not None:
+                    sequence = picture.sequence
+                    page.put(_encode(_as_bgr(picture.pixels)), picture.stamp)
+                elif newest.age() > STALE_AFTER:
+                    page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes on {topic}.", time.time())))
+            except ValueError as error:
+                if str(error) != complaint:
+                    rospy.logerr("pictures on %s cannot be shown: %s", topic, error)
+                    complaint = str(error)
+    return 0
+
+
+def _as_bgr(message: Image) -> np.ndarray:
+    """Raises ValueError for what has no colours to show."""
+    pixels = read_image_message(message)
+    conversions = {"rgb8": cv2.COLOR_RGB2BGR, "rgba8": cv2.COLOR_RGBA2BGR, "bgra8": cv2.COLOR_BGRA2BGR}
+    if message.encoding in conversions:
+        return cv2.cvtColor(pixels, conversions[message.encoding])
+    if message.encoding in ("bgr8", "mono8"):
+        return pixels
+    raise ValueError(f"encoding {message.encoding} is not one of {', '.join(conversions)}, bgr8, mono8")
+
+
+def _encode(pixels: np.ndarray) -> bytes:
+    return cv2.imencode(".jpg", pixels, (cv2.IMWRITE_JPEG_QUALITY, 80))[1].tobytes()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,199 @@
+"""The ROS programs as people start them, on a real ROS graph."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from pepper_sim.services.publish import qi_object
+from pepper_sim.services.tablet_service import ALTabletService
+from pepper_sim.tablet import Tablet
+from telepresence.virtual_display import VirtualDisplay, grab
+
+pytestmark = pytest.mark.ros
+
+ORANGE = (230, 130, 20)
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> str:
+    """A still picture for a camera."""
+    path = tmp_path / "pilot.png"
+    cv2.imwrite(str(path), np.full((480, 640, 3), ORANGE[::-1], np.uint8))
+    return str(path)
+
+
+@pytest.fixture
+def tablet(naoqi) -> Iterator[Tablet]:
+    with Tablet() as tablet:
+        naoqi.register("ALTabletService", qi_object(ALTabletService(tablet)))
+        yield tablet
+
+
+def colour(tablet: Tablet) -> tuple[int, ...]:
+    picture = tablet.image.peek()
+    return (0, 0, 0) if picture is None else tuple(int(v) for v in picture.pixels[200, 320])
+
+
+def close_to(colour: tuple[int, ...], wanted: tuple[int, ...]) -> bool:
+    return max(abs(a - b) for a, b in zip(colour, wanted, strict=True)) < 15
+
+
+def program(graph, name: str) -> str:
+    return str(graph.workspace / "lib" / "telepresence_1" / name)
+
+
+def get(url: str, path: str) -> bytes:
+    connection = http.client.HTTPConnection(url.split("/")[2], timeout=10)
+    connection.request("GET", path)
+    body = connection.getresponse().read()
+    connection.close()
+    return body
+
+
+def test_com_cam_brings_the_pilot_to_the_tablet(
+    graph, naoqi, tablet: Tablet, source: str, wait_until: Callable
+) -> None:
+    probe = graph.probe()
+    probe.watch("/com_cam/status", "diagnostic_msgs/DiagnosticStatus", ["level", "message"])
+    arguments = (f"_source:={source}", f"_nao_port:={naoqi.port}", "_port:=0", "_name:=Anna")
+    node = graph.run(program(graph, "com_cam.py"), *arguments)
+    url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)")[1]
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    status = json.loads(get(url, "/status"))
+    assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
+    wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
+    assert probe.latest("/com_cam/status")[0] in (0, [0])
+    node.signal(signal.SIGINT)
+    assert node.process.wait(10) == 0
+    wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
+    assert "Traceback" not in node.output
+
+
+def test_com_cam_without_camera_and_robot_serves_a_picture_that_says_so(graph, free_port: Callable) -> None:
+    port = free_port()
+    node = graph.run(program(graph, "com_cam.py"), "_source:=7", f"_nao_port:={port}", "_port:=0")
+    url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)")[1]
+    node.wait_for("no camera at /dev/video7")
+    node.wait_for(f"cannot reach the robot at tcp://127.0.0.1:{port}")
+    picture = cv2.imdecode(np.frombuffer(get(url, "/frame.jpg"), np.uint8), cv2.IMREAD_COLOR)
+    assert picture.shape == (480, 640, 3) and picture.std() > 10
+    node.signal(signal.SIGTERM)
+    assert node.process.wait(10) == 0
+    assert "Traceback" not in node.output
+
+
+def test_com_cam_finds_a_robot_that_comes_later(
+    graph, source: str, make_wire: Callable, naoqi, tablet: Tablet, wait_until: Callable
+) -> None:
+    wire = make_wire(naoqi.port)
+    graph.run(program(graph, "com_cam.py"), f"_source:={source}", f"_nao_port:={wire.port}", "_port:=0")
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    tablet.hide_webview()
+    wait_until(lambda: colour(tablet) == (0, 0, 0), "dark")
+    wire.cut()
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "shown again on the new link")
+
+
+def test_a_taken_port_ends_the_program_with_a_reason(graph) -> None:
+    first = graph.run(program(graph, "com_cam.py"), "_port:=0", "_show_on_tablet:=false", "__name:=first")
+    port = first.wait_for(r"the page is at http://127\.0\.0\.1:(\d+)/")[1]
+    second = graph.run(program(graph, "com_cam.py"), f"_port:={port}", "_show_on_tablet:=false", "__name:=second")
+    assert second.process.wait(20) == 1
+    assert f"cannot listen on 127.0.0.1, port {port}" in second.output and "Traceback" not in second.output
+
+
+def test_main_shows_any_page_until_ended(graph, naoqi, tablet: Tablet, open_page, jpeg, wait_until: Callable) -> None:
+    page = open_page()
+    page.image.put(jpeg(ORANGE))
+    url = f"--url={page.server.url}"
+    node = graph.run(program(graph, "main.py"), f"--qi-url=tcp://127.0.0.1:{naoqi.port}", url)
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "the page is shown")
+    node.signal(signal.SIGINT)
+    assert node.process.wait(10) == 0
+    wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
+
+
+def test_the_launch_file_starts_what_it_promises(
+    graph, naoqi, tablet: Tablet, source: str, free_port: Callable, wait_until: Callable
+) -> None:
+    port, image_port = free_port(), free_port()
+    launch = graph.run(
+        *("roslaunch", "telepresence_1", "telepresence_ros.launch", "nao_ip:=127.0.0.1", f"nao_port:={naoqi.port}"),
+        *("roscore_ip:=127.0.0.1", f"source:={source}", f"page_port:={port}", "image:=/camera"),
+        f"image_page_port:={image_port}",
+    )
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    launch.wait_for(f"look at http://127.0.0.1:{image_port}/ instead")
+    nodes = graph.run("rosnode", "list")
+    assert nodes.process.wait(20) == 0
+    assert {"/com_cam", "/rob_cam", "/teleop_twist_keyboard"} <= set(nodes.output.split())
+    launch.signal(signal.SIGINT)
+    assert launch.process.wait(20) == 0
+    assert "escalating to SIGTERM" not in launch.output and "Traceback" not in launch.output
+
+
+PUBLISHER = """
+import rospy, numpy
+from sensor_msgs.msg import Image
+from telepresence.images import fill_image_message
+rospy.init_node("robot")
+publisher = rospy.Publisher("/camera", Image, queue_size=1)
+pixels = numpy.full((240, 320, 3), {colour}, numpy.uint8)
+while not rospy.is_shutdown():
+    publisher.publish(fill_image_message(Image(), pixels, "rgb8"))
+    rospy.rostime.wallsleep(0.05)
+"""
+
+
+def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.MonkeyPatch, wait_until: Callable) -> None:
+    monkeypatch.setitem(graph.environment, "DISPLAY", "")
+    node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera", "_port:=0")
+    url = node.wait_for(r"look at (http://127\.0\.0\.1:\d+/) instead")[1]
+
+    def shown() -> tuple[int, ...]:
+        data = get(url, "/frame.jpg")
+        picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+        return (0, 0, 0) if picture is None else tuple(int(v) for v in picture[100, 100, ::-1])
+
+    wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "nothing comes yet")
+    robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
+    wait_until(lambda: close_to(shown(), ORANGE), "the robot's picture is on the page")
+    robot.kill()
+    wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "the picture is lost")
+    node.signal(signal.SIGINT)
+    assert node.process.wait(10) == 0
+    assert "Traceback" not in node.output
+
+
+@pytest.fixture
+def display() -> Iterator[VirtualDisplay]:
+    display = VirtualDisplay()
+    yield display
+    display.close()
+
+
+@pytest.mark.x11
+def test_rob_cam_shows_the_robots_picture_in_a_window(
+    graph, monkeypatch: pytest.MonkeyPatch, display: VirtualDisplay, wait_until: Callable
+) -> None:
+    monkeypatch.setitem(graph.environment, "DISPLAY", display.name)
+    node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera")
+    robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
+
+    def shown(wanted: tuple[int, ...]) -> bool:
+        screen = grab(display.folder)[:, :, ::-1].astype(int)
+        return (abs(screen - wanted).max(axis=2) < 15).mean() > 0.3
+
+    wait_until(lambda: shown(ORANGE), "the picture fills the window")
+    robot.kill()
+    wait_until(lambda: not shown(ORANGE), "an old picture is greyed")
+    node.signal(signal.SIGINT)
+    assert node.process.wait(10) == 0
