@@ -37,18 +37,19 @@ class NaoqiServer:
         robot: The robot to serve.
         url: Where to listen; port 0 takes a free one, see `endpoints`.
         tablet: The tablet behind ALTabletService; without it the robot has none.
+        seed: Start of the microphones' noise.
     Raises:
         CannotListen: The port is taken or the address is not this machine's.
     """
 
-    def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None) -> None:
+    def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None, seed: int = 0) -> None:
         self._session = qi.Session()
         try:
             self._session.listenStandalone(url)
         except RuntimeError as error:
             raise CannotListen(f"cannot listen on {url}: {_reason(str(error))}") from None
         machine_id = self._session.service("ServiceDirectory").machineId()
-        self.catalogue = Catalogue(robot, self._session, tablet)
+        self.catalogue = Catalogue(robot, self._session, tablet, seed=seed)
         on_peer, on_qi = _divide(self.catalogue.services)
         self._peer = WirePeer(machine_id, {service.name: peer_methods(service) for service in on_peer})
         self._inner = qi.Session()
@@ -59,6 +60,7 @@ class NaoqiServer:
         self._objects = [(service.name, qi_object(service)) for service in on_qi]
         for name, published in self._objects:
             self._session.registerService(name, published)
+        self.catalogue.clients.remember_own()
 
     @property
     def endpoints(self) -> list[str]:

@@ -7,6 +7,7 @@ import contextlib
 from pepper_sim.models import pepper_model
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
+from pepper_sim.sound import Room
 from pepper_sim.tablet import Tablet
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import build_world
@@ -38,7 +39,7 @@ class Simulation:
             self.tablet = Tablet(self.robot.show_on_tablet)
             stack.callback(self.tablet.close)
             self.world.start()
-            self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet)
+            self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, seed)
             stack.callback(self.server.close)
             self._stack = stack.pop_all()
 
@@ -46,6 +47,11 @@ class Simulation:
     def url(self) -> str:
         """Where clients connect: the first endpoint."""
         return self.server.endpoints[0]
+
+    @property
+    def room(self) -> Room:
+        """What the robot hears and plays: play a sound into `room.surroundings`, listen to `room.loudspeaker.track`."""
+        return self.server.catalogue.room
 
     def restart(self) -> None:
         """Back to the start, clients stay connected."""

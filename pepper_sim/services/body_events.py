@@ -17,9 +17,6 @@ log = logging.getLogger(__name__)
 PERIOD = 0.02
 """How often the body is looked at [s]."""
 _SLOW = 50  # posture and battery are looked at once a second
-SONAR_THRESHOLD = 0.5
-"""Nearer obstacles raise Sonar...Detected [m] (NAOqi 2.8 documentation, sonar)."""
-
 _EVENTS = (
     *(event for _, event in TOUCH_SENSORS.values()),
     *(event for _, event, _ in BUMPERS.values()),
@@ -27,7 +24,6 @@ _EVENTS = (
     *("TouchChanged", "ALMotion/MoveFailed", "ALMotion/RobotIsFalling", "robotHasFallen", "ALMotion/RobotIsStand"),
     *("PostureChanged", "PostureFamilyChanged", "BodyStiffnessChanged", "ALChestButton/SimpleClickOccurred"),
     *("BatteryChargeChanged", "BatteryPowerPluggedChanged", "BatteryChargingFlagChanged"),
-    *("SonarLeftDetected", "SonarRightDetected", "SonarLeftNothingDetected", "SonarRightNothingDetected"),
 )
 
 

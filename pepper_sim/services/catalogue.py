@@ -3,39 +3,148 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from typing import Any
 
 import qi
 
 from pepper_sim.robot import Pepper
+from pepper_sim.robot_disk import RobotDisk
+from pepper_sim.services.animated_speech import ALAnimatedSpeech
+from pepper_sim.services.audio_device import ALAudioDevice
+from pepper_sim.services.audio_player import ALAudioPlayer
+from pepper_sim.services.audio_recorder import ALAudioRecorder
+from pepper_sim.services.autonomous_abilities import (
+    ALAutonomousBlinking,
+    ALAutonomousMoves,
+    ALBackgroundMovement,
+    ALListeningMovement,
+    ALSpeakingMovement,
+)
+from pepper_sim.services.autonomous_life import ALAutonomousLife
+from pepper_sim.services.basic_awareness import ALBasicAwareness
+from pepper_sim.services.battery import ALBattery
+from pepper_sim.services.behaviors import DEFAULT_BEHAVIORS, ALAnimationPlayer, ALBehaviorManager
 from pepper_sim.services.body_events import BodyEvents
+from pepper_sim.services.body_temperature import ALBodyTemperature
 from pepper_sim.services.client_services import ClientServices
+from pepper_sim.services.dialog import ALDialog
+from pepper_sim.services.laser import ALLaser
+from pepper_sim.services.leds import ALLeds
+from pepper_sim.services.log_manager import LogManager
 from pepper_sim.services.memory import ALMemory
 from pepper_sim.services.memory_keys import body_keys
 from pepper_sim.services.motion import ALMotion
+from pepper_sim.services.navigation import ALNavigation
+from pepper_sim.services.people import ALFaceCharacteristics, ALFaceDetection, ALPeoplePerception
+from pepper_sim.services.preference_manager import ALPreferenceManager
+from pepper_sim.services.robot_model import ALRobotModel
 from pepper_sim.services.robot_posture import ALRobotPosture
+from pepper_sim.services.sensors import ALChestButton, ALSensors
 from pepper_sim.services.service import Service
-from pepper_sim.services.tasks import Workers
+from pepper_sim.services.service_manager import ALServiceManager
+from pepper_sim.services.sonar import ALSonar
+from pepper_sim.services.speech_recognition import ALSoundDetection, ALSoundLocalization, ALSpeechRecognition
+from pepper_sim.services.system import ALSystem
+from pepper_sim.services.tablet_service import ALTabletService
+from pepper_sim.services.tasks import Alarm, Workers
+from pepper_sim.services.text_to_speech import ALTextToSpeech
+from pepper_sim.services.touch import ALTouch
+from pepper_sim.services.tracker import ALTracker
 from pepper_sim.services.video_device import ALVideoDevice
+from pepper_sim.sound import Loudspeaker, Room
+from pepper_sim.speech import Voice
 from pepper_sim.tablet import Tablet
+
+LAST_SPOKEN = "/home/nao/last_spoken.wav"
+"""Where the robot's disk holds what was said last."""
 
 
 class Catalogue:
-    """Builds all services of one robot, in `services`, and ends them."""
+    """Builds all services of one robot, in `services`, and ends them.
 
-    def __init__(self, robot: Pepper, session: qi.Session, tablet: Tablet | None) -> None:
+    `room` is what the robot hears and plays, `disk` its files.
+    """
+
+    def __init__(
+        self,
+        robot: Pepper,
+        session: qi.Session,
+        tablet: Tablet | None,
+        behaviors: Sequence[str] = DEFAULT_BEHAVIORS,
+        seed: int = 0,
+    ) -> None:
+        self.disk = RobotDisk()
+        self.room = Room(Loudspeaker(), seed)
         self._workers = Workers()
-        self._clients = ClientServices(session)
-        self.memory = ALMemory(robot.snapshot, body_keys(robot.JOINTS), self._clients)
+        self._alarm = Alarm()
+        self.clients = ClientServices(session)
+        leds = ALLeds(self._alarm)
+        body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
+        self.memory = ALMemory(robot.snapshot, body, self.clients)
         self.motion = ALMotion(robot, self.memory, self._workers)
-        self.video = ALVideoDevice(robot)
-        posture = ALRobotPosture(robot, self.memory, self._workers, self.motion.joints)
-        self.services: list[Service] = [self.memory, self.motion, posture, self.video]
+        robot.world.on_reset(self.motion.stiffness.restart)
+        speech = ALTextToSpeech(
+            self.memory, Voice(self.room.loudspeaker, self.disk.path(LAST_SPOKEN)), self.disk, self._workers
+        )
+        self.services: list[Service] = [
+            *(self.memory, self.motion, leds, speech),
+            ALRobotPosture(robot, self.memory, self._workers, self.motion.joints),
+            ALVideoDevice(robot),
+            *self._sensors(robot),
+            *self._sound(speech),
+            *self._life(behaviors),
+            *self._perception(robot),
+            *self._system(),
+        ]
+        if tablet is not None:
+            self.services.append(ALTabletService(tablet))
         self._events = BodyEvents(robot, self.memory)
 
     def close(self) -> None:
         """End threads, newest first."""
         with contextlib.ExitStack() as stack:
-            closing: list[Any] = [self._clients, self._workers, *self.services, self._events]
+            closing: list[Any] = [self.disk, self.clients, self._alarm, self._workers, *self.services, self._events]
             for part in closing:
                 stack.callback(part.close)
+
+    def _sensors(self, robot: Pepper) -> list[Service]:
+        memory = self.memory
+        return [
+            *(ALSonar(robot, memory), ALLaser(), ALTouch(robot), ALBattery(robot)),
+            *(ALBodyTemperature(robot, memory), ALSensors(memory), ALChestButton(memory)),
+        ]
+
+    def _sound(self, speech: ALTextToSpeech) -> list[Service]:
+        return [
+            ALAudioDevice(self.room, self.clients, self._alarm, self.disk),
+            ALAudioPlayer(self.room, self.disk, self._alarm),
+            ALAudioRecorder(self.room, self.disk),
+            ALAnimatedSpeech(speech),
+            ALSpeechRecognition(self.memory),
+            ALSoundDetection(self.memory),
+            ALSoundLocalization(self.memory),
+            ALDialog(),
+        ]
+
+    def _life(self, behaviors: Sequence[str]) -> list[Service]:
+        return [
+            ALAutonomousLife(self.memory, self.motion.stiffness, behaviors),
+            ALBasicAwareness(self.memory),
+            *(ALBackgroundMovement(), ALListeningMovement(), ALSpeakingMovement()),
+            *(ALAutonomousBlinking(), ALAutonomousMoves()),
+            *(ALBehaviorManager(behaviors), ALAnimationPlayer()),
+        ]
+
+    def _perception(self, robot: Pepper) -> list[Service]:
+        memory = self.memory
+        return [
+            *(ALTracker(robot, memory, self.motion.joints), ALNavigation(self.motion.base)),
+            *(ALFaceDetection(memory), ALFaceCharacteristics(memory), ALPeoplePerception(memory)),
+        ]
+
+    def _system(self) -> list[Service]:
+        return [
+            *(ALSystem(self.memory), ALRobotModel(), LogManager()),
+            *(ALPreferenceManager(), ALServiceManager(self.clients)),
+        ]

@@ -26,18 +26,34 @@ class ClientServices:
 
     def __init__(self, session: qi.Session) -> None:
         self._session = session
+        self._own: frozenset[str] = frozenset()
         self._proxies: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-call")
         session.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
 
+    def names(self) -> list[str]:
+        """All services that are registered now, the robot's own included."""
+        return [info["name"] for info in self._session.services()]
+
     def exists(self, name: str) -> bool:
         """Whether a service of this name is registered now."""
-        return any(info["name"] == name for info in self._session.services())
+        return name in self.names()
 
-    def endpoints(self, name: str) -> list[str]:
-        """Where the service listens, in its owner's order; empty when there is none."""
-        return next((list(info["endpoints"]) for info in self._session.services() if info["name"] == name), [])
+    def is_own(self, name: str) -> bool:
+        """Whether a service belongs to the robot itself."""
+        return name in self._own
+
+    def remember_own(self) -> None:
+        """Take the services that are registered now as the robot's own."""
+        self._own = frozenset(self.names())
+
+    def endpoints(self, name: str) -> list[tuple[int, str]]:
+        """(number of the service, where it listens) in its owner's order; empty when there is none."""
+        for info in self._session.services():
+            if info["name"] == name:
+                return [(info["serviceId"], endpoint) for endpoint in info["endpoints"]]
+        return []
 
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""

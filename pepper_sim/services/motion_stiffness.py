@@ -39,6 +39,11 @@ class MotionStiffness:
         self.awake = True
         memory.store("robotIsWakeUp", True)
 
+    def restart(self) -> None:
+        """The world was reset: the robot stands awake again."""
+        self.awake = True
+        self._memory.store("robotIsWakeUp", True)
+
     @remote("b()")
     def wakeUp(self) -> concurrent.futures.Future:
         """Turns the motors on and stands up; ends when the robot stands."""

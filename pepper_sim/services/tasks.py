@@ -1,10 +1,12 @@
-"""Long calls: threads to run them on, and ALMotion's list of them."""
+"""Long calls: threads to run them on, a clock that ends them, and ALMotion's list of them."""
 
 from __future__ import annotations
 
 import concurrent.futures
+import heapq
 import itertools
 import threading
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -35,6 +37,52 @@ class Workers:
     def close(self) -> None:
         self.closing.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+class Alarm:
+    """Completes futures at given times, with one thread for all of them."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._due: list[tuple[float, int, concurrent.futures.Future]] = []
+        self._numbers = itertools.count()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="alarm", daemon=True)
+        self._thread.start()
+
+    def after(self, delay: float) -> concurrent.futures.Future:
+        """A future that is done (None) after `delay` seconds, or at `close`; it can be cancelled before."""
+        future: concurrent.futures.Future = concurrent.futures.Future()
+        with self._changed:
+            if self._closed or delay <= 0.0:
+                future.set_result(None)
+                return future
+            heapq.heappush(self._due, (time.monotonic() + delay, next(self._numbers), future))
+            self._changed.notify()
+        return future
+
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                wait = self._due[0][0] - time.monotonic() if self._due else None
+                if wait is None or wait > 0.0:
+                    self._changed.wait(wait)
+                now = float("inf") if self._closed else time.monotonic()
+                over = []
+                while self._due and self._due[0][0] <= now:
+                    over.append(heapq.heappop(self._due)[2])
+                closed = self._closed
+            for future in over:
+                if future.set_running_or_notify_cancel():
+                    future.set_result(None)
+            if closed:
+                return
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,142 @@
+"""LogManager: the robot's log, for listeners. What this simulator logs is what the robot logs.
+
+A message is a structure of source, level (1 fatal to 6 debug), time, category, location, text, number and two dates, as
+in libqicore (BSD-3-Clause) `qicore/logmessage.hpp`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import os
+import threading
+from typing import Any
+
+import qi
+
+from pepper_sim.services.memory import split_stamp
+from pepper_sim.services.service import Service, remote, within
+
+_MESSAGE = (
+    "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"
+    "<LogMessage,source,level,timestamp,category,location,message,id,date,systemDate>"
+)
+_QI_LEVELS = ((logging.CRITICAL, 1), (logging.ERROR, 2), (logging.WARNING, 3), (logging.INFO, 4), (logging.DEBUG, 6))
+_PYTHON_LEVELS = {1: logging.CRITICAL, 2: logging.ERROR, 3: logging.WARNING, 4: logging.INFO, 5: logging.DEBUG}
+_INFO = 4
+_LOGGER = "pepper_sim"
+
+
+@qi.multiThreaded()
+class _Listener:
+    """What getListener answers; its signal fires with every message up to its level."""
+
+    def __init__(self) -> None:
+        self._level = _INFO
+        self.onLogMessage = qi.Signal(f"({_MESSAGE})")
+        self.onLogMessages = qi.Signal(f"([{_MESSAGE}])")
+
+    @qi.bind(qi.Void, (qi.Int32,))
+    def setLevel(self, level: int) -> None:
+        self._level = level if isinstance(level, int) else _INFO
+
+    @qi.bind(qi.Void, (qi.Dynamic,), "setVerbosity")
+    def set_verbosity(self, level: Any) -> None:
+        self._level = level if isinstance(level, int) else _INFO
+
+    @qi.bind(qi.Void, (qi.String, qi.Int32))
+    def addFilter(self, category: str, level: int) -> None:
+        """Filters are not kept: every category is told."""
+
+    @qi.bind(qi.Void, ())
+    def clearFilters(self) -> None:
+        """There are none."""
+
+    @qi.nobind
+    def tell(self, message: tuple) -> None:
+        if message[1] <= self._level:
+            self.onLogMessage(message)
+            self.onLogMessages([message])
+
+
+class _Handler(logging.Handler):
+    """Passes Python's log records on."""
+
+    def __init__(self, tell: Any) -> None:
+        super().__init__(logging.INFO)
+        self._tell = tell
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            level = next(number for least, number in _QI_LEVELS if record.levelno >= least)
+            source = f"{record.filename}:{record.funcName}:{record.lineno}"
+            self._tell(level, source, record.name, record.getMessage(), record.created)
+        except Exception:
+            self.handleError(record)
+
+
+class LogManager(Service):
+    """Collects log messages and tells them to listeners."""
+
+    name = "LogManager"
+
+    def __init__(self) -> None:
+        self._listeners: list[_Listener] = []
+        self._providers = itertools.count(1)
+        self._numbers = itertools.count(1)
+        self._lock = threading.Lock()
+        self._telling = threading.local()
+        self._location = f"simulated:{os.getpid()}"
+        self._handler = _Handler(self._tell)
+        logging.getLogger(_LOGGER).addHandler(self._handler)
+
+    def close(self) -> None:
+        logging.getLogger(_LOGGER).removeHandler(self._handler)
+        self._listeners.clear()
+
+    @remote("v([m])")
+    def log(self, message: list) -> None:
+        """Takes messages of a provider; each is a structure as listeners get it."""
+        for item in message:
+            fields = list(item.values()) if isinstance(item, dict) else item
+            if isinstance(fields, list | tuple) and len(fields) >= 6:
+                level = int(within(fields[1], 0, 6, "level")) if isinstance(fields[1], int) else _INFO
+                logging.getLogger(_LOGGER).log(_PYTHON_LEVELS.get(level, logging.DEBUG), "%s", fields[5])
+
+    @remote("o()")
+    def getListener(self) -> Any:
+        """Returns an object with the signal onLogMessage."""
+        listener = _Listener()
+        with self._lock:
+            self._listeners = [*self._listeners[-99:], listener]
+        return listener
+
+    @remote("o()")
+    def createListener(self) -> Any:
+        """The same as getListener."""
+        return self.getListener()
+
+    @remote("i(o)")
+    def addProvider(self, provider: Any) -> int:
+        """Takes a source of messages; returns its number. Providers call log() by themselves."""
+        return next(self._providers)
+
+    @remote("v(i)")
+    def removeProvider(self, providerId: int) -> None:
+        """Forgets a source of messages."""
+
+    def _tell(self, level: int, source: str, category: str, text: str, created: float) -> None:
+        if getattr(self._telling, "busy", False):
+            return  # a listener's own trouble is not told to listeners
+        self._telling.busy = True
+        try:
+            nanoseconds = int(created * 1e9)
+            stamp = tuple(split_stamp(created))
+            number = next(self._numbers) & 0xFFFFFFFF
+            message = (source, level, stamp, category, self._location, text, number, nanoseconds, nanoseconds)
+            with self._lock:
+                listeners = list(self._listeners)
+            for listener in listeners:
+                listener.tell(message)
+        finally:
+            self._telling.busy = False

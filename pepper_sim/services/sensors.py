@@ -1,0 +1,26 @@
+"""ALSensors and ALChestButton: extractors behind touch, bumper and chest button events, which `body_events` raises."""
+
+from __future__ import annotations
+
+from pepper_sim.services.extractor import Extractor
+
+
+class ALSensors(Extractor):
+    """Raises the events of touch sensors and bumpers."""
+
+    name = "ALSensors"
+    events = (
+        *("RightBumperPressed", "LeftBumperPressed", "BackBumperPressed"),
+        *("FrontTactilTouched", "MiddleTactilTouched", "RearTactilTouched"),
+        *("HandRightBackTouched", "HandLeftBackTouched", "ChestButtonPressed"),
+    )
+
+
+class ALChestButton(Extractor):
+    """Raises the events of the chest button."""
+
+    name = "ALChestButton"
+    events = (
+        *("ALChestButton/SimpleClickOccurred", "ALChestButton/DoubleClickOccurred"),
+        "ALChestButton/TripleClickOccurred",
+    )

@@ -1,0 +1,160 @@
+"""Sound in and around the robot: what is played when, and what the microphones hear of it. No NAOqi words.
+
+Time is `time.monotonic()` [s]. Samples are float32, mono, -1 to 1, unless said.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+import wave
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+MEMORY = 12.0
+"""How long a sound is remembered after its end [s]."""
+MICROPHONES = 4
+LOUDSPEAKER_IN_MICROPHONE = 0.3
+"""Share of the loudspeaker's amplitude that reaches the microphones of the same head."""
+NOISE_FLOOR = 12.0 / 32768.0
+"""Standard deviation of a microphone in a quiet room."""
+FULL_SCALE = 32767.0
+
+
+@dataclass
+class Sound:
+    """Samples that play from `start` on."""
+
+    samples: np.ndarray
+    rate: int
+    start: float
+
+    @property
+    def end(self) -> float:
+        return self.start + len(self.samples) / self.rate
+
+
+class Track:
+    """Sounds on one clock; any number at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._sounds: list[Sound] = []
+
+    def play(self, samples: np.ndarray, rate: int, start: float | None = None) -> Sound:
+        """Add a sound; `start` defaults to now."""
+        sound = Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start)
+        with self._lock:
+            limit = time.monotonic() - MEMORY
+            self._sounds = [known for known in self._sounds if known.end > limit]
+            self._sounds.append(sound)
+        return sound
+
+    def cut(self, sound: Sound, at: float | None = None) -> None:
+        """End a sound early."""
+        at = time.monotonic() if at is None else at
+        with self._lock:
+            keep = max(0, min(len(sound.samples), math.ceil((at - sound.start) * sound.rate)))
+            sound.samples = sound.samples[:keep]
+
+    def playing(self, at: float | None = None) -> bool:
+        """Whether a sound is on at a time; default now."""
+        at = time.monotonic() if at is None else at
+        with self._lock:
+            return any(sound.start <= at < sound.end for sound in self._sounds)
+
+    def render(self, start: float, count: int, rate: int) -> np.ndarray:
+        """The sum of all sounds: `count` samples from `start` on at `rate`. Linear interpolation between samples."""
+        mixed = np.zeros(count, np.float32)
+        stop = start + count / rate
+        with self._lock:
+            sounds = [sound for sound in self._sounds if sound.start < stop and sound.end > start]
+        for sound in sounds:
+            at = (start - sound.start + np.arange(count) / rate) * sound.rate
+            samples = sound.samples
+            mixed += np.interp(at, np.arange(len(samples)), samples, left=0.0, right=0.0).astype(np.float32)
+        return mixed
+
+
+class Loudspeaker:
+    """The robot's loudspeaker: a volume, a mute switch, and a track of what came out of it."""
+
+    def __init__(self) -> None:
+        self.track = Track()
+        self.volume = 0.6
+        """0 to 1."""
+        self.muted = False
+
+    def play(self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0) -> Sound:
+        """Play mono samples at the present volume."""
+        loudness = 0.0 if self.muted else self.volume * gain
+        return self.track.play(np.clip(np.asarray(samples, np.float32) * loudness, -1.0, 1.0), rate, start)
+
+
+class Room:
+    """What the microphones hear: the robot's own loudspeaker, `surroundings`, and their own noise.
+
+    Args:
+        seed: Start of the noise.
+    """
+
+    def __init__(self, loudspeaker: Loudspeaker, seed: int = 0) -> None:
+        self.loudspeaker = loudspeaker
+        self.surroundings = Track()
+        self._random = np.random.default_rng([seed, 4])
+        self._lock = threading.Lock()
+
+    def listen(self, start: float, count: int, rate: int) -> np.ndarray:
+        """What the microphones take up.
+
+        Returns:
+            (count, 4) int16: rear left, rear right, front left, front right. All hear the same sound and noise of
+            their own; where a sound comes from is not modelled.
+        """
+        heard = self.surroundings.render(start, count, rate)
+        heard += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
+        with self._lock:
+            noise = self._random.standard_normal((count, MICROPHONES), np.float32) * np.float32(NOISE_FLOOR)
+        return (np.clip(heard[:, None] + noise, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
+
+
+def sine(frequency: float, duration: float, rate: int, amplitude: float = 1.0) -> np.ndarray:
+    """A sine tone [Hz, s]."""
+    return (amplitude * np.sin(2.0 * np.pi * frequency * np.arange(int(duration * rate)) / rate)).astype(np.float32)
+
+
+def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
+    """Write samples as a WAV file of 16 bits.
+
+    Args:
+        samples: (n,) float32 -1 to 1, or (n, channels) int16.
+    """
+    if samples.dtype != np.int16:
+        samples = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with wave.open(str(path), "wb") as writer:
+        writer.setnchannels(1 if samples.ndim == 1 else samples.shape[1])
+        writer.setsampwidth(2)
+        writer.setframerate(rate)
+        writer.writeframes(samples.astype("<i2").tobytes())
+
+
+def read_wave(path: Path) -> tuple[np.ndarray, int]:
+    """A WAV file of 16 bits, its channels averaged: (n,) float32 and the rate.
+
+    Raises:
+        ValueError: Not such a file.
+        OSError: It cannot be read.
+    """
+    try:
+        with wave.open(str(path), "rb") as reader:
+            if reader.getsampwidth() != 2:
+                raise ValueError(f"{8 * reader.getsampwidth()} bits per sample; only 16 can be played")
+            frames = reader.readframes(reader.getnframes())
+            samples = np.frombuffer(frames, "<i2").reshape(-1, reader.getnchannels())
+            return samples.mean(axis=1, dtype=np.float32) / 32768.0, reader.getframerate()
+    except (wave.Error, EOFError) as error:
+        raise ValueError(f"not a WAV file: {error}") from None
