@@ -187,6 +187,8 @@ class Probe:
 
     def close(self) -> None:
         self._process.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(5.0)
         processes.end(self._process, patience=3.0)
 
 

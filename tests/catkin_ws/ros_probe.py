@@ -100,17 +100,18 @@ class ProbeNode:
 
 
 def read_field(message: Any, field: str) -> Any:
-    if field.startswith("len(") and field.endswith(")"):
-        return len(read_field(message, field[4:-1]))
+    """A field in a form that JSON can carry; of bytes only the first twelve."""
+    counted = field.startswith("len(")
     value = message
-    for part in field.split("."):
+    for part in field.removeprefix("len(").removesuffix(")").split("."):
         value = value[int(part)] if part.isdigit() else getattr(value, part)
+    if counted:
+        return len(value)
     if isinstance(value, bytes):
         return list(value[:12])
-    if isinstance(value, list) and value and hasattr(value[0], "key"):  # diagnostic_msgs/KeyValue[]
-        return [[pair.key, pair.value] for pair in value]
-    if isinstance(value, tuple):
-        return list(value)
+    if isinstance(value, list | tuple):
+        # diagnostic_msgs/KeyValue[] is the only list of messages that a test reads.
+        return [[item.key, item.value] if hasattr(item, "key") else item for item in value]
     return value.to_sec() if hasattr(value, "to_sec") else value
 
 

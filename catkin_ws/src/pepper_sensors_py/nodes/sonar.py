@@ -9,7 +9,7 @@ Parameters: ~sonar_rate (10) [Hz]; ~memory_key and ~frame_id: one sonar instead 
 import sys
 
 import rospy
-from naoqi_driver.connection import RobotError
+from naoqi_driver.connection import CallRefused, RobotError
 from naoqi_driver.diagnostics import ERROR, OK, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.sonar import BACK, FIELD_OF_VIEW, FRONT, MAX_RANGE, MIN_RANGE, SUBSCRIBER, Sonar, to_range
@@ -44,7 +44,11 @@ class SonarNode:
         """The sonars ping only while somebody is subscribed to them."""
         if self._link != self._node.connection.connections:
             link = self._node.connection.connections
-            self._node.connection.call("ALSonar", "subscribe", SUBSCRIBER)
+            try:
+                self._node.connection.call("ALSonar", "subscribe", SUBSCRIBER)
+            except CallRefused as error:
+                # From NAOqi 2.9 on they are on without it (ros-naoqi/naoqi_driver).
+                rospy.logwarn("the sonars may be off: %s", error)
             self._link = link
 
     def _switch_off(self) -> None:
