@@ -15,11 +15,11 @@ layout is one picture late.
 
 from __future__ import annotations
 
-import collections
 import logging
 import socket
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -67,16 +67,16 @@ class MjpegStream:
         self,
         image: LatestImage,
         *,
-        max_viewers: int = 16,
-        max_viewers_per_address: int = 16,
+        max_viewers: int = 64,
+        max_viewers_per_address: int = 64,
         resend_period: float = 1.0,
     ) -> None:
         self.image = image
         self.resend_period = resend_period
         self._max_viewers = max_viewers
         self._max_per_address = max_viewers_per_address
-        self._viewings: set[Viewing] = set()
-        self._per_address: collections.Counter[str] = collections.Counter()
+        # Weak: a response that fails before it reaches the server is never closed.
+        self._viewings: weakref.WeakSet[Viewing] = weakref.WeakSet()
         self._parts: dict[bool, tuple[int, bytes]] = {}
         self._waiting = 0
         self._changed = gevent.event.Event()
@@ -108,11 +108,10 @@ class MjpegStream:
         """
         if len(self._viewings) >= self._max_viewers:
             raise TooManyViewers(f"{self._max_viewers} viewers are watching already, which is the limit")
-        if self._per_address[address] >= self._max_per_address:
+        if sum(viewing.address == address for viewing in self._viewings) >= self._max_per_address:
             raise TooManyViewers(f"{address} has {self._max_per_address} streams open already, which is the limit")
         viewing = Viewing(self, advance, address, name)
         self._viewings.add(viewing)
-        self._per_address[address] += 1
         return viewing
 
     def newer(self, sequence: int, timeout: float) -> Picture | None:
@@ -140,11 +139,9 @@ class MjpegStream:
             self._parts[advance] = picture.sequence, part
         return part
 
-    def _release(self, viewing: Viewing) -> None:
-        if viewing in self._viewings:
-            self._viewings.remove(viewing)
-            self._per_address[viewing.address] -= 1
-            self._per_address += collections.Counter()  # forgets addresses that count zero
+    def forget(self, viewing: Viewing) -> None:
+        """For the viewing that is closed."""
+        self._viewings.discard(viewing)
 
     @contextmanager
     def _attached(self) -> Iterator[None]:
@@ -205,7 +202,7 @@ class Viewing:
         return stream.part(picture, self._advance)
 
     def close(self) -> None:
-        self._stream._release(self)
+        self._stream.forget(self)
 
 
 def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:

@@ -268,6 +268,16 @@ def test_a_viewer_that_left_makes_room_for_another() -> None:
             assert eventually(lambda: studio.stream.viewers == 0)
 
 
+def test_a_head_request_takes_no_viewers_place() -> None:
+    with Studio(max_viewers=1) as studio:
+        for _ in range(3):
+            client = http.client.HTTPConnection(studio.server.address, studio.server.port, timeout=10)
+            client.request("HEAD", "/stream")
+            assert client.getresponse().status == 200
+            client.close()
+            assert eventually(lambda: studio.stream.viewers == 0)
+
+
 def test_long_poll_answers_with_the_next_picture(studio: Studio) -> None:
     client = http.client.HTTPConnection(studio.server.address, studio.server.port, timeout=10)
 

@@ -122,8 +122,15 @@ def test_main_shows_any_page_until_ended(graph, naoqi, tablet: Tablet, open_page
 
 
 def test_the_launch_file_starts_what_it_promises(
-    graph, naoqi, tablet: Tablet, source: str, free_port: Callable, wait_until: Callable
+    graph,
+    naoqi,
+    tablet: Tablet,
+    source: str,
+    free_port: Callable,
+    monkeypatch: pytest.MonkeyPatch,
+    wait_until: Callable,
 ) -> None:
+    monkeypatch.setitem(graph.environment, "DISPLAY", "")
     port, image_port = free_port(), free_port()
     launch = graph.run(
         *("roslaunch", "telepresence_1", "telepresence_ros.launch", "nao_ip:=127.0.0.1", f"nao_port:={naoqi.port}"),

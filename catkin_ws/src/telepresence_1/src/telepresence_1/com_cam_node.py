@@ -12,7 +12,7 @@ Parameters:
     ~port (10002)
     ~roscore_ip ("")        this machine as the robot sees it
     ~token ("auto")         the key to the page; "auto": a new one in every run, but none on loopback; "none"
-    ~max_viewers (16)
+    ~max_viewers (64)
     ~show_on_tablet (true)
     ~nao_ip, ~nao_port (127.0.0.1, 9559)
     ~page_url ("")          the page as the tablet must ask for it, when that is not what ~address says
@@ -67,7 +67,7 @@ class ComCam:
         if token == "auto":
             token = "none" if is_loopback(address) else make_token()
         key = None if token in ("none", "") else token
-        self.stream = MjpegStream(self.camera.image, max_viewers=int(rospy.get_param("~max_viewers", 16)))
+        self.stream = MjpegStream(self.camera.image, max_viewers=int(rospy.get_param("~max_viewers", 64)))
         app = create_app(self.stream, name=name, describe=self._describe, token=key)
         self.server = WebServer(app, address, int(rospy.get_param("~port", 10002)))
         page_url = str(rospy.get_param("~page_url", ""))
