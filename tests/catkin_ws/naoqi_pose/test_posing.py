@@ -1,0 +1,69 @@
+"""Poses, trajectories and stiffness with the simulated robot."""
+
+from __future__ import annotations
+
+import pytest
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture(scope="module")
+def probe(graph):
+    graph.start_robot()
+    graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
+    graph.run_node("naoqi_pose", "pose_controller.py")
+    poses = graph.workspace.parent / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"
+    graph.run("rosparam", "load", str(poses), "/pose_manager/poses").process.wait(30)
+    graph.run(str(graph.workspace / "lib" / "naoqi_pose" / "pose_manager.py"))
+    probe = graph.probe()
+    probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position"])
+    probe.watch("/joint_stiffness", "sensor_msgs/JointState", ["name", "effort"])
+    probe.watch("/get_life_state", "std_msgs/String", ["data"])
+    return probe
+
+
+def joint(probe, name: str) -> float:
+    names, positions = probe.latest("/joint_states")
+    return dict(zip(names, positions, strict=True))[name]
+
+
+def execute(graph, pose: str):
+    program = graph.run(str(graph.workspace / "lib" / "naoqi_pose" / "execute_pose.py"), pose)
+    return program.process.wait(60), program.output
+
+
+def test_named_pose_is_taken(graph, probe):
+    code, output = execute(graph, "zero")
+    assert code == 0, output
+    assert joint(probe, "LShoulderPitch") == pytest.approx(0.0245, abs=0.06)
+
+
+def test_unknown_pose_is_refused_with_the_known_ones(graph, probe):
+    code, output = execute(graph, "headstand")
+    assert code == 1
+    assert "no pose 'headstand'; known: arms_down, crouch, stand, zero" in output
+
+
+def test_joint_angles_topic_moves_the_head(graph, probe, until_true):
+    graph.run(
+        "rostopic", "pub", "-1", "/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed",
+        "{joint_names: [HeadYaw], joint_angles: [0.6], speed: 0.2}",
+    )  # fmt: skip
+    until_true(lambda: abs(joint(probe, "HeadYaw") - 0.6) < 0.05, "the head turns")
+
+
+def test_rest_and_wake_up(probe, until_true):
+    def stiffness() -> float:
+        names, effort = probe.latest("/joint_stiffness")
+        return dict(zip(names, effort, strict=True))["HeadYaw"]
+
+    assert probe.call("/rest", "std_srvs/Empty", {})[0]
+    until_true(lambda: stiffness() == 0.0, "the motors are off")
+    assert probe.call("/wakeup", "std_srvs/Empty", {})[0]
+    until_true(lambda: stiffness() > 0.9, "the motors are on")
+
+
+def test_life_can_be_switched_off(probe, until_true):
+    assert probe.call("/life/disable", "std_srvs/Empty", {})[0]
+    assert probe.call("/life/get_state", "std_srvs/Trigger", {}) == [True, {"success": True, "message": "disabled"}]
+    until_true(lambda: probe.latest("/get_life_state") == ["disabled"], "the state is told")
