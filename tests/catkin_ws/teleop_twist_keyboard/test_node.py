@@ -33,7 +33,7 @@ OTHER_INPUT = textwrap.dedent("""
 def start(open_terminal, wait_until, listener, *argv):
     """The node in a terminal, and a first key that the listener has heard."""
     terminal = open_terminal(*argv)
-    wait_until(lambda: "Ctrl-C  quit" in terminal.seen, "the help is printed")
+    wait_until(lambda: "Ctrl-C               quit" in terminal.seen, "the help is printed")
 
     def press():
         if not listener.heard:
@@ -137,7 +137,7 @@ def test_another_input_takes_over(open_terminal, wait_until, listener, run_progr
 def test_a_job_that_is_put_aside_stops_the_robot_and_leaves_the_keys_to_the_shell(open_terminal, wait_until, listener):
     shell = open_terminal("bash", "--noprofile", "--norc", "-i")
     shell.type(" ".join(LAUNCH) + "\n")
-    wait_until(lambda: "Ctrl-C  quit" in shell.seen, "the help is printed")
+    wait_until(lambda: "Ctrl-C               quit" in shell.seen, "the help is printed")
     shell.type("i")
     wait_until(lambda: listener.heard, "the robot drives")
 

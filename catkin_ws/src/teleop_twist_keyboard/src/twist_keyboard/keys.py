@@ -68,16 +68,15 @@ SPEED_FACTORS: dict[str, tuple[float, float]] = {
 """Key -> factors of driving and turning speed."""
 
 HELP = """\
-Keyboard driving. A key holds until the next one.
+Keyboard driving: a key holds until the next one.
 
-   turning          sideways (Shift)
-   u   i   o        U   I   O
-   j   k   l        J   K   L
-   m   ,   .        M   <   >
+  turning      sideways
+  u  i  o      U  I  O      k or any other key   stop
+  j  k  l      J  K  L      arrow keys           as i , j l
+  m  ,  .      M  <  >      Ctrl-C               quit
 
-   k or any other key   stop        arrow keys   as i , j l
-   q/z  all speeds      w/x  driving speed       e/c  turning speed      each by 10 %
-   t/b  up/down: ignored on the ground           Ctrl-C  quit
+  q/z all speeds   w/x driving   e/c turning, by 10 %
+  t/b up, down: a robot on the ground ignores them
 """
 
 STOP_DURATION = 0.5
@@ -187,4 +186,4 @@ class LatchedKeys:
     def describe(self) -> str:
         """One line for the pilot: what is latched, and how fast."""
         action = self._direction.name if self._direction else "stop"
-        return f"{action:<24} speed {self.speed:.2f} m/s   turn {self.turn:.2f} rad/s"
+        return f"{action:<23}  speed {self.speed:.2f} m/s, turn {self.turn:.2f} rad/s"

@@ -146,6 +146,7 @@ class KeyboardNode:
             if self._keys.moving:
                 say("Another input drives now; press a key to take over again.")
             self._keys.let_go()
+            self._line = self._keys.describe()
 
     def _hear(self, message: Twist) -> None:
         """On rospy's thread."""

@@ -1,0 +1,134 @@
+"""The operator's window:  python -m gui [--robot ADDRESS] [--feed TOPIC]"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import sys
+from pathlib import Path
+from types import FrameType
+
+from PyQt5.QtCore import QSocketNotifier, QTimer
+from PyQt5.QtWidgets import QApplication
+
+from gui.controller import Attach, Controller
+from gui.ros_link import RosLink, without_remappings
+from gui.terminal import TerminalView
+from gui.window import OperatorWindow, style_sheet
+from gui.x11 import hold_display
+
+DEFAULT_FEED = "/pepper_robot/camera/front/image_raw"
+SCREENSHOT_DELAY = 1000
+"""ms after the first picture: time for the terminal to show what it runs."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Open the window; the exit code."""
+    arguments = parse(without_remappings(sys.argv)[1:] if argv is None else argv)
+    problem = display_problem(os.environ)
+    if problem:
+        print(f"gui: {problem}", file=sys.stderr)
+        return 2
+    # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
+    os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
+    application = QApplication(sys.argv[:1])
+    application.setApplicationName("telepresence")
+    application.setStyle("Fusion")
+    application.setStyleSheet(style_sheet(arguments.theme))
+
+    terminal = TerminalView()
+    window = OperatorWindow(terminal)
+    window.address.setText(arguments.robot)
+    link = RosLink(arguments.feed)
+    Controller(window, link, terminal, arguments.attach)
+    link.ended.connect(lambda reason: _end_by_ros(window, reason))
+    if arguments.screenshot:
+        window.video.first_picture.connect(
+            lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
+        )
+    signals = _close_on_signals(window)
+    window.show_on_screen()
+    terminal.start()
+    link.start()
+    try:
+        return application.exec_()
+    finally:
+        signals.setEnabled(False)
+        window.pad.release_all()
+        link.close()
+        terminal.close_terminal()
+
+
+def parse(argv: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
+    parser.add_argument(
+        "--robot", metavar="ADDRESS", default=os.environ.get("NAO_IP", "127.0.0.1"), help="the robot; default NAO_IP"
+    )
+    parser.add_argument("--feed", metavar="TOPIC", default=DEFAULT_FEED, help="camera topic; default %(default)s")
+    attach = parser.add_mutually_exclusive_group()
+    attach.add_argument(
+        "--attach", dest="attach", action="store_const", const=Attach.ALWAYS, default=Attach.AUTO,
+        help="show the camera and start the keyboard as soon as there is a ROS master; "
+             "default: as soon as the robot's programs run",
+    )  # fmt: skip
+    attach.add_argument(
+        "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
+    )
+    parser.add_argument("--theme", default="dark", help="style sheet in gui/themes; default %(default)s")
+    parser.add_argument("--screenshot", metavar="FILE", type=Path, help="save a picture of the window there")
+    return parser.parse_args(argv)
+
+
+def display_problem(environment: os._Environ | dict[str, str]) -> str | None:
+    """Why no window can be opened, and what to do; None when one can."""
+    if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb":
+        return None
+    display = environment.get("DISPLAY")
+    if display and hold_display(display):
+        return None
+    found = f"no X server lets us in at DISPLAY={display}" if display else "DISPLAY is not set"
+    return (
+        f"there is no display for a window: {found}.\n"
+        "  On a machine without a screen run  ./stack up : it brings a virtual display and shows the window on a web "
+        "page.\n  Over ssh connect with  ssh -X . With an X server at hand:  export DISPLAY=:0"
+    )
+
+
+def save_screenshot(window: OperatorWindow, path: Path) -> None:
+    """Save what the screen shows of the window, terminal included."""
+    picture = window.screen().grabWindow(int(window.winId()))
+    if picture.save(str(path)):
+        print(f"Saved a picture of the window as {path}", flush=True)
+    else:
+        print(f"gui: {path} cannot be written; is the folder there, and the ending .png or .jpg?", file=sys.stderr)
+
+
+def _end_by_ros(window: OperatorWindow, reason: str) -> None:
+    print(f"gui: ROS ended this window: {reason}", file=sys.stderr)
+    window.close()
+
+
+def _close_on_signals(window: OperatorWindow) -> QSocketNotifier:
+    """Close the window on SIGINT, SIGTERM and SIGHUP. Python runs a handler only between its own instructions, which
+    Qt's loop does not execute; a byte in a socket wakes it."""
+
+    def close(_signal: int, _frame: FrameType | None) -> None:
+        # On the event loop: before it runs, closing would be forgotten.
+        QTimer.singleShot(0, window.close)
+
+    reader, writer = socket.socketpair()
+    for end in (reader, writer):
+        end.setblocking(False)
+    signal.set_wakeup_fd(writer.fileno())
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, close)
+    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Read, window)
+    notifier.activated.connect(lambda: reader.recv(64))
+    notifier.sockets = (reader, writer)  # open as long as the notifier lives
+    return notifier
+
+
+if __name__ == "__main__":
+    sys.exit(main())

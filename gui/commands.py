@@ -1,0 +1,84 @@
+"""The command lines that the buttons type, as a person would."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import socket
+from typing import NamedTuple
+from urllib.parse import urlparse
+
+KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
+ROSCORE_WINDOW = "roscore"
+DEFAULT_MASTER_PORT = 11311
+DEFAULT_NAOQI_PORT = 9559
+
+_HOST = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]*[A-Za-z0-9])?(?:\.[A-Za-z0-9](?:[A-Za-z0-9-]*[A-Za-z0-9])?)*")
+_NUMBERS = re.compile(r"[0-9.]+")
+
+
+class Address(NamedTuple):
+    """Where a robot is: name or IPv4 address, and NAOqi's port if it is not the usual one."""
+
+    host: str
+    port: int | None = None
+
+
+def parse_address(text: str) -> Address:
+    """Read `host` or `host:port`.
+
+    Raises:
+        ValueError: It is neither; the text says what is wrong.
+    """
+    host, colon, port = text.strip().partition(":")
+    if not host:
+        raise ValueError("Type the robot's address first, for example 192.168.1.10 or pepper.local.")
+    if not _HOST.fullmatch(host) or len(host) > 253:
+        raise ValueError(f"'{host}' is neither a host name nor an address such as 192.168.1.10.")
+    if _NUMBERS.fullmatch(host) and not _is_ipv4(host):
+        raise ValueError(f"'{host}' is not an IP address: four numbers from 0 to 255 are needed.")
+    if not colon:
+        return Address(host)
+    if not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+        raise ValueError(f"'{port}' is not a port: a number from 1 to 65535 is needed after the colon.")
+    return Address(host, int(port))
+
+
+def roscore(master_uri: str) -> str:
+    """Start the ROS master where `master_uri` says that it is."""
+    port = urlparse(master_uri).port or DEFAULT_MASTER_PORT
+    return "roscore" if port == DEFAULT_MASTER_PORT else f"roscore -p {port}"
+
+
+def session(address: Address, own_address: str) -> str:
+    """Start the robot's programs."""
+    words = ["roslaunch", "pepper_bringup", "tele_pepper.launch"]
+    words += [f"nao_ip:={address.host}", f"roscore_ip:={own_address}"]
+    if address.port not in (None, DEFAULT_NAOQI_PORT):
+        words.append(f"nao_port:={address.port}")
+    return shlex.join(words)
+
+
+def own_address_towards(host: str) -> str:
+    """This machine's address as `host` sees it. Looks a name up, so it can take seconds.
+
+    Raises:
+        ValueError: The name is unknown or there is no way to it.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((host, DEFAULT_NAOQI_PORT))  # sends nothing; asks the routing table
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise ValueError(
+                f"There is no way to {host} ({reason}). Is the robot in this network and its address right?"
+            ) from error
+        return probe.getsockname()[0]
+
+
+def _is_ipv4(text: str) -> bool:
+    try:
+        socket.inet_pton(socket.AF_INET, text)
+    except OSError:
+        return False
+    return True

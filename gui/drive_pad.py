@@ -1,0 +1,213 @@
+"""Driving by held keys and buttons, for mouse and keyboard.
+
+While anything is held the velocity is sent ten times a second; on the last release zero is sent once, and then nothing,
+so that another input can drive. Losing the keyboard counts as releasing everything.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from PyQt5.QtCore import QEvent, QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QKeyEvent
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QFrame, QGridLayout, QLineEdit, QPushButton, QWidget
+
+SEND_PERIOD = 100  # ms
+BOUNCE = 30
+"""ms. X11 repeats a held key as releases and presses; a pair torn apart on its way looks like a real release."""
+SPEED = 0.2
+"""m/s; the keyboard node begins with the same."""
+TURN = 0.5
+"""rad/s"""
+
+
+class Move(NamedTuple):
+    """A cap of the pad: where it lies, what it shows and does."""
+
+    row: int
+    column: int
+    symbol: str
+    letter: str
+    what: str
+    x: int = 0
+    y: int = 0
+    theta: int = 0
+
+
+# Letters as in Boston Dynamics' Spot SDK, example wasd: WASD drive without turning, Q and E turn.
+MOVES: dict[str, Move] = {
+    "turn_left": Move(0, 0, "↶", "Q", "Turn left", theta=1),
+    "forward": Move(0, 1, "↑", "W", "Forward", x=1),
+    "turn_right": Move(0, 2, "↷", "E", "Turn right", theta=-1),
+    "left": Move(1, 0, "←", "A", "Left, without turning", y=1),
+    "backward": Move(1, 1, "↓", "S", "Backward", x=-1),
+    "right": Move(1, 2, "→", "D", "Right, without turning", y=-1),
+}
+
+KEYS: dict[int, str] = {
+    Qt.Key_Q: "turn_left",
+    Qt.Key_W: "forward",
+    Qt.Key_E: "turn_right",
+    Qt.Key_A: "left",
+    Qt.Key_S: "backward",
+    Qt.Key_D: "right",
+    Qt.Key_Up: "forward",
+    Qt.Key_Down: "backward",
+    Qt.Key_Left: "turn_left",
+    Qt.Key_Right: "turn_right",
+}
+
+
+def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tuple[float, float, float]:
+    """Forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a diagonal is
+    no faster than a straight."""
+    x = sum(MOVES[name].x for name in held)
+    y = sum(MOVES[name].y for name in held)
+    theta = sum(MOVES[name].theta for name in held)
+    length = math.hypot(x, y)
+    scale = speed / length if length else 0.0
+    return x * scale, y * scale, theta * turn
+
+
+class DrivePad(QFrame):
+    """The pad. Keys of the whole window drive, except while text is edited; see `eventFilter`."""
+
+    velocity = pyqtSignal(float, float, float)
+    """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held."""
+    blocked = pyqtSignal(str)
+    """Somebody tried to drive while that is not possible; why."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.ClickFocus)
+        self.speed, self.turn = SPEED, TURN
+        self._pressed: dict[object, str] = {}
+        self._lifted: set[int] = set()
+        self._block = ""
+        self._caps: dict[str, QPushButton] = {}
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        for name, move in MOVES.items():
+            cap = self._make_cap(f"{move.symbol}\n{move.letter}", f"{move.what} ({move.letter})")
+            cap.pressed.connect(self.setFocus)
+            cap.pressed.connect(lambda name=name: self._press(("mouse", name), name))
+            cap.released.connect(lambda name=name: self._release(("mouse", name)))
+            layout.addWidget(cap, move.row, move.column)
+            self._caps[name] = cap
+        stop = self._make_cap("Stop   Space", "Stop (space bar)")
+        stop.setObjectName("padStop")
+        stop.pressed.connect(self.stop)
+        layout.addWidget(stop, 2, 0, 1, 3)
+        self._timer = QTimer(self, interval=SEND_PERIOD)
+        self._timer.setTimerType(Qt.PreciseTimer)
+        self._timer.timeout.connect(self._send)
+        self._bounce = QTimer(self, interval=BOUNCE, singleShot=True)
+        self._bounce.timeout.connect(self._release_lifted)
+        QApplication.instance().installEventFilter(self)
+
+    @property
+    def held(self) -> set[str]:
+        """Names of the moves that are held now."""
+        return set(self._pressed.values())
+
+    def stop(self) -> None:
+        """Let go of everything and send zero, whether anything was held or not."""
+        self._pressed.clear()
+        self._lifted.clear()
+        self._timer.stop()
+        self._show_held()
+        self.velocity.emit(0.0, 0.0, 0.0)
+
+    def release_all(self) -> None:
+        """As if everything that is held had been released."""
+        if self._pressed:
+            self.stop()
+
+    def set_block(self, reason: str) -> None:
+        """Do not drive until the reason is an empty string again."""
+        self._block = reason
+        if reason:
+            self.release_all()
+        for cap in self._caps.values():
+            _set_property(cap, "blocked", bool(reason))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        kind = event.type()
+        if kind in (QEvent.KeyPress, QEvent.KeyRelease):
+            return self._is_for_us(watched) and self._take_key(event)
+        if kind in (QEvent.WindowDeactivate, QEvent.Hide) and watched is self.window():
+            self.release_all()
+        return False
+
+    def _is_for_us(self, watched: QObject) -> bool:
+        """Key events pass the filter for the window and again for the widget: the second time counts."""
+        if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
+            return False
+        return not isinstance(QApplication.focusWidget(), QLineEdit)
+
+    def _take_key(self, event: QKeyEvent) -> bool:
+        """True when the key means something here, and so nothing elsewhere."""
+        if event.key() == Qt.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
+            if event.type() == QEvent.KeyPress and not event.isAutoRepeat():
+                self.stop()
+            return True
+        name = KEYS.get(event.key())
+        if name is None:
+            return False
+        if event.isAutoRepeat():
+            return True
+        if event.type() == QEvent.KeyRelease:
+            self._lifted.add(event.key())
+            self._bounce.start()
+        elif event.key() in self._lifted:
+            self._lifted.remove(event.key())
+        elif not event.modifiers() & (Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier):
+            self._press(event.key(), name)
+        return True
+
+    def _press(self, source: object, name: str) -> None:
+        if self._block:
+            self.blocked.emit(self._block)
+            return
+        self._pressed[source] = name
+        self._show_held()
+        self._send()
+        self._timer.start()
+
+    def _release(self, source: object) -> None:
+        if self._pressed.pop(source, None) is None:
+            return
+        if not self._pressed:
+            self.stop()
+            return
+        self._show_held()
+        self._send()
+
+    def _release_lifted(self) -> None:
+        while self._lifted:
+            self._release(self._lifted.pop())
+
+    def _send(self) -> None:
+        self.velocity.emit(*velocity_of(self.held, self.speed, self.turn))
+
+    def _show_held(self) -> None:
+        held = self.held
+        for name, cap in self._caps.items():
+            _set_property(cap, "held", name in held)
+
+    def _make_cap(self, text: str, tip: str) -> QPushButton:
+        cap = QPushButton(text, self)
+        cap.setToolTip(tip)
+        cap.setFocusPolicy(Qt.NoFocus)
+        cap.setProperty("kind", "cap")
+        return cap
+
+
+def _set_property(widget: QWidget, name: str, value: bool) -> None:
+    """A property that the style sheet looks at; Qt reads it again only when told to."""
+    if widget.property(name) != value:
+        widget.setProperty(name, value)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)

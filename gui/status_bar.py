@@ -1,0 +1,70 @@
+"""One line at the bottom: the last message, and how the links are."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QFontMetrics, QResizeEvent
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+CHIPS = ("master", "robot", "picture", "keys")
+
+
+class StatusBar(QFrame):
+    """Message left, indicators right. A message stays until the next."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._text = ""
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(16, 0, 16, 0)
+        layout.setSpacing(8)
+        self._message = QLabel()
+        self._message.setObjectName("message")
+        self._message.setTextFormat(Qt.PlainText)
+        # A long message is cut to the room there is, instead of widening the window.
+        self._message.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        layout.addWidget(self._message, 1)
+        self._chips: dict[str, QLabel] = {}
+        for name in CHIPS:
+            chip = QLabel()
+            chip.setProperty("kind", "chip")
+            layout.addWidget(chip, 0, Qt.AlignVCenter)
+            self._chips[name] = chip
+
+    @property
+    def message(self) -> str:
+        return self._text
+
+    def say(self, text: str, level: str = "info") -> None:
+        """Show a sentence; `level` is info, good, warn or bad."""
+        self._text = text
+        self._message.setToolTip(text)
+        _restyle(self._message, level)
+        self._fit()
+
+    def set_chip(self, name: str, text: str, level: str, tip: str = "") -> None:
+        """Show an indicator of `CHIPS`; `level` is off, good, warn or bad."""
+        chip = self._chips[name]
+        chip.setText(f"●  {text}")
+        chip.setToolTip(tip)
+        _restyle(chip, level)
+
+    def chip(self, name: str) -> tuple[str, str]:
+        """Text and level of an indicator."""
+        chip = self._chips[name]
+        return chip.text().removeprefix("●  "), chip.property("level")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        metrics = QFontMetrics(self._message.font())
+        self._message.setText(metrics.elidedText(self._text, Qt.ElideRight, max(0, self._message.width() - 4)))
+
+
+def _restyle(label: QLabel, level: str) -> None:
+    if label.property("level") != level:
+        label.setProperty("level", level)
+        label.style().unpolish(label)
+        label.style().polish(label)

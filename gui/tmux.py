@@ -1,0 +1,153 @@
+"""A tmux server of our own, and what a person would type into it.
+
+Its own socket and configuration: neither sessions nor settings of the pilot are touched. The server ends with its only
+session, and the session with its only client (`destroy-unattached`). `start_guard` sees to it that it ends with this
+process, even a killed one.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import time
+from pathlib import Path
+
+SESSION = "telepresence"
+FIRST_WINDOW = "session"
+SHELL = "bash"
+TIMEOUT = 5.0  # seconds for one tmux command; they take milliseconds
+_GUARD = """
+read -r _
+socket=$1; shift
+# The server may have ended by itself, or may not be up yet.
+for attempt in 1 2 3; do "$@" kill-server 2>/dev/null && break; sleep 0.1; done
+rm -f "$socket"
+"""
+_HERE = Path(__file__).resolve().parent
+
+
+class TmuxError(RuntimeError):
+    """tmux did not do what it was asked for; the text is for the pilot."""
+
+
+class Tmux:
+    """A tmux server that `attach_command` starts. Calls block for milliseconds: not for Qt's thread.
+
+    Args:
+        socket: Name of the server's socket, unique on this machine.
+    """
+
+    def __init__(self, socket: str) -> None:
+        self._base = ["tmux", "-L", socket]
+        # Where -L puts it, tmux(1). tmux itself leaves the file behind.
+        self._socket = Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}", socket)
+        shell = shlex.join([SHELL, "--noprofile", "--rcfile", str(_HERE / "terminal.bashrc"), "-i"])
+        self.attach_command = [
+            *self._base, "-f", str(_HERE / "tmux.conf"),
+            "new-session", "-s", SESSION, "-n", FIRST_WINDOW, shell,
+            ";", "set-option", "-g", "default-command", shell,
+            ";", "set-option", "-g", "destroy-unattached", "on",
+        ]  # fmt: skip
+        """Command line to be run in a terminal window."""
+
+    def type_line(self, window: str, line: str) -> None:
+        """Type a line and Enter at the shell's prompt in `window`, which is opened if need be and shown.
+
+        Raises:
+            TmuxError: Something runs in that window, or the terminal is closed.
+        """
+        self._wait_for_session()
+        if window in self.windows():
+            self._call("select-window", "-t", self._target(window))
+        else:
+            self._call("new-window", "-t", f"{SESSION}:", "-n", window)
+        program = self._wait_for_prompt(window)
+        if program:
+            raise TmuxError(f"{program} runs in the terminal's window '{window}'. End it there with Ctrl-C first.")
+        self._call("send-keys", "-t", self._target(window), "-l", line)
+        self._call("send-keys", "-t", self._target(window), "Enter")
+
+    def interrupt(self, window: str) -> None:
+        """Type Ctrl-C in `window`, if it is open.
+
+        Raises:
+            TmuxError: The terminal is closed.
+        """
+        if window in self.windows():
+            # A pane that is being scrolled would take the key for itself.
+            self._call("copy-mode", "-q", "-t", self._target(window))
+            self._call("send-keys", "-t", self._target(window), "C-c")
+
+    def windows(self) -> list[str]:
+        """Names of the open windows.
+
+        Raises:
+            TmuxError: The terminal is closed.
+        """
+        return self._call("list-windows", "-t", SESSION, "-F", "#{window_name}").split("\n")
+
+    def text(self, window: str) -> str:
+        """What `window` shows.
+
+        Raises:
+            TmuxError: There is no such window.
+        """
+        return self._call("capture-pane", "-p", "-t", self._target(window))
+
+    def start_guard(self) -> subprocess.Popen:
+        """A process that ends the server, and by hanging up everything in it, when its standard input is closed: by
+        us, or by the kernel if we are killed. xterm alone may outlive its window until it next draws something."""
+        return subprocess.Popen(
+            ["sh", "-c", _GUARD, "tmux-guard", str(self._socket), *self._base],
+            stdin=subprocess.PIPE,
+            env=environment(),
+            start_new_session=True,
+        )
+
+    def _target(self, window: str) -> str:
+        return f"{SESSION}:={window}"
+
+    def _wait_for_session(self, timeout: float = TIMEOUT) -> None:
+        """The first line may be asked for before the terminal window is up."""
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                self._call("has-session", "-t", SESSION)
+                return
+            except TmuxError:
+                if time.monotonic() > deadline:
+                    raise TmuxError("The terminal is closed. Open it again with a click on it.") from None
+                time.sleep(0.05)
+
+    def _wait_for_prompt(self, window: str, timeout: float = 2.0) -> str | None:
+        """None at the prompt of a shell, else the name of the program that keeps running there."""
+        deadline = time.monotonic() + timeout
+        while True:
+            answer = self._call(
+                "display-message", "-p", "-t", self._target(window), "#{cursor_x} #{pane_current_command}"
+            )
+            column, program = answer.split(" ", 1)
+            if program == SHELL and int(column) > 0:
+                return None
+            if time.monotonic() > deadline:
+                return program
+            time.sleep(0.05)
+
+    def _call(self, *words: str) -> str:
+        try:
+            done = subprocess.run(
+                [*self._base, *words], capture_output=True, text=True, timeout=TIMEOUT, env=environment()
+            )
+        except FileNotFoundError:
+            raise TmuxError("tmux is not installed. Install it with:  ./stack build") from None
+        except subprocess.TimeoutExpired:
+            raise TmuxError(f"tmux did not answer within {TIMEOUT:.0f} s.") from None
+        if done.returncode != 0:
+            raise TmuxError(f"The terminal refused: {done.stderr.strip()}")
+        return done.stdout.removesuffix("\n")
+
+
+def environment() -> dict[str, str]:
+    """Our environment, less what makes tmux believe it runs inside another tmux."""
+    return {name: value for name, value in os.environ.items() if name not in ("TMUX", "TMUX_PANE")}

@@ -1,0 +1,196 @@
+"""The few X11 requests that Qt 5 does not offer for a window that belongs to another program.
+
+Everything goes over a connection of its own (libX11 through ctypes), on the thread of the caller. The other program may
+end at any moment, so its windows may be gone when a request arrives: such errors are expected and ignored.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import time
+from ctypes import POINTER, byref, c_char_p, c_int, c_long, c_uint, c_ulong, c_void_p
+
+# X11/X.h
+_INPUT_ONLY = 2
+_REVERT_TO_PARENT = 2
+_CURRENT_TIME = 0
+_BUTTON_PRESS_MASK = 1 << 2
+_BUTTON_PRESS = 4
+_IS_VIEWABLE = 2
+
+
+class _Attributes(ctypes.Structure):
+    """XWindowAttributes of X11/Xlib.h, up to what is read here, with room for the rest."""
+
+    _fields_ = (
+        ("x", c_int),
+        ("y", c_int),
+        ("width", c_int),
+        ("height", c_int),
+        ("border_width", c_int),
+        ("depth", c_int),
+        ("visual", c_void_p),
+        ("root", c_ulong),
+        ("window_class", c_int),
+        ("bit_gravity", c_int),
+        ("win_gravity", c_int),
+        ("backing_store", c_int),
+        ("backing_planes", c_ulong),
+        ("backing_pixel", c_ulong),
+        ("save_under", c_int),
+        ("colormap", c_ulong),
+        ("map_installed", c_int),
+        ("map_state", c_int),
+        ("rest", c_long * 8),
+    )
+
+
+class _Event(ctypes.Union):
+    _fields_ = (("kind", c_int), ("room", c_long * 24))  # XEvent: long pad[24]
+
+
+_ErrorHandler = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p)
+_ignore_errors = _ErrorHandler(lambda display, error: 0)
+
+
+def _library() -> ctypes.CDLL:
+    x11 = ctypes.CDLL("libX11.so.6")
+    x11.XOpenDisplay.argtypes, x11.XOpenDisplay.restype = [c_char_p], c_void_p
+    x11.XCloseDisplay.argtypes = [c_void_p]
+    x11.XConnectionNumber.argtypes = [c_void_p]
+    x11.XSetErrorHandler.argtypes, x11.XSetErrorHandler.restype = [_ErrorHandler], c_void_p
+    x11.XSync.argtypes = [c_void_p, c_int]
+    x11.XPending.argtypes = [c_void_p]
+    x11.XNextEvent.argtypes = [c_void_p, POINTER(_Event)]
+    x11.XFree.argtypes = [c_void_p]
+    x11.XQueryTree.argtypes = [
+        c_void_p, c_ulong, POINTER(c_ulong), POINTER(c_ulong), POINTER(POINTER(c_ulong)), POINTER(c_uint),
+    ]  # fmt: skip
+    x11.XGetWindowAttributes.argtypes = [c_void_p, c_ulong, POINTER(_Attributes)]
+    x11.XMoveResizeWindow.argtypes = [c_void_p, c_ulong, c_int, c_int, c_uint, c_uint]
+    x11.XSetInputFocus.argtypes = [c_void_p, c_ulong, c_int, c_ulong]
+    x11.XCreateWindow.argtypes = [
+        c_void_p, c_ulong, c_int, c_int, c_uint, c_uint, c_uint, c_int, c_uint, c_void_p, c_ulong, c_void_p,
+    ]  # fmt: skip
+    x11.XCreateWindow.restype = c_ulong
+    for name in ("XMapRaised", "XUnmapWindow"):
+        getattr(x11, name).argtypes = [c_void_p, c_ulong]
+    x11.XSelectInput.argtypes = [c_void_p, c_ulong, c_long]
+    return x11
+
+
+class X11Error(RuntimeError):
+    """There is no X server to talk to."""
+
+
+def hold_display(name: str, patience: float = 2.0) -> bool:
+    """Whether the X server at this value of DISPLAY lets us in within `patience` seconds.
+
+    The connection stays open as long as this process: a server that loses its last client may start anew, and would
+    refuse the next one, which is Qt, meanwhile. For the same reason one refusal is not the last word.
+    """
+    try:
+        x11 = _library()
+    except OSError:
+        return False
+    deadline = time.monotonic() + patience
+    while not x11.XOpenDisplay(name.encode()):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+class Host:
+    """A window of ours in which another program has opened one of its own.
+
+    Args:
+        window: Our X window.
+    Raises:
+        X11Error: The X server cannot be reached.
+    """
+
+    def __init__(self, window: int) -> None:
+        try:
+            self._x11 = _library()
+        except OSError as error:
+            raise X11Error(f"libX11 cannot be loaded: {error}") from error
+        self._x11.XSetErrorHandler(_ignore_errors)
+        self._display = self._x11.XOpenDisplay(None)
+        if not self._display:
+            raise X11Error(f"no X server answers at DISPLAY={os.environ.get('DISPLAY', '')!r}")
+        self._window = window
+        # A child without a picture that lies over the guest: as long as it is there, the guest sees neither the
+        # pointer nor keys typed while the pointer is over it (X11 protocol, "keyboard focus": events go to the window
+        # under the pointer if that is inside the focus window).
+        self._shield = self._x11.XCreateWindow(self._display, window, 0, 0, 1, 1, 0, 0, _INPUT_ONLY, None, 0, None)
+        self._x11.XSelectInput(self._display, self._shield, _BUTTON_PRESS_MASK)
+        self._sync()
+
+    @property
+    def connection(self) -> int:
+        """File descriptor that becomes readable when `clicked` has news."""
+        return self._x11.XConnectionNumber(self._display)
+
+    def guest(self) -> int | None:
+        """The other program's window, once it is on the screen."""
+        root, parent, count = c_ulong(), c_ulong(), c_uint()
+        children = POINTER(c_ulong)()
+        if not self._x11.XQueryTree(
+            self._display, self._window, byref(root), byref(parent), byref(children), byref(count)
+        ):
+            return None
+        windows = [children[index] for index in range(count.value)]
+        if children:
+            self._x11.XFree(children)
+        return next((window for window in windows if window != self._shield and self._is_viewable(window)), None)
+
+    def fill(self, guest: int, width: int, height: int) -> None:
+        """Give the guest (and the shield) the whole of our window [px]."""
+        for window in (guest, self._shield):
+            self._x11.XMoveResizeWindow(self._display, window, 0, 0, max(1, width), max(1, height))
+        self._sync()
+
+    def size(self, guest: int) -> tuple[int, int]:
+        """Width and height of the guest [px]; (0, 0) when it is gone."""
+        attributes = _Attributes()
+        self._x11.XGetWindowAttributes(self._display, guest, byref(attributes))
+        return attributes.width, attributes.height
+
+    def give_keyboard(self, guest: int) -> None:
+        """Lift the shield; keys go to the guest until another window gets the keyboard focus."""
+        self._x11.XUnmapWindow(self._display, self._shield)
+        self._x11.XSetInputFocus(self._display, guest, _REVERT_TO_PARENT, _CURRENT_TIME)
+        self._sync()
+
+    def take_keyboard(self, window: int) -> None:
+        """Keys go to `window`, ours, and the shield lies over the guest again."""
+        self._x11.XSetInputFocus(self._display, window, _REVERT_TO_PARENT, _CURRENT_TIME)
+        self.raise_shield()
+
+    def raise_shield(self) -> None:
+        """Lay the shield over the guest: a click on it is reported by `clicked`."""
+        self._x11.XMapRaised(self._display, self._shield)
+        self._sync()
+
+    def clicked(self) -> bool:
+        """Whether the shield has been clicked since the last call."""
+        event, clicked = _Event(), False
+        while self._x11.XPending(self._display):
+            self._x11.XNextEvent(self._display, byref(event))
+            clicked = clicked or event.kind == _BUTTON_PRESS
+        return clicked
+
+    def close(self) -> None:
+        if self._display:
+            self._x11.XCloseDisplay(self._display)
+            self._display = None
+
+    def _is_viewable(self, window: int) -> bool:
+        attributes = _Attributes()
+        self._x11.XGetWindowAttributes(self._display, window, byref(attributes))
+        return attributes.map_state == _IS_VIEWABLE
+
+    def _sync(self) -> None:
+        self._x11.XSync(self._display, 0)

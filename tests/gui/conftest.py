@@ -1,0 +1,280 @@
+"""Qt without a screen for widgets, a virtual display with hands and eyes for the whole window, and a fake robot."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+os.environ["QT_QPA_PLATFORM"] = "offscreen"  # before Qt is imported; programs under test get their own environment
+
+from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QApplication, QFrame, QWidget
+
+from gui.link_state import LinkState
+from gui.tmux import Tmux
+from gui.window import OperatorWindow, style_sheet
+from telepresence import processes
+from telepresence.virtual_display import VirtualDisplay, grab
+
+
+@pytest.fixture(scope="session")
+def qt() -> QApplication:
+    return QApplication.instance() or QApplication(["tests"])
+
+
+@pytest.fixture
+def spin(qt: QApplication, wait_until: Callable) -> Callable:
+    """Let Qt work until a condition is true."""
+
+    def until(condition: Callable[[], object], what: str) -> object:
+        def step() -> object:
+            qt.processEvents()
+            return condition()
+
+        return wait_until(step, what)
+
+    return until
+
+
+class FakeLink(QObject):
+    """The signals of RosLink, and what was asked of it."""
+
+    state_changed = pyqtSignal(object)
+    picture = pyqtSignal(object)
+    trouble = pyqtSignal(str)
+    ended = pyqtSignal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.feed = "/robot/image"
+        self.state = LinkState("http://127.0.0.1:11311")
+        self.watching = False
+        self.driven: list[tuple[float, float, float]] = []
+
+    def become(self, **changes: bool) -> None:
+        self.state = LinkState(self.state.master_uri, **changes)
+        self.state_changed.emit(self.state)
+
+    def watch(self, wanted: bool) -> None:
+        self.watching = wanted
+
+    def drive(self, vx: float, vy: float, wz: float) -> None:
+        self.driven.append((vx, vy, wz))
+
+
+class FakeTerminal(QFrame):
+    """The signals of TerminalView, and what was typed."""
+
+    ready = pyqtSignal()
+    refused = pyqtSignal(str)
+    typed = pyqtSignal(str)
+    focus_changed = pyqtSignal(bool)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.has_keyboard = False
+        self.lines: list[tuple[str, str]] = []
+        self.interrupted: list[str] = []
+
+    def type_line(self, line: str | Callable[[], str], window: str = "session") -> None:
+        try:
+            self.lines.append((window, line if isinstance(line, str) else line()))
+        except ValueError as error:
+            self.refused.emit(str(error))
+
+    def interrupt(self, window: str = "session") -> None:
+        self.interrupted.append(window)
+
+    def take_keyboard(self) -> None:
+        self.has_keyboard = True
+        self.focus_changed.emit(True)
+
+
+@pytest.fixture
+def link(qt: QApplication) -> FakeLink:
+    return FakeLink()
+
+
+@pytest.fixture
+def terminal(qt: QApplication) -> FakeTerminal:
+    return FakeTerminal()
+
+
+@pytest.fixture(scope="session")
+def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
+    """Where the middle of a widget of the 1280x720 window is [px]."""
+
+    def find(name: str) -> tuple[int, int]:
+        if not opened:
+            qt.setStyle("Fusion")
+            qt.setStyleSheet(style_sheet("dark"))
+            opened.append(OperatorWindow(FakeTerminal()))
+            opened[0].resize(1280, 720)
+            opened[0].show()
+            qt.processEvents()
+            qt.setStyleSheet("")
+        widget = opened[0].findChild(QWidget, name)
+        point = widget.mapTo(opened[0], widget.rect().center())
+        return point.x(), point.y()
+
+    opened: list[OperatorWindow] = []
+    return find
+
+
+class Screen:
+    """A virtual display with a keyboard and a mouse, and the window that runs on it."""
+
+    def __init__(self, display: VirtualDisplay, run_program: Callable, wait_until: Callable) -> None:
+        self.environment = dict(os.environ, DISPLAY=display.name)
+        del self.environment["QT_QPA_PLATFORM"]
+        self._folder = display.folder
+        self._windows: list[Window] = []
+        self._run_program, self._wait_until = run_program, wait_until
+
+    def open_window(self, *arguments: str, program: tuple[str, ...] = (sys.executable, "-m", "gui")) -> Window:
+        process = self._run_program(
+            *program, *arguments, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        window = Window(process, self, self._wait_until)
+        self._windows.append(window)
+        return window
+
+    def close(self) -> None:
+        """End the windows and wait until all that ran in their terminals has ended, too."""
+        for window in self._windows:
+            family = window.family()
+            processes.end(window.process, patience=10.0)
+            self._wait_until(
+                lambda family=family: not {*family} & {*processes.descendants()}, "the programs have ended"
+            )
+
+    def colour(self, x: int, y: int) -> tuple[int, int, int]:
+        """Eyes: red, green and blue of a point."""
+        blue, green, red = grab(self._folder)[y, x]
+        return int(red), int(green), int(blue)
+
+    def do(self, *words: object) -> str:
+        """Hands: xdotool."""
+        done = subprocess.run(
+            ["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, timeout=20
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+
+class Window:
+    """The operator's window as a process of its own."""
+
+    def __init__(self, process: subprocess.Popen, screen: Screen, wait_until: Callable) -> None:
+        self.process, self.screen = process, screen
+        self.tmux = Tmux(f"telepresence-{process.pid}")
+        self.output = ""
+        threading.Thread(target=self._read, name="window-output", daemon=True).start()
+        self.id = wait_until(self._find, "the window is on the screen")
+        wait_until(lambda: "$" in self.terminal_text(), "the terminal shows a prompt")
+        wait_until(self.terminal_has_keyboard, "the terminal has the keyboard")
+
+    def terminal_text(self, window: str = "session") -> str:
+        try:
+            return self.tmux.text(window)
+        except RuntimeError:
+            return ""
+
+    def terminal_has_keyboard(self) -> bool:
+        """Whether the X server sends keys to a window inside ours; 0 and 1 stand for none and for the pointer's."""
+        return self.screen.do("getwindowfocus", "-f") not in ("0", "1", self.id)
+
+    def terminal_size(self) -> str:
+        return self.tmux._call("display-message", "-p", "-t", "telepresence", "#{window_width}x#{window_height}")
+
+    def family(self) -> list[int]:
+        """Processes of this window: its descendants, and those of tmux, which leaves the family."""
+        name = f"telepresence-{self.process.pid}"
+        roots = [self.process.pid, *(pid for pid in processes.descendants() if name in _command(pid))]
+        return sorted({*roots, *(pid for root in roots for pid in processes.descendants(root))})
+
+    def click(self, point: tuple[int, int]) -> None:
+        self.screen.do("mousemove", *point, "click", 1)
+
+    def type(self, *keys: str) -> None:
+        self.screen.do("key", *keys)
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            self.output += line
+
+    def _find(self) -> str | None:
+        if self.process.poll() is not None:
+            pytest.fail(f"the window ended: {self.output}")
+        found = subprocess.run(
+            ["xdotool", "search", "--onlyvisible", "--name", "^Telepresence"],
+            env=self.screen.environment, capture_output=True, text=True, timeout=20,
+        )  # fmt: skip
+        return found.stdout.split("\n")[0]
+
+
+def _command(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
+
+
+@pytest.fixture
+def screen(run_program: Callable, wait_until: Callable, ros_environment: dict[str, str]) -> Iterator[Screen]:
+    display = VirtualDisplay()
+    screen = Screen(display, run_program, wait_until)
+    yield screen
+    screen.close()
+    display.close()
+
+
+FAKE_ROBOT = textwrap.dedent("""
+    import sys, time, numpy as np, rospy
+    from geometry_msgs.msg import Twist
+    from sensor_msgs.msg import Image
+    from telepresence.images import fill_image_message
+    from telepresence.ros_master import MasterWatch
+    rospy.init_node("fake_robot")
+    images = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
+    def hear(twist):
+        print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
+    rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
+    MasterWatch(rospy).start()
+    pixels = np.zeros((48, 64, 3), np.uint8)
+    pixels[:, :32], pixels[:, 32:] = (250, 30, 20), (20, 30, 250)
+    print("ready", flush=True)
+    while not rospy.is_shutdown():
+        images.publish(fill_image_message(Image(), pixels, "rgb8"))
+        time.sleep(0.05)
+""")
+
+
+class FakeRobot:
+    """Publishes a picture, left half red, right half blue, and hears cmd_vel: (time [s], vx, vy, wz)."""
+
+    def __init__(self, run_program: Callable) -> None:
+        self.heard: list[tuple[float, ...]] = []
+        self.process = run_program(sys.executable, "-c", FAKE_ROBOT, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout.readline() == "ready\n"
+        threading.Thread(target=self._read, name="robot-ear", daemon=True).start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            self.heard.append(tuple(map(float, line.split())))
+
+    def velocity(self) -> tuple[float, ...] | None:
+        """The last command: vx, vy [m/s], wz [rad/s]."""
+        return self.heard[-1][1:] if self.heard else None
+
+
+@pytest.fixture
+def start_robot(ros_environment: dict[str, str], run_program: Callable) -> Callable[[], FakeRobot]:
+    return lambda: FakeRobot(run_program)

@@ -1,0 +1,164 @@
+"""The whole window beside a robot that runs already, and one that the window starts."""
+
+import signal
+import subprocess
+from itertools import pairwise
+from statistics import median
+
+import pytest
+
+from telepresence import processes
+from telepresence.ros_master import master_answers, master_proxy
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
+
+QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+READY = "a key holds until the next one"
+
+
+@pytest.fixture
+def robot(ros_master, start_robot):
+    return start_robot()
+
+
+def open_attached(screen, wait_until, *arguments):
+    window = screen.open_window(*arguments)
+    wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
+    return window
+
+
+def halves(place):
+    """A point in the left and one in the right half of the picture."""
+    x, y = place("video")
+    return (x - 150, y), (x + 150, y)
+
+
+def shows_picture(screen, place):
+    (red, _, _), (_, _, blue) = (screen.colour(*point) for point in halves(place))
+    return red > 200 and blue > 200
+
+
+def test_a_running_robot_is_shown_and_driven_from_the_terminal(screen, wait_until, place, robot, tmp_path):
+    shot = tmp_path / "window.png"
+    window = open_attached(screen, wait_until, "--screenshot", str(shot))
+    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
+
+    def press():
+        if robot.velocity() is None:
+            window.type("i")
+        return robot.velocity()
+
+    wait_until(press, "the robot hears the key")
+    wait_until(lambda: len(robot.heard) >= 20, "the command is repeated")
+    assert {heard[1:] for heard in robot.heard} == {(0.2, 0.0, 0.0)}
+    assert 0.08 < median(after[0] - before[0] for before, after in pairwise(robot.heard[1:])) < 0.12
+    window.type("k")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "k stops")
+    wait_until(lambda: [heard[1:] for heard in robot.heard].count((0.0, 0.0, 0.0)) >= 5, "zero is repeated")
+    last = robot.heard[-1][0]
+    with pytest.raises(pytest.fail.Exception):
+        wait_until(lambda: robot.heard[-1][0] > last + 0.5, "the topic is quiet", timeout=1.5)
+    wait_until(lambda: shot.exists() and shot.stat().st_size > 10_000, "the screenshot is saved")
+
+
+def test_the_drive_pad_drives_while_a_key_is_held(screen, wait_until, place, robot):
+    window = open_attached(screen, wait_until)
+    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
+    window.click(place("video"))
+    screen.do("mousemove", *place("terminalFrame"))
+    screen.do("keydown", "w")
+    wait_until(lambda: len(robot.heard) >= 10, "the robot hears the pad")
+    screen.do("keyup", "w")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the release stops")
+    assert [heard[1:] for heard in robot.heard].count((0.0, 0.0, 0.0)) == 1
+
+    screen.do("keydown", "q")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "the robot turns")
+    window.click(place("terminalFrame"))
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "a click into the terminal stops the pad")
+    screen.do("keyup", "q")
+
+
+def test_the_pad_takes_over_from_a_latched_key(screen, wait_until, place, robot):
+    window = open_attached(screen, wait_until)
+    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
+    window.type("j")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "the key turns the robot")
+    window.click(place("video"))
+    window.type("space")
+    wait_until(lambda: "Another input drives now" in window.terminal_text(), "the keyboard lets go")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the robot stands")
+
+
+def test_stop_ends_the_session_in_the_terminal(screen, wait_until, place, robot):
+    window = open_attached(screen, wait_until)
+    window.type("i")
+    wait_until(lambda: robot.velocity() == (0.2, 0.0, 0.0), "the robot drives")
+    window.click(place("stopButton"))
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the robot stands")
+    wait_until(lambda: window.terminal_text().rstrip().endswith("$"), "the terminal is at the prompt")
+    window.click(place("sessionButton"))
+    wait_until(lambda: not window.terminal_text().rstrip().endswith("$"), "the keyboard is started again")
+    window.type("j")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "and drives")
+
+
+def test_killing_the_window_leaves_no_program_and_no_command(screen, wait_until, robot):
+    window = open_attached(screen, wait_until)
+    window.type("i")
+    wait_until(lambda: robot.velocity() == (0.2, 0.0, 0.0), "the robot drives")
+    before = window.family()
+    processes.send(window.process.pid, signal.SIGKILL)
+    window.process.wait(10)
+    left = lambda: [pid for pid in before if pid in processes.descendants()]  # noqa: E731
+    wait_until(lambda: not left(), "every process of the window has ended")
+    count = len(robot.heard)
+    with pytest.raises(pytest.fail.Exception):
+        wait_until(lambda: len(robot.heard) > count, "nobody drives any more", timeout=1.0)
+
+
+def test_pictures_come_back_after_a_restart_of_master_and_robot(
+    screen, wait_until, place, ros_environment, run_program, start_robot
+):
+    uri = ros_environment["ROS_MASTER_URI"]
+    command = ("rosmaster", "--core", "-p", uri.rpartition(":")[2])
+    master = run_program(*command, **QUIET)
+    wait_until(lambda: master_answers(uri), "the master answers")
+    robot = start_robot()
+    open_attached(screen, wait_until)
+    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
+
+    for process in (master, robot.process):
+        processes.send(process.pid, signal.SIGKILL)
+        process.wait()
+    wait_until(lambda: not shows_picture(screen, place), "the picture is greyed")
+    run_program(*command, **QUIET)
+    wait_until(lambda: master_answers(uri), "a new master answers")
+    start_robot()
+    wait_until(lambda: shows_picture(screen, place), "the picture is back")
+
+
+def test_roscore_start_starts_a_master_that_the_window_joins(screen, wait_until, place, ros_environment):
+    uri = ros_environment["ROS_MASTER_URI"]
+    window = screen.open_window()
+    window.click(place("roscoreButton"))
+    wait_until(lambda: master_answers(uri), "a master answers")
+    wait_until(lambda: master_proxy(uri).lookupNode("/test", "/gui_ros_node")[0] == 1, "the window has joined it")
+    assert "started core service" in window.terminal_text("roscore")
+    processes.send(window.process.pid, signal.SIGTERM)
+    assert window.process.wait(15) == 0
+    wait_until(lambda: not master_answers(uri), "the window takes its master along")
+
+
+def test_rosnode_kill_closes_the_window(screen, wait_until, robot):
+    window = open_attached(screen, wait_until)
+    subprocess.run(["rosnode", "kill", "/gui_ros_node"], check=True, capture_output=True, timeout=20)
+    assert window.process.wait(15) == 0
+    assert "ROS ended this window" in window.output
+
+
+def test_starts_as_a_node(screen, wait_until, robot):
+    window = screen.open_window(
+        program=("rosrun", "avatar_gui", "avatar_gui", "__name:=gui_ros_node", "__log:=/dev/null")
+    )
+    wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
