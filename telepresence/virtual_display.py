@@ -33,9 +33,11 @@ class VirtualDisplay:
     def __init__(self, width: int = 1280, height: int = 720) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="telepresence-display-"))
         reader, writer = os.pipe()
+        # -noreset: otherwise the server starts anew, and refuses newcomers meanwhile, when its last client leaves.
+        options = f"-screen 0 {width}x{height}x24 -nolisten tcp -noreset -fbdir {self.folder}"
         try:
             self._process = processes.start(
-                f"Xvfb -displayfd {writer} -screen 0 {width}x{height}x24 -nolisten tcp -fbdir {self.folder}".split(),
+                f"Xvfb -displayfd {writer} {options}".split(),
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pass_fds=[writer],
