@@ -2,7 +2,8 @@
 
 The robot's root body has a free joint and stands on three frictionless feet; velocity servos at a site on the floor
 under it push along x and y and turn it about z with limited force. So it is stopped by walls, pushes boxes, climbs
-ramps and can tip. The model provides the actuators `drive_x`, `drive_y`, `drive_yaw`, in this order.
+ramps and can tip. The model provides the free joint `root` and the actuators `drive_x`, `drive_y`, `drive_yaw`, in this
+order.
 """
 
 from __future__ import annotations
@@ -16,6 +17,11 @@ import numpy as np
 ODOMETRY_SCALE_ERROR = 0.002
 """Standard deviation of the wheels' scale error, drawn once per run for translation and for rotation. Real bases are
 several times worse; this keeps a 2 m drive within millimetres of truth while odometry still isn't truth."""
+
+HOLD_GAIN = 5.0
+"""Speed per distance from the held place [1/s]."""
+SLIP_DISTANCE = 0.02
+"""Pushed farther than this [m], the wheels have slipped and hold the new place."""
 
 _ACTUATORS = ("drive_x", "drive_y", "drive_yaw")
 
@@ -55,12 +61,14 @@ class PlanarBase:
         self.braking = braking
         self.x = self.y = self.theta = 0.0
         self.vx = self.vy = self.wz = 0.0
-        first = model.actuator(prefix + "drive_x").id
+        first = model.actuator(prefix + _ACTUATORS[0]).id
         self._actuators = slice(first, first + 3)
-        if [model.actuator(first + i).name for i in range(3)] != [
-            prefix + n for n in ("drive_x", "drive_y", "drive_yaw")
-        ]:
-            raise ValueError(f"{prefix}: the actuators drive_x, drive_y, drive_yaw must follow each other")
+        root = model.joint(prefix + "root").qposadr[0]
+        self._pose = slice(root, root + 7)
+        self._held: tuple[float, float] | None = None
+        names = [model.actuator(i).name for i in range(model.nu)[self._actuators]]
+        if names != [prefix + name for name in _ACTUATORS]:
+            raise ValueError(f"{prefix}: the actuators {', '.join(_ACTUATORS)} must follow each other, found {names}")
         self._scale_xy, self._scale_theta = (1.0 + ODOMETRY_SCALE_ERROR * rng.standard_normal(2)).tolist()
 
     @property
@@ -81,6 +89,7 @@ class PlanarBase:
         """Stand still at the odometry's origin."""
         self.x = self.y = self.theta = 0.0
         self.vx = self.vy = self.wz = 0.0
+        self._held = None
 
     def clamp(self, vx: float, vy: float, wz: float) -> tuple[float, float, float]:
         """The velocity with its direction kept and its size limited."""
@@ -115,8 +124,12 @@ class PlanarBase:
             self._integrate(dt)
 
     def write(self, data: mujoco.MjData) -> None:
-        """Hand the limited velocity to the servos."""
-        data.ctrl[self._actuators] = (self.vx, self.vy, self.wz)
+        """Hand the limited velocity to the servos; a base that stands holds its place, also on a ramp."""
+        if self.standing:
+            data.ctrl[self._actuators] = (*self._hold(data), 0.0)
+        else:
+            self._held = None
+            data.ctrl[self._actuators] = (self.vx, self.vy, self.wz)
 
     def predict(self, dt: float) -> tuple[float, float, float]:
         """Odometry pose after driving on for `dt` seconds."""
@@ -127,6 +140,19 @@ class PlanarBase:
             self.y + (self.vx * s + self.vy * c) * dt,
             wrap(self.theta + self.wz * dt),
         )
+
+    def _hold(self, data: mujoco.MjData) -> tuple[float, float]:
+        """Velocity in the robot's frame back to where the wheels were stopped, as motors that hold their angle do.
+
+        A velocity servo alone would creep down a ramp by a few mm/s.
+        """
+        x, y, _, w, _, _, z = data.qpos[self._pose].tolist()
+        if self._held is None or math.hypot(x - self._held[0], y - self._held[1]) > SLIP_DISTANCE:
+            self._held = (x, y)
+        dx, dy = HOLD_GAIN * (self._held[0] - x), HOLD_GAIN * (self._held[1] - y)
+        heading = 2.0 * math.atan2(z, w)
+        c, s = math.cos(heading), math.sin(heading)
+        return dx * c + dy * s, dy * c - dx * s
 
     def _integrate(self, dt: float) -> None:
         turned = self.wz * dt * self._scale_theta

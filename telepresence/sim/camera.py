@@ -204,8 +204,7 @@ class Cameras:
             if key not in drawn:
                 drawn[key] = painter.draw(*key)
             feed.image.put(drawn[key], stamp)
-            # The deadline is absolute, so that 30 Hz stay 30 Hz; pictures that were missed are not made up for.
-            feed._due = max(feed._due + 1.0 / feed.fps, time.monotonic() - 1.0 / feed.fps)
+            feed._due = next_due(feed._due, feed.fps, time.monotonic())
         return True
 
     def _take_textures(self, now: float) -> dict[int, np.ndarray]:
@@ -215,3 +214,11 @@ class Cameras:
                 self._next_upload[texture] = now + 1.0 / TEXTURE_RATE
                 ready[texture] = self._textures.pop(texture)
         return ready
+
+
+def next_due(due: float, fps: float, now: float) -> float:
+    """When the picture after the one due at `due` is due.
+
+    Deadlines are absolute, so that 30 Hz stay 30 Hz; after a stall at most one picture is made up for.
+    """
+    return max(due + 1.0 / fps, now - 1.0 / fps)

@@ -30,7 +30,7 @@ class Painter:
         self._model = copy.copy(world.model)
         self._data = mujoco.MjData(self._model)
         limit = self._model.vis.global_
-        self._gl = _make_context(limit.offwidth, limit.offheight)
+        self._gl = make_context(limit.offwidth, limit.offheight)
         self._gl.make_current()
         self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
@@ -123,7 +123,7 @@ def _frozen(pixels: np.ndarray) -> np.ndarray:
     return pixels
 
 
-def _make_context(width: int, height: int) -> Any:
+def make_context(width: int, height: int) -> Any:
     """An OpenGL context as MUJOCO_GL asks for, also when `mujoco` was imported before that default was set."""
     if os.environ.get("MUJOCO_GL", "").lower() == "egl":
         from mujoco.egl import GLContext

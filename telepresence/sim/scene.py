@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from telepresence.sim.world import World
 
@@ -81,10 +82,10 @@ def _attach(spec: mujoco.MjSpec, robot: RobotModel, group: int, scene: str) -> N
     child = robot.load()
     for geom in child.geoms:
         geom.group = group
-    # A free joint must be a child of the world itself, so a frame is made there, also for a site.
-    frame = spec.worldbody.add_frame(pos=spawn.pos, quat=spawn.quat)
-    frame = spec.worldbody.add_frame(pos=[*robot.offset, 0.0], frame=frame) if any(robot.offset) else frame
-    spec.attach(child, prefix=robot.prefix, frame=frame)
+    for body in child.worldbody.bodies:
+        body.pos = np.add(body.pos, (*robot.offset, 0.0))
+    where = {"site": spawn} if isinstance(spawn, mujoco.MjsSite) else {"frame": spawn}
+    spec.attach(child, prefix=robot.prefix, **where)
 
 
 def _set_picture_quality(spec: mujoco.MjSpec) -> None:

@@ -1,0 +1,174 @@
+"""Cameras: real pictures drawn without a display."""
+
+from __future__ import annotations
+
+import os
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+from telepresence.sim.camera import Cameras, CamerasFailed, next_due
+from telepresence.sim.world import World
+
+ROOM = """
+<mujoco>
+  <visual>
+    <global offwidth="640" offheight="480"/>
+    <quality offsamples="0"/>
+    <map znear=".02" zfar="60"/>
+    <headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/>
+  </visual>
+  <statistic extent="1"/>
+  <asset>
+    <texture name="screen" type="2d" builtin="flat" width="64" height="40" rgb1="0 0 0" rgb2="0 0 0" nchannel="3"/>
+    <material name="screen" texture="screen" emission="1" specular="0" texuniform="false" texrepeat="1 1"/>
+  </asset>
+  <worldbody>
+    <camera name="eye" pos="0 0 1" xyaxes="0 -1 0 0 0 1" fovy="45"/>
+    <camera name="behind" pos="0 0 1" xyaxes="0 1 0 0 0 1" fovy="45"/>
+    <geom name="wall" type="box" pos="2.1 0 1" size=".1 9 9" rgba="1 0 0 1"/>
+    <geom type="box" size=".32 .2 .01" pos="-1 0 1" xyaxes="0 1 0 0 0 1" material="screen"/>
+    <body name="door" pos="1 0 1"><joint name="slide" type="slide" axis="0 0 1"/>
+      <geom type="box" size=".05 .1 .1" rgba="0 1 0 1" contype="0" conaffinity="0"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture(name="world")
+def _world():
+    world = World(mujoco.MjSpec.from_string(ROOM))
+    world.model.opt.gravity[:] = 0.0
+    yield world
+    world.close()
+
+
+@pytest.fixture(name="cameras")
+def _cameras(world):
+    cameras = Cameras(world)
+    yield cameras
+    cameras.close()
+
+
+def newest(feed, after: int = 0):
+    picture = feed.image.wait_newer(after, 20.0)
+    assert picture is not None, "no picture came"
+    return picture
+
+
+def test_a_display_is_not_needed():
+    assert os.environ["MUJOCO_GL"]
+    assert os.environ["LP_NUM_THREADS"]
+
+
+@pytest.mark.parametrize(("width", "height"), [(640, 480), (320, 240), (80, 60)])
+def test_one_context_serves_every_size(cameras, width, height):
+    pixels = newest(cameras.subscribe("eye", width, height, 10.0)).pixels
+    assert pixels.shape == (height, width, 3) and pixels.dtype == np.uint8
+    assert pixels[height // 2, width // 2].tolist() == [0, 255, 0]
+    assert pixels[2, 2].tolist() == [255, 0, 0]
+
+
+def test_depth_is_metres_along_the_optical_axis(cameras):
+    depth = newest(cameras.subscribe("eye", 160, 120, 10.0, "depth")).pixels
+    assert depth.shape == (120, 160) and depth.dtype == np.float32
+    assert depth[60, 80] == pytest.approx(0.95, abs=1e-3)
+    assert depth[2, 2] == pytest.approx(2.0, abs=2e-3)
+
+
+def test_a_picture_shows_the_instant_of_its_stamp(world, cameras):
+    feed = cameras.subscribe("eye", 80, 60, 50.0)
+    first = newest(feed)
+    with world.locked() as data:
+        data.qpos[0] = 5.0
+    world.step(1)
+    later = newest(feed, first.sequence + 1)
+    assert later.pixels[30, 40].tolist() == [255, 0, 0]
+    assert later.stamp == pytest.approx(world.stamp)
+    assert first.stamp < later.stamp
+
+
+def test_feeds_of_one_size_share_a_picture_that_nobody_may_change(cameras):
+    feed = cameras.subscribe("eye", 80, 60, 20.0)
+    with pytest.raises(ValueError, match="read-only"):
+        newest(feed).pixels[0, 0] = 0
+
+
+def test_a_new_texture_is_seen_upright_and_unmirrored(cameras):
+    feed = cameras.subscribe("behind", 320, 240, 30.0)
+    newest(feed)
+    pixels = np.zeros((40, 64, 3), np.uint8)
+    pixels[:10, :16] = (0, 0, 255)
+    cameras.set_texture("screen", pixels)
+    deadline = time.monotonic() + 20.0
+    blue = np.zeros((0, 2))
+    while not len(blue) and time.monotonic() < deadline:
+        shown = newest(feed, feed.image.peek().sequence).pixels
+        blue = np.argwhere((shown[:, :, 2] > 200) & (shown[:, :, 0] < 50))
+    assert len(blue), "the texture was not shown"
+    row, column = blue.mean(axis=0)
+    assert row < 120 and column < 160
+
+
+def test_closing_a_feed_ends_its_pictures(cameras):
+    open_feed = cameras.subscribe("eye", 80, 60, 50.0)
+    with cameras.subscribe("behind", 80, 60, 50.0) as feed:
+        newest(feed)
+    newest(open_feed, open_feed.image.peek().sequence + 1)
+    last = feed.image.peek().sequence
+    newest(open_feed, open_feed.image.peek().sequence + 2)
+    assert feed.image.peek().sequence == last
+
+
+def test_each_feed_has_its_own_rate(cameras):
+    fast, slow = cameras.subscribe("eye", 80, 60, 60.0), cameras.subscribe("behind", 80, 60, 6.0)
+    newest(slow, 5)
+    ratio = fast.image.peek().sequence / slow.image.peek().sequence
+    assert 3.0 < ratio < 20.0
+
+
+def test_thirty_pictures_a_second_are_thirty():
+    """The schedule with invented time: a little lateness is made up for, a stall is not."""
+    due, now, drawn = 0.0, 0.0, 0
+    while now < 10.0:
+        now = max(now, due) + 0.012
+        due = next_due(due, 30.0, now)
+        drawn += 1
+    assert drawn / 10.0 >= 29.5
+    assert next_due(1.0, 30.0, 5.0) == pytest.approx(5.0 - 1.0 / 30.0)
+
+
+def test_what_cannot_be_drawn_is_refused_with_a_reason(cameras):
+    with pytest.raises(ValueError, match=r"'nose'.*eye, behind"):
+        cameras.subscribe("nose", 80, 60, 10.0)
+    with pytest.raises(ValueError, match="largest picture is 640x480"):
+        cameras.subscribe("eye", 1280, 960, 10.0)
+    with pytest.raises(ValueError, match="rgb, depth"):
+        cameras.subscribe("eye", 80, 60, 10.0, "infrared")
+    with pytest.raises(ValueError, match="rate"):
+        cameras.subscribe("eye", 80, 60, 0.0)
+    with pytest.raises(ValueError, match=r"'poster'.*screen"):
+        cameras.set_texture("poster", np.zeros((40, 64, 3), np.uint8))
+    with pytest.raises(ValueError, match="40, 64, 3"):
+        cameras.set_texture("screen", np.zeros((64, 40, 3), np.uint8))
+
+
+def test_closed_cameras_say_so(world):
+    cameras = Cameras(world)
+    cameras.close()
+    cameras.close()
+    with pytest.raises(CamerasFailed, match="closed"):
+        cameras.subscribe("eye", 80, 60, 10.0)
+
+
+def test_missing_opengl_is_reported_at_the_first_subscription(world, monkeypatch):
+    def broken(width: int, height: int) -> None:
+        raise ImportError("no libEGL here")
+
+    monkeypatch.setattr("telepresence.sim.painter.make_context", broken)
+    cameras = Cameras(world)
+    with pytest.raises(CamerasFailed, match="no libEGL here"):
+        cameras.subscribe("eye", 80, 60, 10.0)
+    cameras.close()

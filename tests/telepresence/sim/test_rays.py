@@ -1,0 +1,94 @@
+"""Rays: bundles of directions, hits on known walls, the robot's own body, noise."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from telepresence.sim.rays import RayBundle, add_noise, cone, fan
+
+BOX_ROOM = """
+<mujoco>
+  <worldbody>
+    <geom name="wall" type="box" pos="2.05 0 0" size=".05 5 5"/>
+    <geom name="floor" type="plane" size="9 9 .1" pos="0 0 -.5"/>
+    <body name="robot" pos="0 0 0">
+      <geom type="sphere" size=".3" group="3"/>
+      <site name="eye" pos=".1 0 0"/>
+      <site name="down" pos=".1 0 0" euler="0 30 0"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture(name="room")
+def _room():
+    model = mujoco.MjModel.from_xml_string(BOX_ROOM)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def test_a_fan_lies_in_the_plane_counter_clockwise():
+    vectors = fan(np.radians([90.0, 0.0, -90.0]))
+    assert vectors == pytest.approx(np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]), abs=1e-12)
+
+
+@pytest.mark.parametrize(("rings", "count"), [(1, 7), (2, 19), (3, 37)])
+def test_a_cone_is_filled_and_bounded(rings, count):
+    vectors = cone(math.radians(30.0), rings)
+    angles = np.degrees(np.arccos(vectors[:, 0]))
+    assert vectors.shape == (count, 3)
+    assert np.linalg.norm(vectors, axis=1) == pytest.approx(1.0)
+    assert angles.max() == pytest.approx(30.0) and angles.min() == 0.0
+
+
+def test_measures_the_distance_to_a_wall_past_its_own_body(room):
+    model, data = room
+    angles = np.radians([40.0, 0.0, -40.0])
+    bundle = RayBundle(model, "eye", fan(angles), own_group=3, max_range=5.0)
+    assert bundle.cast(data) == pytest.approx(1.9 / np.cos(angles))
+
+
+def test_without_the_mask_the_robot_would_see_itself(room):
+    model, data = room
+    bundle = RayBundle(model, "eye", fan(np.zeros(1)), own_group=5, max_range=5.0)
+    assert bundle.cast(data)[0] < 0.5
+
+
+def test_beyond_the_range_is_a_miss(room):
+    model, data = room
+    bundle = RayBundle(model, "eye", fan(np.radians([0.0, 180.0])), own_group=3, max_range=1.5)
+    assert np.isinf(bundle.cast(data)).all()
+
+
+def test_sound_is_not_heard_from_a_surface_that_is_grazed(room):
+    model, data = room
+    bundle = RayBundle(model, "down", cone(math.radians(30.0)), own_group=3, max_range=5.0)
+    # The lowest ray of the cone points 60 degrees down: 30 degrees from the floor's normal.
+    assert bundle.cast_echo(data, math.radians(65.0)).min() == pytest.approx(0.5 / math.sin(math.radians(60.0)))
+    level = RayBundle(model, "eye", cone(math.radians(20.0)), own_group=3, max_range=5.0)
+    assert level.cast(data).min() == pytest.approx(0.5 / math.sin(math.radians(20.0)))
+    assert level.cast_echo(data, math.radians(65.0)).min() == pytest.approx(1.9)
+
+
+def test_noise_is_seeded_stepped_and_keeps_misses():
+    true = np.array([0.02, 1.0, 2.0, np.inf])
+    read = [
+        add_noise(true, np.random.default_rng(7), sigma=0.01, proportional=0.01, resolution=0.03, minimum=0.25)
+        for _ in range(2)
+    ]
+    assert read[0].tolist() == read[1].tolist()
+    assert read[0][0] == 0.25
+    assert read[0][1:3] / 0.03 == pytest.approx(np.round(read[0][1:3] / 0.03))
+    assert np.isinf(read[0][3])
+
+
+def test_noise_has_the_stated_size():
+    read = add_noise(np.full(20000, 2.0), np.random.default_rng(1), sigma=0.01, proportional=0.02)
+    assert read.mean() == pytest.approx(2.0, abs=0.002)
+    assert read.std() == pytest.approx(0.05, rel=0.03)
