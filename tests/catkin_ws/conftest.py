@@ -210,6 +210,9 @@ class Graph:
         self._probes: list[Probe] = []
         self.master = self.start_master()
 
+    def free_port(self) -> int:
+        return find_free_port()
+
     def start_master(self) -> Program:
         self.master = self.run("rosmaster", "--core", "-p", self.uri.rpartition(":")[2])
         until(lambda: master_answers(self.uri), "the ROS master answers")

@@ -13,7 +13,9 @@ import threading
 import time
 from typing import Any
 
+import rosnode
 import rospy
+import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from roslib.message import get_message_class, get_service_class
 
@@ -22,6 +24,7 @@ class ProbeNode:
     def __init__(self) -> None:
         self._seen: dict[str, list[tuple[float, list[Any]]]] = {}
         self._publishers: dict[str, rospy.Publisher] = {}
+        self._transforms: tf2_ros.Buffer | None = None
         self._twist: Twist | None = None
         self._last_command = 0.0
         self._cmd_vel = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
@@ -86,6 +89,21 @@ class ProbeNode:
 
     def topics(self) -> dict[str, str]:
         return dict(rospy.get_published_topics())
+
+    def nodes(self) -> list[str]:
+        """Names that the master knows."""
+        return rosnode.get_node_names()
+
+    def transform(self, parent: str, child: str) -> list[float] | None:
+        """Where the origin of `child` is in `parent` [m]; None when they do not hang together (yet)."""
+        if self._transforms is None:
+            self._transforms = tf2_ros.Buffer()
+            tf2_ros.TransformListener(self._transforms)
+        try:
+            found = self._transforms.lookup_transform(parent, child, rospy.Time(0)).transform.translation
+        except tf2_ros.TransformException:
+            return None
+        return [found.x, found.y, found.z]
 
     def parameter(self, name: str) -> Any:
         return rospy.get_param(name, None)
