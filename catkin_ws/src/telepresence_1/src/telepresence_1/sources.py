@@ -6,6 +6,7 @@ is what the test picture says.
 
 from __future__ import annotations
 
+import logging
 import os
 import pathlib
 import time
@@ -23,6 +24,8 @@ import cv2
 from telepresence_1.cards import draw_test_card
 
 cv2.setLogLevel(2)  # errors only
+
+log = logging.getLogger(__name__)
 
 NETWORK_TIMEOUT = 3000  # ms for connecting, and for the next picture
 _URL_SCHEMES = ("http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://")
@@ -117,8 +120,8 @@ class Device:
             self._capture.set(key, value)
 
     def read(self) -> np.ndarray:
-        delivered, picture = self._capture.read()
-        if not delivered:  # for ever from now on, although isOpened() stays true
+        picture = _read(self._capture)
+        if picture is None:  # for ever from now on, although isOpened() stays true
             raise SourceError("Camera lost", f"{self._device} was unplugged or has stopped delivering pictures.")
         return picture
 
@@ -141,8 +144,8 @@ class Url:
     def read(self) -> np.ndarray:
         if self._pace:
             self._pace.wait()
-        delivered, picture = self._capture.read()
-        if not delivered:
+        picture = _read(self._capture)
+        if picture is None:
             raise SourceError("Stream lost", f"{self._url} has stopped delivering pictures.")
         return picture
 
@@ -171,17 +174,27 @@ class File:
         self._pace.wait()
         if self._capture is None:
             return self._still.copy()
-        delivered, picture = self._capture.read()
-        if not delivered:
+        picture = _read(self._capture)
+        if picture is None:
             self._capture.set(cv2.CAP_PROP_POS_FRAMES, 0)
-            delivered, picture = self._capture.read()
-        if not delivered:
+            picture = _read(self._capture)
+        if picture is None:
             raise SourceError("Damaged file", f"{self._path} holds no picture that can be read.")
         return picture
 
     def close(self) -> None:
         if self._capture is not None:
             self._capture.release()
+
+
+def _read(capture: cv2.VideoCapture) -> np.ndarray | None:
+    """The next picture, None when there is none."""
+    try:
+        delivered, picture = capture.read()
+    except cv2.error as error:  # a driver that contradicts itself
+        log.warning("OpenCV cannot read the camera: %s", error)
+        return None
+    return picture if delivered else None
 
 
 def _rate_of(capture: cv2.VideoCapture, default: float) -> float:

@@ -1,0 +1,87 @@
+"""The camera of this machine, unplugged and frozen: OpenCV on a Video4Linux device that a preloaded library plays."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+FILM = """
+import json, sys, threading
+import cv2, numpy
+from telepresence_1.camera import Camera
+with Camera(sys.argv[1]) as camera:
+    sequence = 0
+    while (picture := camera.image.wait_newer(sequence, 10.0)):
+        sequence = picture.sequence
+        pixels = cv2.imdecode(numpy.frombuffer(picture.pixels, numpy.uint8), cv2.IMREAD_GRAYSCALE)
+        print(json.dumps([camera.status.state.value, camera.status.text, int(pixels[240, 320])]), flush=True)
+"""
+DEVICE = "/dev/video42"
+
+
+class Device:
+    """`state` as fake_v4l2.c has it; `next()` is what the camera program shows then."""
+
+    def __init__(self, folder: Path) -> None:
+        library = folder / "fake_v4l2.so"
+        source = Path(__file__).with_name("fake_v4l2.c")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
+        self._state = folder / "state"
+        self.set("gone")
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", FILM, DEVICE],
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join(sys.path),
+                "LD_PRELOAD": str(library),
+                "FAKE_CAMERA": DEVICE,
+                "FAKE_CAMERA_STATE": str(self._state),
+            },
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def set(self, state: object) -> None:
+        beside = self._state.with_suffix(".new")
+        beside.write_text(str(state))
+        beside.rename(self._state)
+
+    def next(self) -> tuple[str, str, int]:
+        line = self._process.stdout.readline()
+        assert line, "the program has ended, or no picture came for ten seconds"
+        return tuple(json.loads(line))
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> Iterator[Device]:
+    device = Device(tmp_path)
+    yield device
+    device.close()
+
+
+def test_a_device_that_is_unplugged_freezes_and_returns(device: Device, wait_until: Callable) -> None:
+    state, text, _ = wait_until(lambda: _shown(device, "lost"), "there is no camera")
+    assert (state, text) == ("lost", f"There is no camera at {DEVICE}. Plug one in, and it will be found.")
+    for level, fault in ((100, "gone"), (180, "frozen"), (40, "gone")):
+        device.set(level)
+        wait_until(lambda level=level: _shown(device, "live", level), f"the camera films {level}")
+        device.set(fault)
+        *_, text, _ = wait_until(lambda: _shown(device, "lost"), f"the camera is {fault}")
+        assert DEVICE in text
+
+
+def _shown(device: Device, state: str, level: int | None = None) -> tuple[str, str, int] | None:
+    """What it shows next, if that is this state, and a picture of this level (16..235 of the camera's YUV are 0..255)."""
+    seen = device.next()
+    filmed = level is None or abs(seen[2] - (level - 16) * 255 / 219) < 4
+    return seen if seen[0] == state and filmed else None
