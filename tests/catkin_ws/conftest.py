@@ -185,6 +185,10 @@ class Probe:
         self.forget(topic)
         return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
 
+    def newest(self, topic: str) -> list[Any]:
+        """The fields of the newest message on a watched topic; of the next one, when there was none yet."""
+        return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
+
     def close(self) -> None:
         self._process.stdin.close()
         with contextlib.suppress(subprocess.TimeoutExpired):

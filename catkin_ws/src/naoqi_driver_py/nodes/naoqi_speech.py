@@ -14,7 +14,7 @@ import rospy
 from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFeedback, SpeechWithFeedbackResult
 from naoqi_bridge_msgs.srv import GetString, GetStringResponse, SetString, SetStringResponse
 from naoqi_driver.connection import RobotError
-from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.naoqi_node import NaoqiNode, hide_late_publications
 from std_msgs.msg import String
 
 POLL_PERIOD = 0.1
@@ -23,6 +23,7 @@ POLL_PERIOD = 0.1
 class Speech:
     def __init__(self) -> None:
         self._node = NaoqiNode("naoqi_speech")
+        hide_late_publications()
         rospy.Subscriber("speech", String, self._on_speech, queue_size=10)
         rospy.Service("naoqi_driver/set_language", SetString, self._on_set_language)
         rospy.Service("naoqi_driver/get_language", GetString, self._on_get_language)

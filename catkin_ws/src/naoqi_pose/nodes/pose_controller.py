@@ -27,7 +27,7 @@ from naoqi_bridge_msgs.msg import (
     JointTrajectoryResult,
 )
 from naoqi_driver.connection import PendingCall, RobotError
-from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.naoqi_node import NaoqiNode, hide_late_publications
 from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpolation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -43,6 +43,7 @@ LIFE_PERIOD = 2.0
 class PoseController:
     def __init__(self) -> None:
         self._node = NaoqiNode("pose_controller")
+        hide_late_publications()
         self._poll = float(rospy.get_param("~poll_rate", 0.2))
         self._stiffen_to = float(rospy.get_param("~init_stiffness", 0.0))
         self._life = rospy.Publisher("get_life_state", String, queue_size=1, latch=True)

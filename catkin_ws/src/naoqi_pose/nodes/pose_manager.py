@@ -14,7 +14,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseResult, JointTrajectoryAction, JointTrajectoryGoal
-from naoqi_driver.naoqi_node import route_logs_to_ros, wait_for_master
+from naoqi_driver.naoqi_node import hide_late_publications, route_logs_to_ros, wait_for_master
 from naoqi_pose.poses import Pose, UnusablePose, read_poses
 from std_srvs.srv import Empty
 from trajectory_msgs.msg import JointTrajectoryPoint
@@ -33,6 +33,7 @@ class PoseManager:
         wait_for_master()
         rospy.init_node("pose_manager")
         route_logs_to_ros()
+        hide_late_publications()
         self._stop = threading.Event()
         rospy.on_shutdown(self._stop.set)
         MasterWatch(rospy).start()

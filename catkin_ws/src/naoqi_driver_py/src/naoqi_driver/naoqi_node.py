@@ -136,3 +136,14 @@ def route_logs_to_ros() -> None:
         logger.setLevel(logging.INFO)
         logger.propagate = False
         logger.handlers = list(logging.getLogger("rosout").handlers)
+
+
+def hide_late_publications() -> None:
+    """For nodes with actions: hide that actionlib publishes from a timer that outlives the topics by a moment."""
+    report = threading.excepthook
+
+    def hook(arguments: threading.ExceptHookArgs) -> None:
+        if not (rospy.is_shutdown() and isinstance(arguments.exc_value, rospy.ROSException)):
+            report(arguments)
+
+    threading.excepthook = hook

@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 
+import numpy as np
 import rosgraph
 import rospy
 from naoqi_driver.body import quaternion
@@ -30,6 +32,8 @@ from telepresence.sim.camera import CamerasFailed
 
 OVERVIEW = ("overview", 640, 480, 10.0)
 """Camera, width and height [px], pictures per second."""
+DARK = np.zeros((400, 640, 3), np.uint8)
+"""The tablet before anything was shown on it."""
 TRUTH_PERIOD = 0.05
 PICTURE_TIMEOUT = 0.2
 """Seconds to wait for a picture before looking for subscribers again."""
@@ -121,10 +125,15 @@ class SimulationSurface:
                 self.stop.wait(PICTURE_TIMEOUT)
                 continue
             picture = source().wait_newer(0 if readers > before else sequence, PICTURE_TIMEOUT)
-            if picture is None or picture.pixels is None:
-                continue
-            sequence = picture.sequence
-            message = fill_image_message(Image(), picture.pixels, "rgb8")
-            message.header.stamp = rospy.Time.from_sec(picture.stamp)
-            message.header.frame_id = frame
-            publisher.publish(message)
+            if picture is not None:
+                sequence = picture.sequence
+                self._publish_picture(publisher, picture.pixels, picture.stamp, frame)
+            elif readers > before and not until_nobody:
+                self._publish_picture(publisher, DARK, time.time(), frame)  # nothing was ever shown
+
+    @staticmethod
+    def _publish_picture(publisher: rospy.Publisher, pixels: np.ndarray, stamp: float, frame: str) -> None:
+        message = fill_image_message(Image(), pixels, "rgb8")
+        message.header.stamp = rospy.Time.from_sec(stamp)
+        message.header.frame_id = frame
+        publisher.publish(message)
