@@ -1,0 +1,85 @@
+"""The bubble of the Robotino guide, kept as it is to be measured against. Not for driving a robot.
+
+Nine points around the robot, a circle, and one prediction: a command that leaves a point inside the circle is replaced
+by its turning alone. It acts only when a command comes, keeps no memory, looks at no time stamp and predicts no turning.
+What follows from that is in its tests, one for each known failure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+LOOK_AHEAD = 0.8
+"""The guide's prediction time [s]."""
+POINT_OFFSET = 0.20
+"""The guide's radius of the robot; the real hull has 0.2266 m [m]."""
+BEAM_ANGLE = 0.698
+"""The guide's angle between beams, 39.99 degrees [rad]."""
+
+
+@dataclass(frozen=True)
+class ClampLimits:
+    """Limits of the guide's driver node: larger values are cut, smaller ones but zero are raised.
+
+    Args:
+        max_linear, min_linear: [m/s]. A driver in circulation ships 0.02 and 0.05: everything becomes 0.02.
+        max_angular, min_angular: [rad/s].
+    """
+
+    max_linear: float = 0.20
+    min_linear: float = 0.05
+    max_angular: float = 1.0
+    min_angular: float = 0.10
+
+
+def clamp(value: float, largest: float, smallest: float) -> float:
+    """The guide's mapping of one axis: a magnitude above `largest` is cut to it, else one below `smallest` is raised."""
+    size = abs(value)
+    if size > largest:
+        return math.copysign(largest, value)
+    if 0.0 < size < smallest:
+        return math.copysign(smallest, value)
+    return value
+
+
+def points_of_ranges(ranges: Sequence[float]) -> list[tuple[float, float]]:
+    """Where the guide puts the returns of its nine beams, base_link [m]; "nothing" is a far point."""
+    return [
+        ((distance + POINT_OFFSET) * math.cos(BEAM_ANGLE * i), (distance + POINT_OFFSET) * math.sin(BEAM_ANGLE * i))
+        for i, distance in enumerate(ranges)
+    ]
+
+
+class Bubble:
+    """The guide's filter.
+
+    Args:
+        radius: Of the circle around base_link [m]; the guide gives no number.
+        limits: Of the clamp.
+    """
+
+    def __init__(self, radius: float, limits: ClampLimits | None = None) -> None:
+        self.radius = radius
+        self._limits = limits or ClampLimits()
+        self._points: Sequence[tuple[float, float]] | None = None
+
+    def update_points(self, points: Sequence[tuple[float, float]]) -> None:
+        """Replace the points (base_link) [m]. They stay valid until the next call, however long that takes."""
+        self._points = points
+
+    def command(self, vx: float, vy: float, wz: float) -> tuple[float, float, float] | None:
+        """What is sent for a command [m/s, m/s, rad/s]; None if nothing is sent, for want of any points."""
+        limits = self._limits
+        vx = clamp(vx, limits.max_linear, limits.min_linear)
+        vy = clamp(vy, limits.max_linear, limits.min_linear)
+        wz = clamp(wz, limits.max_angular, limits.min_angular)
+        if self._points is None:
+            return None
+        breach = any(self._inside(x, y) for x, y in self._points)
+        predicted = any(self._inside(x - LOOK_AHEAD * vx, y - LOOK_AHEAD * vy) for x, y in self._points)
+        return (0.0, 0.0, wz) if breach and predicted else (vx, vy, wz)
+
+    def _inside(self, x: float, y: float) -> bool:
+        return x * x + y * y <= self.radius * self.radius

@@ -1,0 +1,73 @@
+"""Stops that last until a person lets them go: no robot starts by itself after a bump or a stop (ISO 3691-4, 4.1.14)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+class StopLatch:
+    """The pilot's or the system's stop. After its reset the keys must be released once before anything moves."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self._waiting = False
+
+    @property
+    def holds(self) -> bool:
+        return bool(self.reason) or self._waiting
+
+    @property
+    def message(self) -> str:
+        if self.reason:
+            return f"Stopped: {self.reason}. Reset to go on."
+        return "The stop is reset. Let go of the controls once to drive again."
+
+    def set(self, reason: str) -> None:
+        self.reason = reason or "stop pressed"
+
+    def reset(self) -> None:
+        self._waiting = self._waiting or bool(self.reason)
+        self.reason = ""
+
+    def see_command(self, asks_for_motion: bool) -> None:
+        """Tell what the pilot does now; call every tick."""
+        if not asks_for_motion and not self.reason:
+            self._waiting = False
+
+
+@dataclass
+class BumperLatch:
+    """A bump: until reset only motion away from it, slowly.
+
+    Attributes:
+        pressed: A bumper is pressed now.
+        latched: Not yet reset.
+        heading: Direction of the contact in the odometry frame [rad]; None if nothing is known about it.
+    """
+
+    pressed: bool = False
+    latched: bool = False
+    heading: float | None = None
+
+    def press(self, heading: float | None) -> None:
+        self.pressed = self.latched = True
+        self.heading = heading
+
+    def release(self) -> None:
+        self.pressed = False
+
+    def reset(self) -> bool:
+        """Let go. False, and still latched, while a bumper is pressed."""
+        if self.pressed:
+            return False
+        self.latched = False
+        self.heading = None
+        return True
+
+    def normal(self, theta: float) -> tuple[float, float] | None:
+        """Direction of the contact in base_link for the robot's heading `theta`; None if unknown."""
+        if self.heading is None:
+            return None
+        bearing = self.heading - theta
+        return math.cos(bearing), math.sin(bearing)

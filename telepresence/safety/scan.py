@@ -1,0 +1,77 @@
+"""One measurement of one source: checked, and carried into the odometry frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .profile import RangeSource
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Beams of one measurement in some frame; unknown beams are left out.
+
+    Args:
+        origins, directions: (n, 2) [m] and unit vectors.
+        ranges: (n,) reading where something was hit, infinity elsewhere [m].
+        free: (n,) how far each beam is known to pass [m].
+        min_range: Nearer than this the beams see nothing [m].
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    ranges: np.ndarray
+    free: np.ndarray
+    min_range: float
+
+    @property
+    def hits(self) -> np.ndarray:
+        """Places of the returns, shape (m, 2) [m]."""
+        hit = np.isfinite(self.ranges)
+        return self.origins[hit] + self.ranges[hit, None] * self.directions[hit]
+
+    def seen_from(self, x: float, y: float, theta: float) -> Scan:
+        """The same beams in the frame in which the present one has this pose."""
+        c, s = math.cos(theta), math.sin(theta)
+        rotation = np.array([[c, s], [-s, c]])
+        return Scan(
+            self.origins @ rotation + (x, y), self.directions @ rotation, self.ranges, self.free, self.min_range
+        )
+
+
+def scan_of_ranges(source: RangeSource, ranges: np.ndarray) -> Scan | None:
+    """Readings in the order of the source's beams, as beams in base_link; None if they can't be trusted.
+
+    Args:
+        ranges: Shape (n,) [m]; from max_range on nothing is there, negative or below min_range is unknown.
+    """
+    ranges = np.asarray(ranges, float)
+    if ranges.shape != (source.beams,) or not np.isfinite(ranges).all():
+        return None
+    return _scan(source, source.origins, source.directions, ranges)
+
+
+def scan_of_points(source: RangeSource, points: np.ndarray) -> Scan | None:
+    """As `scan_of_ranges`, for a driver that gives the place of each return in base_link, shape (n, 2) [m].
+
+    The direction is taken from the point. A beam without return is a point at or beyond max_range.
+    """
+    points = np.asarray(points, float)
+    if points.shape != (source.beams, 2) or not np.isfinite(points).all():
+        return None
+    beams = points - source.origins
+    ranges = np.hypot(beams[:, 0], beams[:, 1])
+    directions = np.where((ranges > 1e-6)[:, None], beams / np.maximum(ranges, 1e-6)[:, None], source.directions)
+    return _scan(source, source.origins, directions, ranges)
+
+
+def _scan(source: RangeSource, origins: np.ndarray, directions: np.ndarray, ranges: np.ndarray) -> Scan:
+    known = ranges >= (0.0 if source.cone else source.min_range)
+    if not known.all():
+        origins, directions, ranges = origins[known], directions[known], ranges[known]
+    hit = ranges < source.max_range
+    free = np.where(hit, ranges, source.clear_range)
+    return Scan(origins, directions, np.where(hit, ranges, math.inf), free, source.min_range)

@@ -1,0 +1,161 @@
+"""What is known about the place: obstacles and seen floor in the odometry frame, fed by scans, bumps and driving."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .coverage import SeenFloor
+from .memory import ObstacleMemory
+from .messages import Odometry
+from .poses import PoseHistory
+from .profile import RobotProfile
+from .scan import Scan
+from .sonar import ConeArcs
+from .watchdogs import Health, SourceWatch
+
+STANDSTILL_AGES = 0.2
+"""Memory ages this fast while the robot stands."""
+LONGEST_TICK = 0.25
+"""A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
+OVERRUN = 0.03
+"""What is remembered farther inside the outline than this isn't there: the robot is [m]."""
+FASTEST = 2.0
+"""Odometry that moves faster than this has been reset [m/s]."""
+BUMP_WIDTH = math.radians(45.0)
+"""A bumper without direction was hit within this of the direction of motion [rad]."""
+BUMP_SPACING = math.radians(11.25)
+BUMP_KNOWN = 0.08
+"""A bump is put down to a known obstacle that is nearer to the outline than this [m]."""
+BUMP_OUTSIDE = 0.01
+"""The thing that was hit begins this far outside the outline [m]."""
+
+
+class Surroundings:
+    """Everything the gate remembers about where it is."""
+
+    def __init__(self, profile: RobotProfile) -> None:
+        self._profile = profile
+        self.poses = PoseHistory()
+        self._memory = ObstacleMemory(profile.limits.memory)
+        self._arcs = ConeArcs()
+        limits = profile.limits
+        self._floor = SeenFloor(profile.outline) if limits.unseen_speed < limits.max_speed else None
+        self._waiting: dict[str, tuple[float, Scan]] = {}
+        self._clock = 0.0
+
+    def put(self, name: str, stamp: float, scan: Scan) -> None:
+        """Keep a scan (base_link) until the pose of its stamp is known; a newer one replaces it."""
+        self._waiting[name] = stamp, scan
+
+    def move(self, dt: float, odometry: Odometry) -> bool:
+        """Advance to now. False if the odometry has jumped: everything remembered is then dropped."""
+        last = self.poses.newest
+        if last is not None:
+            passed = max(odometry.stamp - last.stamp, dt, 0.0)
+            if math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST * min(passed, LONGEST_TICK):
+                self.forget()
+                self.poses.add(odometry)
+                return False
+        before = self.poses.moved
+        self.poses.add(odometry)
+        moving = self.poses.moved > before + 0.01 * dt
+        self._clock += min(max(dt, 0.0), LONGEST_TICK) * (1.0 if moving else STANDSTILL_AGES)
+        return True
+
+    def forget(self) -> None:
+        """Drop all memory."""
+        self.poses.clear()
+        self._memory.clear()
+        self._arcs.clear()
+        self._waiting.clear()
+        if self._floor:
+            self._floor.clear()
+
+    def look(self, now: float, watches: dict[str, SourceWatch]) -> None:
+        """Take in the scans that wait, and drop what stale cones said."""
+        pose = self.poses.newest
+        position = np.array([pose.x, pose.y])
+        for name, (stamp, scan) in self._waiting.items():
+            watch = watches[name]
+            watch.compare(stamp, scan, self.poses.moved)
+            if watch.health(now) is Health.FROZEN:
+                continue
+            placed = scan.seen_from(*self.poses.at(stamp))
+            if watch.source.cone:
+                self._arcs.look(watch.source, placed, self._memory.points)
+                continue
+            self._memory.integrate(placed, position, self._clock, self.poses.driven)
+            if self._floor:
+                self._floor.look(placed, self._clock)
+        self._waiting.clear()
+        self._memory.limit(position, self._clock)
+        if len(self._memory):
+            distance, _, _ = self._profile.outline.measure(_into_base(self._memory.points, pose))
+            self._memory.drop(distance < -OVERRUN)
+        if self._floor:
+            self._floor.stand(pose.x, pose.y, pose.theta, self._clock)
+        for name, watch in watches.items():
+            if watch.source.cone and watch.health(now) is not Health.LIVE:
+                self._arcs.forget(name)
+
+    def bump(self, bearing: float | None, motion: float | None) -> float | None:
+        """Remember what a bumper has felt.
+
+        Args:
+            bearing: Where the bumper says it was, in base_link [rad]; None if it doesn't tell.
+            motion: Where the robot was driving [rad]; None if it stood.
+        Returns:
+            Bearing of the contact [rad]; None if nothing is known about it.
+        """
+        pose = self.poses.newest
+        if pose is None:
+            return bearing
+        exact = bearing is not None
+        if not exact:
+            known = self._touching(pose)
+            if known is not None or motion is None:
+                return known
+            bearing = motion
+        width = BUMP_SPACING if exact else BUMP_WIDTH
+        bearings = bearing + np.arange(-width, width + 1e-6, BUMP_SPACING)
+        reach = self._profile.outline.reach(bearings) + BUMP_OUTSIDE
+        felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+        lifetime = self._profile.limits.bumper_memory
+        self._memory.add(_from_base(felt, pose), self._clock, self.poses.driven, lifetime)
+        return bearing
+
+    def _touching(self, pose: Odometry) -> float | None:
+        """Bearing of the known obstacle that may have been hit."""
+        if not len(self._memory):
+            return None
+        distance, normals, _ = self._profile.outline.measure(_into_base(self._memory.points, pose))
+        nearest = int(distance.argmin())
+        if distance[nearest] > BUMP_KNOWN:
+            return None
+        return math.atan2(normals[nearest, 1], normals[nearest, 0])
+
+    def obstacles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Known obstacles in base_link now: places (n, 2) [m], and how far odometry may have misplaced them (n,) [m]."""
+        pose, limits = self.poses.newest, self._profile.limits
+        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
+        arcs = self._arcs.points()
+        points = np.concatenate([self._memory.points, arcs]) if len(arcs) else self._memory.points
+        drift = np.concatenate([drift, np.zeros(len(arcs))]) if len(arcs) else drift
+        return _into_base(points, pose), drift
+
+    def strip_seen(self, ux: float, uy: float, length: float) -> bool:
+        """True if the floor that driving `length` [m] along (ux, uy) in base_link would sweep has been looked at."""
+        pose = self.poses.newest
+        return self._floor is None or self._floor.strip_seen((pose.x, pose.y, pose.theta), ux, uy, length, self._clock)
+
+
+def _from_base(points: np.ndarray, pose: Odometry) -> np.ndarray:
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
+
+
+def _into_base(points: np.ndarray, pose: Odometry) -> np.ndarray:
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    return (points - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])
