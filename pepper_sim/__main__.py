@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for endpoint in simulation.server.endpoints:
                 print(f"listening on {endpoint}", flush=True)
             if options.viewer:
-                _view(simulation, stopping)
+                view(simulation, stopping)
             while not stopping.wait(1.0):
                 if not simulation.world.running:
                     log.error("the simulated world has stopped")
@@ -80,7 +80,7 @@ def _port(text: str) -> int:
     return port
 
 
-def _view(simulation: Simulation, stopping: threading.Event) -> None:
+def view(simulation: Simulation, stopping: threading.Event) -> None:
     """Show the world in MuJoCo's viewer until its window is closed; the simulation goes on without it."""
     import mujoco.viewer
 

@@ -6,7 +6,8 @@ Publishes:  tablet/image_raw (sensor_msgs/Image, rgb8): what the tablet shows; o
             fixed camera, 10 Hz, frame overview; both only while somebody subscribes. truth (nav_msgs/Odometry, 20 Hz):
             where base_footprint really is, in the frame world.
 Services:   restart_simulation (std_srvs/Trigger): everything back to the start; clients stay connected.
-Parameters: ~address (127.0.0.1), ~port (9559; 0 takes a free one), ~scene (apartment), ~seed (0).
+Parameters: ~address (127.0.0.1), ~port (9559; 0 takes a free one), ~scene (apartment), ~seed (0), ~viewer (false):
+            open MuJoCo's viewer.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger, TriggerResponse
 
+from pepper_sim.__main__ import view
 from pepper_sim.server import CannotListen
 from pepper_sim.simulation import DEFAULT_PORT, Simulation
 from telepresence.images import LatestImage, fill_image_message
@@ -60,6 +62,8 @@ def main() -> int:
         rospy.loginfo("simulated Pepper listens on %s", simulation.url)
         surface = SimulationSurface(simulation)
         surface.start()
+        if rospy.get_param("~viewer", False):
+            view(simulation, surface.stop)
         while not surface.stop.wait(1.0):
             if not simulation.world.running:
                 rospy.logfatal("the simulated world has stopped")
