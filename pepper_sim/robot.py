@@ -31,13 +31,14 @@ from pepper_sim.robot_description import (
     JointLimits,
 )
 from pepper_sim.robot_frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.robot_inertial import InertialSensors
 from pepper_sim.robot_joints import JointMotion
 from pepper_sim.robot_motion import BaseMotion
 from pepper_sim.robot_power import PERIOD as POWER_PERIOD
 from pepper_sim.robot_power import Power
 from pepper_sim.robot_security import SecurityZone
 from pepper_sim.robot_sensors import Sensors
-from pepper_sim.robot_state import Imu, Snapshot
+from pepper_sim.robot_state import Snapshot
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
@@ -45,8 +46,6 @@ from telepresence.sim.world import TICK, World
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
 SCREEN_HEIGHT, SCREEN_WIDTH = 400, 640
 """The tablet's picture [px]; half the real one's size."""
-GYRO_NOISE, ACCEL_NOISE = 0.003, 0.03
-"""Standard deviations of the inertial sensors [rad/s, m/s²]."""
 FALLEN_TILT = math.radians(30.0)
 MOTION_CYCLE = 0.02
 
@@ -75,10 +74,7 @@ class Pepper:
         self._root = model.joint(prefix + "root")
         self._pose = slice(self._root.qposadr[0], self._root.qposadr[0] + 7)
         self._frames = Frames(model, prefix)
-        self._sensor_data = {
-            name: slice(model.sensor(prefix + name).adr[0], model.sensor(prefix + name).adr[0] + 3)
-            for name in ("imu_base_gyro", "imu_base_accel", "imu_torso_gyro", "imu_torso_accel")
-        }
+        self._inertial = InertialSensors(model, prefix, self._frames, self._rng)
         self._base = PlanarBase(
             model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
         )
@@ -89,7 +85,6 @@ class Pepper:
         self._fallen = False
         self._snapshot: Snapshot | None = None
         self._snapshot_tick = -1
-        self._yaw_at_start = 0.0
         self._sensors = Sensors(world, prefix, self._see, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
@@ -260,7 +255,8 @@ class Pepper:
             self._sensors.reset()
             self._fallen = False
             self._snapshot = None
-            self._yaw_at_start = roll_pitch_yaw(matrix(data.qpos[self._pose][3:]))[2]
+            mujoco.mj_kinematics(self.world.model, data)
+            self._inertial.reset(data)
 
     def _close(self) -> None:
         """Nobody may wait for a world that stands still."""
@@ -273,6 +269,7 @@ class Pepper:
             self._motion.tick(now, TICK)
             self._base.write(data)
             self._joints.tick(now, TICK, data)
+            self._inertial.tick(data)
 
     def _see(self, sensor: str, points: np.ndarray) -> None:
         self.security.see(sensor, points, self._base.odometry)
@@ -300,17 +297,11 @@ class Pepper:
         dofs = self._joints.dofs
         return data.qfrc_actuator[dofs] + data.qfrc_gravcomp[dofs]
 
-    def _imu(self, data: mujoco.MjData, place: str, body: str) -> Imu:
-        gyro = data.sensordata[self._sensor_data[f"imu_{place}_gyro"]] + GYRO_NOISE * self._rng.standard_normal(3)
-        accel = data.sensordata[self._sensor_data[f"imu_{place}_accel"]] + ACCEL_NOISE * self._rng.standard_normal(3)
-        roll, pitch, yaw = roll_pitch_yaw(self._frames.find(data, body)[0])
-        yaw = math.remainder(yaw - self._yaw_at_start, math.tau)
-        return Imu(tuple(gyro.tolist()), tuple(accel.tolist()), (roll, pitch, yaw))
-
     def _take_snapshot(self, data: mujoco.MjData) -> Snapshot:
         joints, base, sensors = self._joints, self._base, self._sensors
         positions = np.round(data.qpos[joints.qpos] / ENCODER_STEP) * ENCODER_STEP
         vx, vy, wz = base.velocity
+        inertial = self._inertial.read(data)
         return Snapshot(
             time=self.world.time,
             stamp=self.world.stamp,
@@ -326,8 +317,8 @@ class Pepper:
                 name: (per_vx * vx + per_vy * vy + lever * wz) / WHEEL_RADIUS
                 for name, (per_vx, per_vy, lever) in WHEELS.items()
             },
-            imu_base=self._imu(data, "base", "base_footprint"),
-            imu_torso=self._imu(data, "torso", "torso"),
+            imu_base=inertial["base"],
+            imu_torso=inertial["torso"],
             sonar=dict(sensors.sonar),
             laser=dict(sensors.laser),
             shovel=sensors.ground["Shovel"],

@@ -55,9 +55,8 @@ def matrix(quaternion: np.ndarray) -> np.ndarray:
 
 def roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
     """Angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
-    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
-    roll = math.atan2(float(rotation[2, 1]), float(rotation[2, 2]))
-    return roll, pitch, math.atan2(float(rotation[1, 0]), float(rotation[0, 0]))
+    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
+    return math.atan2(zy, zz), math.asin(max(-1.0, min(1.0, -zx))), math.atan2(yx, xx)
 
 
 def _names(access: Callable[[int], Any], count: int, prefix: str) -> dict[str, int]:

@@ -31,6 +31,7 @@ LASER_RESOLUTION = 0.001
 ECHO_INCIDENCE = math.radians(65.0)
 """A surface hit at a flatter angle than this (90 degrees less) mirrors sound away; so the floor isn't heard."""
 
+SEGMENTS = len(LASER_ANGLES)
 BUMPER_PERIOD = 0.01
 TOUCH_PARTS = ("FrontTactil", "MiddleTactil", "RearTactil", "HandRightBack", "HandLeftBack", "ChestButton")
 BUMPER_PARTS = {"RightBumper": "FrontRight", "LeftBumper": "FrontLeft", "BackBumper": "Back"}
@@ -75,9 +76,14 @@ class Sensors:
             name: RayBundle(model, prefix + site, fan(np.array(angles)), group, LASER_MISS)
             for name, (site, angles) in _GROUND_LASERS.items()
         }
-        self._laser_poses = {name: _pose_on_floor(model, prefix + site) for name, site in _LASERS.items()}
+        # All three lasers as one array of rays, seen from above: in the device's own frame and in base_footprint.
+        self._laser_rows = {name: i * SEGMENTS for i, name in enumerate(_LASERS)}
+        poses = [_pose_on_floor(model, prefix + site) for site in _LASERS.values()]
+        self._laser_directions = np.tile(rays[:, :2], (len(_LASERS), 1))
+        self._laser_directions_in_base = np.concatenate([rays[:, :2] @ rotation.T for rotation, _ in poses])
+        self._laser_origins = np.repeat([origin for _, origin in poses], SEGMENTS, axis=0)
         self.sonar = dict.fromkeys(_SONARS, SONAR_MAX)
-        self.laser = {name: LASER_MISS * rays[:, :2] for name in _LASERS}
+        self.laser = {name: _frozen(LASER_MISS * rays[:, :2]) for name in _LASERS}
         self.ground = {name: np.zeros((len(angles), 2)) for name, (_, angles) in _GROUND_LASERS.items()}
         self.bumpers = dict.fromkeys(BUMPER_PARTS.values(), False)
         self.touch = dict.fromkeys(TOUCH_PARTS, False)
@@ -108,21 +114,19 @@ class Sensors:
 
     def _read_lasers(self, now: float) -> None:
         with self._world.locked() as data:
-            for name, bundle in self._lasers.items():
-                true = bundle.cast(data)
-                hit = np.isfinite(true)
-                read = add_noise(
-                    true,
-                    self._rng,
-                    sigma=LASER_NOISE,
-                    proportional=LASER_NOISE_PER_METRE,
-                    resolution=LASER_RESOLUTION,
-                    minimum=LASER_MIN,
-                )
-                directions = bundle.directions[:, :2]
-                self.laser[name] = _frozen(np.where(hit, read, LASER_MISS)[:, None] * directions)
-                rotation, origin = self._laser_poses[name]
-                self._see(name, true[hit, None] * directions[hit] @ rotation.T + origin)
+            true = np.concatenate([bundle.cast(data) for bundle in self._lasers.values()])
+            hit = np.isfinite(true)
+            read = add_noise(
+                true,
+                self._rng,
+                sigma=LASER_NOISE,
+                proportional=LASER_NOISE_PER_METRE,
+                resolution=LASER_RESOLUTION,
+                minimum=LASER_MIN,
+            )
+            points = _frozen(np.where(hit, read, LASER_MISS)[:, None] * self._laser_directions)
+            self.laser = {name: points[i : i + SEGMENTS] for name, i in self._laser_rows.items()}
+            self._see("Laser", true[hit, None] * self._laser_directions_in_base[hit] + self._laser_origins[hit])
             for name, bundle in self._ground_lasers.items():
                 self._read_ground_laser(data, name, bundle)
 

@@ -11,6 +11,8 @@ import mujoco
 import numpy as np
 
 GROUPS = 6
+FEW_RAYS = 3
+"""Up to so many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
 
 
 def fan(angles: np.ndarray) -> np.ndarray:
@@ -83,6 +85,9 @@ class RayBundle:
 
     def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
         vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
+        if normals is None and len(vectors) <= FEW_RAYS:
+            self._shoot_singly(data, vectors)
+            return vectors
         mujoco.mj_multiRay(
             self._model,
             data,
@@ -98,6 +103,12 @@ class RayBundle:
             self.max_range,
         )
         return vectors
+
+    def _shoot_singly(self, data: mujoco.MjData, vectors: np.ndarray) -> None:
+        origin = data.site_xpos[self._site]
+        for i, vector in enumerate(vectors):
+            hit = self._geoms[i : i + 1]
+            self._distances[i] = mujoco.mj_ray(self._model, data, origin, vector, self._mask, True, -1, hit)
 
     def _finite(self) -> np.ndarray:
         distances = self._distances.copy()
