@@ -1,0 +1,73 @@
+"""Waking up, resting, stiffness over the wire."""
+
+import pytest
+
+
+def test_rest_ends_in_crouch_without_stiffness_and_wake_up_stands(naoqi, wait_until):
+    motion, posture = naoqi.ALMotion, naoqi.ALRobotPosture
+    heard = []
+    subscriber = naoqi.ALMemory.subscriber("robotIsWakeUp")
+    subscriber.signal.connect(heard.append)
+    assert motion.robotIsWakeUp() is True
+    motion.rest()
+    assert motion.robotIsWakeUp() is False
+    assert posture.getPosture() == "Crouch"
+    assert motion.getStiffnesses("Body") == [0.0] * 17
+    motion.wakeUp()
+    assert motion.robotIsWakeUp() is True
+    assert motion.getStiffnesses("Body") == [1.0] * 17
+    assert posture.getPosture() == "Stand"
+    wait_until(lambda: heard == [False, True], "both changes were told")
+
+
+def test_stiffness_applies_to_head_and_arms_and_leaves_the_leg(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    motion.setStiffnesses("Body", 0.3)
+    wait_until(lambda: motion.getStiffnesses("HeadYaw")[0] < 0.5, "the head is soft")
+    values = dict(zip(motion.getBodyNames("Body"), motion.getStiffnesses("Body"), strict=True))
+    assert values["HeadYaw"] == values["LHand"] == pytest.approx(0.3)
+    assert values["KneePitch"] == values["HipRoll"] == 1.0
+    motion.setStiffnesses(["HeadYaw", "RArm"], [0.5, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6])
+    wanted = pytest.approx([0.5, 0.6])
+    wait_until(lambda: motion.getStiffnesses(["HeadYaw", "RElbowYaw"]) == wanted, "one value per joint")
+
+
+def test_stiffness_over_time_blocks(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    motion.stiffnessInterpolation("LArm", 0.2, 0.3)
+    wait_until(lambda: motion.getStiffnesses("LArm") == pytest.approx([0.2] * 6), "the arm is soft")
+    motion.stiffnessInterpolation(["HeadYaw", "HeadPitch"], [[0.5, 0.1], [0.9]], [[0.1, 0.2], [0.1]])
+    wait_until(lambda: motion.getStiffnesses("Head") == pytest.approx([0.1, 0.9]), "the last values hold")
+
+
+def test_one_arm_can_rest(naoqi, refused, wait_until):
+    motion = naoqi.ALMotion
+    motion.rest("LArm")
+    wait_until(lambda: motion.getStiffnesses("LArm") == [0.0] * 6, "the arm is limp")
+    assert motion.getStiffnesses("RArm") == [1.0] * 6
+    motion.wakeUp("LArm")
+    wait_until(lambda: motion.getStiffnesses("LArm") == [1.0] * 6, "the arm is stiff")
+    assert "chainName" in refused(motion.rest, "Leg")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("Body", 1.5), "stiffnesses"),
+        (("Body", -0.1), "stiffnesses"),
+        (("Body", float("nan")), "stiffnesses"),
+        (("Body", [0.1, 0.2]), "stiffnesses"),
+        (("Tail", 1.0), "Tail"),
+        ((None, 1.0), "names"),
+    ],
+)
+def test_malformed_stiffness_is_refused(naoqi, refused, arguments, named):
+    assert named in refused(naoqi.ALMotion.setStiffnesses, *arguments)
+    assert naoqi.ALMotion.getStiffnesses("HeadYaw") == [1.0]
+
+
+def test_a_restart_of_the_world_wakes_the_robot(naoqi, simulation):
+    naoqi.ALMotion.rest()
+    simulation.restart()
+    assert naoqi.ALMotion.robotIsWakeUp() is True
+    assert naoqi.ALRobotPosture.getPosture() == "Stand"
