@@ -60,7 +60,7 @@ class BaseMotion:
         self._standing: list[Future] = []
         self._abrupt = False
         self._blocked_since: float | None = None
-        self._blocked_told = False
+        self._told = False  # a velocity that is sent again and again fails once, not at every sending
         self._ticks_to_check = 0
         self._allowed_speed = math.inf
         self._obstacle: tuple[float, float] | None = None
@@ -88,14 +88,14 @@ class BaseMotion:
         self._velocity = self._base.clamp(vx, vy, wz)
         self._ticks_to_check = 0
         if not any(self._velocity):
-            self._blocked_told = False
+            self._told = False
 
     def move_to(self, waypoints: Sequence[Pose], duration: float | None) -> Future:
         """Drive through `waypoints`, given in the robot's frame as it stands now, and stop in the last one."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
         self._abrupt = False
-        self._blocked_told = False
+        self._told = False
         self._ticks_to_check = 0
         self._arrival = Future()
         self._legs = _plan(self._base.odometry, waypoints, self._base.limits, duration)
@@ -105,6 +105,7 @@ class BaseMotion:
         """Slow down to a stand; the future is done when the wheels stand."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
+        self._told = False
         self._abrupt = abrupt
         future: Future = Future()
         self._standing.append(future)
@@ -114,7 +115,8 @@ class BaseMotion:
 
     def refuse(self, cause: str) -> None:
         """End what the base does because of the robot's own state, and count the failure."""
-        if self._legs or any(self._velocity):
+        if self._legs or (any(self._velocity) and not self._told):
+            self._told = True
             self._fail(cause, (0.0, 0.0, 0.0))
         self._velocity = (0.0, 0.0, 0.0)
         self._end_move(False)
@@ -141,6 +143,7 @@ class BaseMotion:
                 self._watch_block(now, self._allowed_speed, self._obstacle)
             else:
                 self._blocked_since = None
+                self._told = False
         braking = ABRUPT_BRAKING if self._abrupt else None
         self._base.drive(vx, vy, wz, dt, braking=braking, on_course=bool(self._legs))
         if self._base.standing:
@@ -182,8 +185,8 @@ class BaseMotion:
         if self._legs and (refused or now - self._blocked_since >= BLOCKED_PATIENCE):
             self._fail("obstacle", (*obstacle, 0.0))
             self._end_move(False)
-        elif not self._legs and not self._blocked_told:
-            self._blocked_told = True
+        elif not self._legs and not self._told:
+            self._told = True
             self._fail("obstacle", (*obstacle, 0.0))
 
     def _fail(self, cause: str, obstacle: tuple[float, float, float]) -> None:

@@ -184,6 +184,23 @@ def test_a_limp_leg_refuses_to_drive():
     assert pepper.snapshot().move_failed.count == 2 and not pepper.snapshot().move_failed.started
 
 
+def test_a_velocity_sent_again_and_again_fails_once():
+    pepper = make()
+    pepper.set_stiffness({"HipPitch": 0.0})
+    for _ in range(20):
+        pepper.set_velocity(0.2, 0.0, 0.0)
+        pepper.world.step(10)
+    assert pepper.snapshot().move_failed.count == 1
+    pepper.set_stiffness({"HipPitch": 1.0})
+    for _ in range(20):
+        pepper.set_velocity(0.35, 0.0, 0.0)
+        pepper.world.step(10)
+    assert pepper.truth()[0] > 0.1
+    pepper.set_stiffness({"HipPitch": 0.0})
+    pepper.set_velocity(0.35, 0.0, 0.0)
+    assert pepper.snapshot().move_failed.count == 2
+
+
 def test_wheels_turn_as_the_geometry_says():
     pepper = make()
     pepper.set_velocity(0.3, 0.0, 0.0)

@@ -115,6 +115,19 @@ def test_stops_before_a_wall_and_can_leave_it(velocity, reach):
         here = moved
 
 
+def test_each_time_it_is_blocked_counts_once():
+    pepper = drive_into_the_wall((0.35, 0.0))
+    for _ in range(20):
+        pepper.set_velocity(0.35, 0.0, 0.0)
+        pepper.world.step(10)
+    assert pepper.snapshot().move_failed.count == 1
+    pepper.set_velocity(-0.35, 0.0, 0.0)
+    pepper.world.step(600)
+    pepper.set_velocity(0.35, 0.0, 0.0)
+    pepper.world.step(1200)
+    assert pepper.snapshot().move_failed.count == 2
+
+
 def test_turning_at_a_wall_stays_possible():
     pepper = drive_into_the_wall((0.35, 0.0))
     pepper.set_velocity(0.0, 0.0, 1.0)
