@@ -44,6 +44,7 @@ from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
+LIGHTS = ("eyes", "shoulders")
 SCREEN_HEIGHT, SCREEN_WIDTH = 400, 640
 """The tablet's picture [px]; half the real one's size."""
 FALLEN_TILT = math.radians(30.0)
@@ -201,6 +202,19 @@ class Pepper:
         """Show `(400, 640, 3) uint8, RGB` on the tablet; None makes it dark."""
         if self._cameras is not None:
             self._cameras.set_texture(self.prefix + "screen", _DARK if pixels is None else pixels)
+
+    def set_light(self, part: str, red: float, green: float, blue: float) -> None:
+        """Colour the "eyes" or the "shoulders"; 0...1 each, clipped. The cameras see it from the next picture on.
+
+        Raises:
+            ValueError: No such light, or a value that is not finite.
+        """
+        if part not in LIGHTS:
+            raise ValueError(f"Pepper has no light {part!r}; lights: {', '.join(LIGHTS)}")
+        _require_finite("colour", (red, green, blue))
+        with self.world.locked():
+            material = self.world.model.material(self.prefix + part)
+            material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
 
     def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Pictures of "CameraTop", "CameraBottom" or "CameraDepth"; see `telepresence.sim.camera.Feed`.
