@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from types import FrameType
 
@@ -44,6 +45,7 @@ def main(argv: list[str] | None = None) -> int:
     link = RosLink(arguments.feed)
     Controller(window, link, terminal, arguments.attach)
     link.ended.connect(lambda reason: _end_by_ros(window, reason))
+    window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
     if arguments.screenshot:
         window.video.first_picture.connect(
             lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
@@ -81,7 +83,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def display_problem(environment: os._Environ | dict[str, str]) -> str | None:
+def display_problem(environment: Mapping[str, str]) -> str | None:
     """Why no window can be opened, and what to do; None when one can."""
     if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb":
         return None
