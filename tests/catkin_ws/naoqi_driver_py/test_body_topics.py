@@ -5,16 +5,27 @@ from __future__ import annotations
 import math
 
 import pytest
+import qi
 
 pytestmark = pytest.mark.ros
 
 
 @pytest.fixture(scope="module")
-def probe(graph):
+def naoqi_session(graph):
+    """Another client of the robot."""
     graph.start_robot()
+    session = qi.Session()
+    session.connect(f"tcp://127.0.0.1:{graph.robot_port}")
+    yield session
+    session.close()
+
+
+@pytest.fixture(scope="module")
+def probe(graph, naoqi_session):
     graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
     graph.run_node("naoqi_driver_py", "naoqi_condition.py")
     graph.run_node("naoqi_driver_py", "naoqi_speech.py")
+    graph.run_node("naoqi_driver_py", "naoqi_logger.py", "_level:=info")
     probe = graph.probe()
     probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position", "velocity", "header.stamp"])
     probe.watch("/joint_stiffness", "sensor_msgs/JointState", ["name", "effort"])
@@ -35,6 +46,8 @@ def probe(graph):
         "tf2_msgs/TFMessage",
         ["transforms.0.header.frame_id", "transforms.0.child_frame_id", "transforms.0.transform.translation.z"],
     )
+    probe.watch("/bumper", "naoqi_bridge_msgs/Bumper", ["bumper", "state"])
+    probe.watch("/rosout", "rosgraph_msgs/Log", ["msg"])
     probe.watch("/battery", "sensor_msgs/BatteryState", ["percentage"])
     return probe
 
@@ -86,3 +99,28 @@ def test_robot_speaks_and_knows_its_language(probe):
     assert probe.call("/naoqi_driver/set_language", "naoqi_bridge_msgs/SetString", {"data": "Klingon"})[1] == {
         "success": False
     }
+
+
+def test_speech_topic_reaches_the_robot(graph, naoqi_session, until_true):
+    memory = naoqi_session.service("ALMemory")
+    graph.run("rostopic", "pub", "-1", "/speech", "std_msgs/String", "good morning")
+    until_true(
+        lambda: memory.getListData(["ALTextToSpeech/CurrentSentence"]) == ["good morning"],
+        "the robot says the sentence",
+    )
+
+
+def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):
+    assert naoqi_session.service("ALMemory").getData("Device/SubDeviceList/Platform/Back/Bumper/Sensor/Value") == 0.0
+    assert probe.seen("/bumper") == [], "nothing touches the robot, so nothing is told"
+
+
+def test_robots_log_appears_on_rosout(naoqi_session, probe, until_true):
+    manager = naoqi_session.service("LogManager")
+    message = ("test", 3, (0, 0), "motors", "here", "hot motor", 1, 0, 0)
+
+    def told() -> bool:
+        manager.log([message])
+        return any("hot motor" in fields[0] for _, fields in probe.seen("/rosout"))
+
+    until_true(told, "the message appears")

@@ -51,12 +51,12 @@ class Logger:
             ROS_LOG.get(level, rospy.logdebug)("NAOqi: %s: %s", category, text.strip())
 
 
-def read_message(message) -> tuple[int, str, str]:
-    """Level, category and text of a log message: a structure with named fields, or a plain sequence in the same
-    order."""
-    if hasattr(message, "level"):
-        return int(message.level), str(message.category), str(message.message)
-    return int(message[1]), str(message[3]), str(message[5])
+def read_message(message: object) -> tuple[int, str, str]:
+    """Level, category and text of a log message; libqi hands a structure over as a dict, or as an object with
+    attributes."""
+    if isinstance(message, dict):
+        return int(message["level"]), str(message["category"]), str(message["message"])
+    return int(message.level), str(message.category), str(message.message)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ programs that NAOqi 2.5 starts with itself.
 from __future__ import print_function
 
 import argparse
+import os
 import signal
 import sys
 import threading
@@ -30,6 +31,7 @@ BRAKING_TIME = 0.2
 CALL_TIMEOUT = 0.5
 CONNECT_TIMEOUT = 3.0
 FIRST_PAUSE, LONGEST_PAUSE = 0.25, 4.0
+REPORT_AFTER = 2.0
 
 
 def monotonic():
@@ -38,6 +40,10 @@ def monotonic():
         return time.monotonic()
     with open("/proc/uptime") as clock:
         return float(clock.read().split()[0])
+
+
+# libqi's own messages repeat what is reported here.
+os.environ.setdefault("QI_LOG_LEVEL", "1")
 
 
 class Heart(object):
@@ -94,9 +100,8 @@ def is_done_within(future, timeout):
     return not future.isRunning()
 
 
-def watch(robot, stopped):
+def watch(robot, heart, stopped):
     """Watch one robot until `stopped` is set. Raises RuntimeError when the robot does not answer."""
-    heart = Heart()
     while not stopped.wait(PERIOD):
         if heart.has_stopped(robot.read_heartbeat(), monotonic()):
             say("the driver is silent for %.1f s: stopping the robot" % PATIENCE)
@@ -105,17 +110,20 @@ def watch(robot, stopped):
 
 def run(url, stopped):
     """Watch the robot at `url`, connecting again whenever the link breaks, until `stopped` is set."""
-    told, pause = None, FIRST_PAUSE
+    heart = Heart()  # it outlives a broken link: silence goes on counting
+    told, pause, failing_since = None, FIRST_PAUSE, monotonic()
     while not stopped.is_set():
         robot = None
         try:
             robot = Robot(url)
             say("watching the driver of the robot at %s" % url)
             told, pause = None, FIRST_PAUSE
-            watch(robot, stopped)
+            watch(robot, heart, stopped)
         except RuntimeError as error:
             cause = (str(error).strip().splitlines() or ["unknown"])[0]
-            if cause != told:
+            if robot is not None:
+                failing_since = monotonic()
+            if cause != told and monotonic() - failing_since >= REPORT_AFTER:
                 say("no link to the robot at %s: %s; trying again until it answers" % (url, cause))
                 told = cause
             stopped.wait(pause)

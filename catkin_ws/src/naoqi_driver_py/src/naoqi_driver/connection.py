@@ -27,6 +27,8 @@ PROBE_PERIOD = 2.0
 PROBE_TIMEOUT = 1.0
 FIRST_PAUSE, LONGEST_PAUSE = 0.25, 4.0
 """Seconds between two attempts to connect; doubled after every failure."""
+REPORT_AFTER = 2.0
+"""Seconds without a link before it is reported: robot and drivers are often started together."""
 CALL_TIMEOUT = 1.0
 
 # libqi's own messages repeat what is reported here, and its retries would flood the terminal.
@@ -212,22 +214,23 @@ class Connection:
         return proxy
 
     def _run(self) -> None:
-        pause = FIRST_PAUSE
-        told = None
+        pause, told = FIRST_PAUSE, None
+        failing_since = time.monotonic()
         while not self._stop.is_set():
             try:
                 session = self._connect()
             except RuntimeError as error:
                 cause = str(error).strip().splitlines()[0]
                 self._problem = cause
-                if cause != told:
+                if cause != told and time.monotonic() - failing_since >= REPORT_AFTER:
                     log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
                     told = cause
                 self._stop.wait(pause)
                 pause = min(2 * pause, LONGEST_PAUSE)
                 continue
-            pause, told = FIRST_PAUSE, None
             self._serve(session)
+            pause, told = FIRST_PAUSE, None
+            failing_since = time.monotonic()
 
     def _connect(self) -> qi.Session:
         """A new session. Raises RuntimeError with the cause."""
