@@ -383,9 +383,11 @@ def test_reads_every_dialect_of_multipart(kind: str, slice_size: int, site: Site
         done.set()
 
 
-def endless(head: bytes, body: bytes) -> Callable[[http.server.BaseHTTPRequestHandler], None]:
+def endless(
+    head: bytes, body: bytes, status: bytes = b"200 OK"
+) -> Callable[[http.server.BaseHTTPRequestHandler], None]:
     def route(handler: http.server.BaseHTTPRequestHandler) -> None:
-        handler.wfile.write(b"HTTP/1.1 200 OK\r\n" + head + b"\r\n")
+        handler.wfile.write(b"HTTP/1.1 " + status + b"\r\n" + head + b"\r\n")
         while True:
             handler.wfile.write(body)
 
@@ -399,6 +401,7 @@ HOSTILE = {
     "endless part": endless(b"Content-Type: multipart/x-mixed-replace;boundary=b\r\n\r\n--b\r\n\r\n", MEGABYTE),
     "endless headers of a part": endless(b"Content-Type: multipart/x-mixed-replace;boundary=b\r\n\r\n--b", MEGABYTE),
     "no boundary": endless(b"Content-Type: multipart/x-mixed-replace;boundary=b\r\n\r\n", MEGABYTE),
+    "endless redirect": endless(b"Location: /text\r\n\r\n", MEGABYTE, b"302 Found"),
     "endless headers": endless(b"", b"X: y\r\n" * 1000),
     "endless chunk": endless(b"Content-Type: text/html\r\nTransfer-Encoding: chunked\r\n\r\nfffffffff\r\n", MEGABYTE),
 }
@@ -415,6 +418,7 @@ def test_an_endless_answer_takes_no_memory(attack: str, site: Site, monkeypatch:
         HOSTILE[attack](handler)
 
     site.routes["/"] = attacker
+    site.serve("/text", "text")
     site.serve("/good", encoded(GREEN), "image/jpeg")
     tracemalloc.start()
     try:
@@ -429,8 +433,16 @@ def test_an_endless_answer_takes_no_memory(attack: str, site: Site, monkeypatch:
         glass.tablet.close()
 
 
+def test_a_picture_of_monstrous_size_is_not_decoded(site: Site, glass: Glass) -> None:
+    """20 million pixels in a file of 50 kB."""
+    site.serve("/", encoded(RED, 5000, 4000, ".png"), "image/png")
+    glass.open(site.url())
+    assert eventually(lambda: "finished" in glass.events)
+    assert eventually(lambda: glass.ink() > 100) and glass.centre() == WHITE, "words instead of the picture"
+
+
 @pytest.mark.parametrize("size", [(60_000, 60_000), (0, 10)])
-def test_a_picture_that_claims_a_monstrous_size_is_not_decoded(size: tuple[int, int], site: Site, glass: Glass) -> None:
+def test_a_picture_that_lies_about_its_size_is_not_shown(size: tuple[int, int], site: Site, glass: Glass) -> None:
     png = bytearray(encoded(RED, kind=".png"))
     png[16:24] = size[0].to_bytes(4, "big") + size[1].to_bytes(4, "big")
     site.serve("/", bytes(png), "image/png")
@@ -492,7 +504,10 @@ def test_a_new_address_replaces_a_page_that_hangs(site: Site, glass: Glass) -> N
     assert glass.events == ["started", "started", "finished"]
 
 
-def test_closing_leaves_no_thread(site: Site, live: tuple[LatestImage, WebServer]) -> None:
+def test_closing_leaves_no_thread(
+    site: Site, live: tuple[LatestImage, WebServer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pepper_sim.http_fetch.READ_TIMEOUT", 60.0)
     image, server = live
     image.put(encoded(RED))
     with socket.create_server(("127.0.0.1", 0)) as silent:

@@ -81,7 +81,7 @@ def test_a_device_that_is_unplugged_freezes_and_returns(device: Device, wait_unt
 
 
 def _shown(device: Device, state: str, level: int | None = None) -> tuple[str, str, int] | None:
-    """What it shows next, if that is this state, and a picture of this level (16..235 of the camera's YUV are 0..255)."""
+    """What it shows next, if that is this state and a picture of this level (YUV: 16..235 stand for 0..255)."""
     seen = device.next()
     filmed = level is None or abs(seen[2] - (level - 16) * 255 / 219) < 4
     return seen if seen[0] == state and filmed else None

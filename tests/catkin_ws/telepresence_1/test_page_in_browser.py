@@ -192,7 +192,7 @@ def test_a_server_that_dies_is_missed_and_found_again(
 def test_a_stream_that_dies_alone_is_opened_again(
     fault: str, browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
 ) -> None:
-    page = open_page(timeout=1.0)
+    page = open_page(timeout=60.0)  # the server itself would notice in the end
     page.image.put(jpeg(BLUE))
     with Wire(page.server.port) as wire:
         browser.open(f"http://127.0.0.1:{wire.port}/")
