@@ -74,8 +74,11 @@ class Track:
             sounds = [sound for sound in self._sounds if sound.start < stop and sound.end > start]
         for sound in sounds:
             at = (start - sound.start + np.arange(count) / rate) * sound.rate
-            samples = sound.samples
-            mixed += np.interp(at, np.arange(len(samples)), samples, left=0.0, right=0.0).astype(np.float32)
+            first = max(0, int(at[0]))
+            samples = sound.samples[first : int(at[-1]) + 2]
+            if len(samples):
+                known = np.arange(first, first + len(samples))
+                mixed += np.interp(at, known, samples, left=0.0, right=0.0).astype(np.float32)
         return mixed
 
 

@@ -31,6 +31,7 @@ log = logging.getLogger(__name__)
 NAOQI_VERSION = "2.5.10.7"
 """The NAOqi release whose interface is reproduced; what ALSystem.systemVersion() answers."""
 
+_CHOICES_SHOWN = 12
 _INT_RANGE = {"i": (-(2**31), 2**31 - 1), "I": (0, 2**32 - 1), "l": (-(2**63), 2**63 - 1)}
 
 
@@ -264,7 +265,8 @@ def one_of(value: Any, choices: Any, argument: str) -> Any:
     Raises: ServiceError: It is not; names `argument` and the choices.
     """
     if not isinstance(value, str | int) or value not in choices:
-        known = ", ".join(str(choice) for choice in choices)
+        names = [str(choice) for choice in choices]
+        known = ", ".join(names[:_CHOICES_SHOWN]) + (", ..." if len(names) > _CHOICES_SHOWN else "")
         raise ServiceError(f"{argument} {shown(value)} is unknown; known: {known}")
     return value
 

@@ -45,7 +45,7 @@ def test_a_list_holds_raw_and_exact_types(peer):
 def test_overloads_errors_and_dynamics(peer):
     proxy = peer[1]
     assert proxy.image(2, 3) == 5
-    with pytest.raises(RuntimeError, match="^no picture$"):
+    with pytest.raises(RuntimeError, match=r"^no picture$"):
         proxy.fail()
     for value in (1, -1.5, "text", [1, "a", [None]], {"a": 1}, True, None):
         assert proxy.echo(value) == value

@@ -66,7 +66,7 @@ def test_metaobject_shows_declared_methods_and_signals_only(slow):
 
 
 def test_long_calls_do_not_keep_others_waiting(slow):
-    service, proxy = slow
+    _, proxy = slow
     calls = [proxy.drive(1.0, _async=True) for _ in range(20)]
     assert proxy.number() == 7
     proxy.stop()

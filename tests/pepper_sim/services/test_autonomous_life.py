@@ -1,0 +1,121 @@
+"""ALAutonomousLife and the services around it."""
+
+import pytest
+
+ACTIVITY = "robotvideo/behaviour"
+
+
+def test_states_wake_the_robot_and_send_it_to_rest(naoqi, wait_until, refused):
+    life = naoqi.ALAutonomousLife
+    heard = []
+    subscriber = naoqi.ALMemory.subscriber("AutonomousLife/State")
+    subscriber.signal.connect(heard.append)
+    assert life.getState() == "disabled"
+    life.setState("solitary")
+    assert life.getState() == "solitary" == naoqi.ALMemory.getData("AutonomousLife/State")
+    life.setState("disabled")
+    assert naoqi.ALMotion.robotIsWakeUp() is False, "leaving life ends in rest"
+    life.setState("interactive")
+    assert naoqi.ALMotion.robotIsWakeUp() is True
+    life.setState("disabled")
+    wait_until(lambda: heard == ["solitary", "disabled", "interactive", "disabled"], "every change was told")
+    assert life.getStateHistory(1)[0][0] == "disabled"
+    assert "state" in refused(life.setState, "asleep")
+    naoqi.ALMotion.wakeUp()
+
+
+def test_focus(naoqi, refused):
+    life = naoqi.ALAutonomousLife
+    life.switchFocus(ACTIVITY)
+    assert life.focusedActivity() == ACTIVITY == naoqi.ALMemory.getData("AutonomousLife/FocusedActivity")
+    life.switchFocus(ACTIVITY, 1)
+    life.stopFocus()
+    assert life.focusedActivity() == ACTIVITY, "the one below is back"
+    life.stopAll()
+    life.stopFocus()
+    assert life.focusedActivity() == ""
+    assert life.getActivityNature(ACTIVITY) == "interactive"
+    assert life.getActivityStatistics()[ACTIVITY]["startCount"] >= 2
+    assert life.getFocusHistory()[-1][0] == ACTIVITY
+    assert "nowhere/none" in refused(life.switchFocus, "nowhere/none")
+    assert "flags" in refused(life.switchFocus, ACTIVITY, 7)
+
+
+def test_abilities_and_safeguards(naoqi, refused):
+    life = naoqi.ALAutonomousLife
+    life.setAutonomousAbilityEnabled("BasicAwareness", False)
+    assert life.getAutonomousAbilityEnabled("BasicAwareness") is False
+    life.setAutonomousAbilityEnabled("BasicAwareness", True)
+    life.setSafeguardEnabled("RobotFell", False)
+    assert life.isSafeguardEnabled("RobotFell") is False
+    life.setSafeguardEnabled("RobotFell", True)
+    life.setRobotOffsetFromFloor(0.1)
+    assert life.getRobotOffsetFromFloor() == pytest.approx(0.1)
+    assert life.getLifeTime() >= 0
+    assert "autonomousAbility" in refused(life.setAutonomousAbilityEnabled, "Flying", True)
+    life.setRobotOffsetFromFloor(0.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["ALBackgroundMovement", "ALListeningMovement", "ALSpeakingMovement", "ALAutonomousBlinking"]
+)
+def test_small_abilities_are_switches(naoqi, name):
+    ability = naoqi.session.service(name)
+    ability.setEnabled(True)
+    assert ability.isEnabled() is True and ability.isRunning() is False
+    ability.setEnabled(False)
+    assert ability.isEnabled() is False
+
+
+def test_modes_of_movement(naoqi, refused):
+    naoqi.ALSpeakingMovement.setMode("random")
+    assert naoqi.ALSpeakingMovement.getMode() == "random"
+    naoqi.ALAutonomousMoves.setBackgroundStrategy("backToNeutral")
+    assert naoqi.ALAutonomousMoves.getBackgroundStrategy() == "backToNeutral"
+    assert "mode" in refused(naoqi.ALSpeakingMovement.setMode, "wild")
+
+
+def test_awareness_keeps_its_settings(naoqi, refused):
+    awareness = naoqi.ALBasicAwareness
+    awareness.setEnabled(True)
+    awareness.pauseAwareness()
+    assert awareness.isEnabled() and awareness.isAwarenessPaused() and not awareness.isRunning()
+    awareness.resumeAwareness()
+    assert awareness.isAwarenessRunning()
+    awareness.stopAwareness()
+    awareness.setEngagementMode("FullyEngaged")
+    awareness.setTrackingMode("WholeBody")
+    assert (awareness.getEngagementMode(), awareness.getTrackingMode()) == ("FullyEngaged", "WholeBody")
+    awareness.setStimulusDetectionEnabled("Sound", False)
+    assert awareness.isStimulusDetectionEnabled("Sound") is False
+    awareness.setParameter("MaxHumanSearchTime", 1.0)
+    assert awareness.getParameter("MaxHumanSearchTime") == 1.0
+    awareness.resetAllParameters()
+    assert awareness.getParameter("MaxHumanSearchTime") == 0.5
+    assert awareness.engagePerson(1) is False and awareness.triggerStimulus([1.0, 0.0, 1.0]) == -1
+    assert "stimulusName" in refused(awareness.setStimulusDetectionEnabled, "Smell", True)
+    assert "paramName" in refused(awareness.getParameter, "Courage")
+
+
+def test_behaviors_start_and_stop(naoqi, wait_until, refused):
+    manager = naoqi.ALBehaviorManager
+    started, stopped = [], []
+    manager.behaviorStarted.connect(started.append)
+    manager.behaviorStopped.connect(stopped.append)
+    assert manager.isBehaviorInstalled(ACTIVITY) and ACTIVITY in manager.getInstalledBehaviors()
+    manager.startBehavior(ACTIVITY)
+    assert manager.isBehaviorRunning(ACTIVITY) and manager.getRunningBehaviors() == [ACTIVITY]
+    assert "already" in refused(manager.startBehavior, ACTIVITY)
+    manager.stopBehavior(ACTIVITY)
+    manager.runBehavior(ACTIVITY)
+    assert manager.getRunningBehaviors() == []
+    wait_until(lambda: started == stopped == [ACTIVITY] * 2, "starts and stops were told")
+    assert "not installed" in refused(manager.startBehavior, "dance/tango")
+    assert "not running" in refused(manager.stopBehavior, ACTIVITY)
+    manager.stopAllBehaviors()
+
+
+def test_animations_that_are_not_installed_are_refused(naoqi, refused):
+    player = naoqi.ALAnimationPlayer
+    assert "not installed" in refused(player.run, "animations/Stand/Gestures/Nobody_Has_This")
+    player.reset()

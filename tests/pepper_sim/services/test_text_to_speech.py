@@ -1,0 +1,108 @@
+"""ALTextToSpeech and ALAnimatedSpeech over the wire: real time, events, interruption."""
+
+import time
+import wave
+
+import pytest
+
+
+@pytest.fixture
+def speech(naoqi):
+    service = naoqi.ALTextToSpeech
+    yield service
+    service.stopAll()
+
+
+def test_say_takes_as_long_as_the_words_and_keeps_them(speech, simulation):
+    begin = time.monotonic()
+    speech.say("One two three.")
+    took = time.monotonic() - begin
+    with wave.open(str(simulation.server.catalogue.disk.path("last_spoken.wav"))) as spoken:
+        length = spoken.getnframes() / spoken.getframerate()
+        samples = spoken.readframes(spoken.getnframes())
+    assert 0.4 < length < 5.0 and length <= took < length + 3.0
+    assert any(samples), "espeak-ng really spoke"
+
+
+def test_events_tell_what_is_said(naoqi, speech, wait_until):
+    heard = []
+    subscribers = []
+    for event in ("TextStarted", "CurrentSentence", "CurrentWord", "TextDone", "Status"):
+        subscriber = naoqi.ALMemory.subscriber(f"ALTextToSpeech/{event}")
+        subscriber.signal.connect(lambda value, event=event: heard.append((event, value)))
+        subscribers.append(subscriber)
+    speech.say("Hello Pepper")
+    wait_until(lambda: ("TextDone", True) in heard, "the end was told")
+    assert ("TextStarted", True) in heard and ("CurrentSentence", "Hello Pepper") in heard
+    words = [value for event, value in heard if event == "CurrentWord" and value]
+    assert words == ["Hello", "Pepper"]
+    assert [value[1] for event, value in heard if event == "Status"] == ["started", "done"]
+
+
+def test_stop_all_interrupts_what_is_said_and_what_waits(naoqi, speech, wait_until):
+    interrupted = []
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/TextInterrupted")
+    subscriber.signal.connect(interrupted.append)
+    calls = [
+        speech.say("This sentence is long enough to be interrupted before its end.", _async=True) for _ in range(3)
+    ]
+    wait_until(lambda: naoqi.ALMemory.getData("ALTextToSpeech/CurrentSentence"), "the robot speaks")
+    speech.stopAll()
+    for call in calls:
+        call.value(3000)
+    wait_until(lambda: interrupted == [True], "the interruption was told once")
+
+
+def test_other_services_answer_while_the_robot_speaks(naoqi, speech):
+    call = speech.say("Speaking takes some time, but nobody has to wait for it.", _async=True)
+    begin = time.monotonic()
+    for _ in range(20):
+        naoqi.ALMotion.getRobotVelocity()
+        speech.getLanguage()
+    assert time.monotonic() - begin < 1.0 and call.isRunning()
+
+
+def test_settings(speech, refused):
+    assert speech.getLanguage() == "English" and speech.locale() == "en_US"
+    speech.setLanguage("German")
+    assert speech.getLanguage() == "German" and speech.locale("French") == "fr_FR"
+    speech.setLanguage("English")
+    speech.setVolume(0.3)
+    assert speech.getVolume() == pytest.approx(0.3)
+    speech.setVolume(0.55)
+    speech.setParameter("pitchShift", 1.2)
+    assert speech.getParameter("pitchShift") == pytest.approx(1.2)
+    speech.setParameter("pitchShift", 1.0)
+    speech.setParameter("speed", 120.0)
+    speech.resetSpeed()
+    assert speech.getParameter("speed") == 100.0
+    assert speech.getVoice() in speech.getAvailableVoices()
+    assert "Klingon" in refused(speech.setLanguage, "Klingon")
+    assert "volume" in refused(speech.setVolume, 2.0)
+    assert "pEffectName" in refused(speech.setParameter, "echo", 1.0)
+    assert "characters" in refused(speech.say, "x" * 30_000)
+    assert "stringToSay" in refused(speech.say, 5)
+
+
+def test_nothing_to_say_is_said_at_once(speech):
+    begin = time.monotonic()
+    speech.say("   ")
+    assert time.monotonic() - begin < 0.5
+
+
+def test_speech_into_a_file_of_the_robot(speech, simulation):
+    speech.sayToFile("Hello", "/home/nao/hello.wav")
+    assert simulation.server.catalogue.disk.path("/home/nao/hello.wav").stat().st_size > 1000
+
+
+def test_animated_speech_drops_its_tags(naoqi, speech, wait_until, refused):
+    sentences = []
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/CurrentSentence")
+    subscriber.signal.connect(sentences.append)
+    animated = naoqi.ALAnimatedSpeech
+    animated.say("^start(animations/Stand/Gestures/Hey_1) Hi \\rspd=150\\ you", {"bodyLanguageMode": "disabled"})
+    wait_until(lambda: "Hi you" in sentences, "the words without tags were said")
+    animated.setBodyLanguageModeFromStr("random")
+    assert animated.getBodyLanguageMode() == 1
+    animated.setBodyLanguageMode(2)
+    assert "bodyLanguageMode" in refused(animated.say, "hi", {"bodyLanguageMode": "wild"})
