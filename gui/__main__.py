@@ -17,7 +17,7 @@ from PyQt5.QtWidgets import QApplication
 from gui.controller import Attach, Controller
 from gui.ros_link import RosLink, without_remappings
 from gui.terminal import TerminalView
-from gui.window import OperatorWindow, style_sheet
+from gui.window import OperatorWindow, style_sheet, themes
 from gui.x11 import hold_display
 
 DEFAULT_FEED = "/pepper_robot/camera/front/image_raw"
@@ -78,7 +78,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     attach.add_argument(
         "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
     )
-    parser.add_argument("--theme", default="dark", help="style sheet in gui/themes; default %(default)s")
+    parser.add_argument("--theme", choices=themes(), default="dark", help="colours; default %(default)s")
     parser.add_argument("--screenshot", metavar="FILE", type=Path, help="save a picture of the window there")
     return parser.parse_args(argv)
 

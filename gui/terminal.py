@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import queue
+import shutil
 import subprocess
 import threading
 from collections.abc import Callable
@@ -76,16 +77,16 @@ class TerminalView(QFrame):
     def has_keyboard(self) -> bool:
         return self._has_keyboard
 
-    @property
-    def tmux(self) -> Tmux:
-        return self._tmux
-
     def start(self) -> None:
         """Open the terminal, or open it again after its shell has ended."""
         if self._xterm is not None:
             return
         if QGuiApplication.platformName() != "xcb":
             self._cover.say("The terminal needs an X11 display.")
+            return
+        missing = [program for program in ("xterm", "tmux") if shutil.which(program) is None]
+        if missing:
+            self._cover.say(f"The terminal needs {' and '.join(missing)}. Install with:  ./stack build")
             return
         self._layout.setCurrentWidget(self._container)
         try:
@@ -102,7 +103,6 @@ class TerminalView(QFrame):
         self._xterm.setProcessEnvironment(_process_environment())
         self._xterm.setProcessChannelMode(QProcess.ForwardedChannels)
         self._xterm.finished.connect(self._on_ended)
-        self._xterm.errorOccurred.connect(self._on_error)
         program, *arguments = self._xterm_command()
         self._xterm.start(program, arguments)
         self._search.start()
@@ -145,7 +145,10 @@ class TerminalView(QFrame):
             log.warning("xterm did not end with its tmux")
             self._xterm.kill()
             self._xterm.waitForFinished(1000)
-        self._guard.wait(timeout=5.0)
+        try:
+            self._guard.wait(timeout=2.0)
+        except subprocess.TimeoutExpired:
+            log.warning("tmux does not answer and was left behind")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -202,11 +205,6 @@ class TerminalView(QFrame):
         if has_keyboard != self._has_keyboard:
             self._has_keyboard = has_keyboard
             self.focus_changed.emit(has_keyboard)
-
-    def _on_error(self, error: QProcess.ProcessError) -> None:
-        if error == QProcess.FailedToStart:
-            self._on_ended()
-            self._cover.say("xterm is not installed. Install it with:  ./stack build")
 
     def _on_ended(self) -> None:
         if self._closing:

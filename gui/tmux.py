@@ -65,16 +65,18 @@ class Tmux:
         program = self._wait_for_prompt(window)
         if program:
             raise TmuxError(f"{program} runs in the terminal's window '{window}'. End it there with Ctrl-C first.")
-        self._call("send-keys", "-t", self._target(window), "-l", line)
+        # tmux takes a semicolon at the end of an argument for the end of its own command.
+        literal = line[:-1] + "\\;" if line.endswith(";") else line
+        self._call("send-keys", "-t", self._target(window), "-l", literal)
         self._call("send-keys", "-t", self._target(window), "Enter")
 
     def interrupt(self, window: str) -> None:
         """Type Ctrl-C in `window`, if it is open.
 
         Raises:
-            TmuxError: The terminal is closed.
+            TmuxError: tmux does not answer.
         """
-        if window in self.windows():
+        if self._has_session() and window in self.windows():
             # A pane that is being scrolled would take the key for itself.
             self._call("copy-mode", "-q", "-t", self._target(window))
             self._call("send-keys", "-t", self._target(window), "C-c")
@@ -108,17 +110,16 @@ class Tmux:
     def _target(self, window: str) -> str:
         return f"{SESSION}:={window}"
 
+    def _has_session(self) -> bool:
+        return self._run("has-session", "-t", SESSION).returncode == 0
+
     def _wait_for_session(self, timeout: float = TIMEOUT) -> None:
         """The first line may be asked for before the terminal window is up."""
         deadline = time.monotonic() + timeout
-        while True:
-            try:
-                self._call("has-session", "-t", SESSION)
-                return
-            except TmuxError:
-                if time.monotonic() > deadline:
-                    raise TmuxError("The terminal is closed. Open it again with a click on it.") from None
-                time.sleep(0.05)
+        while not self._has_session():
+            if time.monotonic() > deadline:
+                raise TmuxError("The terminal is closed. Open it again with a click on it.")
+            time.sleep(0.05)
 
     def _wait_for_prompt(self, window: str, timeout: float = 2.0) -> str | None:
         """None at the prompt of a shell, else the name of the program that keeps running there."""
@@ -135,17 +136,20 @@ class Tmux:
             time.sleep(0.05)
 
     def _call(self, *words: str) -> str:
+        done = self._run(*words)
+        if done.returncode != 0:
+            raise TmuxError(f"The terminal refused: {done.stderr.strip()}")
+        return done.stdout.removesuffix("\n")
+
+    def _run(self, *words: str) -> subprocess.CompletedProcess[str]:
         try:
-            done = subprocess.run(
+            return subprocess.run(
                 [*self._base, *words], capture_output=True, text=True, timeout=TIMEOUT, env=environment()
             )
         except FileNotFoundError:
             raise TmuxError("tmux is not installed. Install it with:  ./stack build") from None
         except subprocess.TimeoutExpired:
             raise TmuxError(f"tmux did not answer within {TIMEOUT:.0f} s.") from None
-        if done.returncode != 0:
-            raise TmuxError(f"The terminal refused: {done.stderr.strip()}")
-        return done.stdout.removesuffix("\n")
 
 
 def environment() -> dict[str, str]:

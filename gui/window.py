@@ -84,15 +84,17 @@ class OperatorWindow(QMainWindow):
             self.activation_changed.emit(self.isActiveWindow())
 
 
+def themes() -> list[str]:
+    """Names of the style sheets in themes/."""
+    return sorted(path.stem for path in (_HERE / "themes").glob("*.qss"))
+
+
 def style_sheet(theme: str) -> str:
-    """The style sheet of a theme in themes/.
+    """The style sheet of a theme.
 
     Raises:
         ValueError: There is no such theme; the text names those that there are.
     """
-    folder = _HERE / "themes"
-    path = folder / f"{theme}.qss"
-    if not path.is_file():
-        known = ", ".join(sorted(found.stem for found in folder.glob("*.qss")))
-        raise ValueError(f"there is no theme '{theme}'; known: {known}")
-    return path.read_text(encoding="utf-8")
+    if theme not in themes():
+        raise ValueError(f"there is no theme '{theme}'; known: {', '.join(themes())}")
+    return (_HERE / "themes" / f"{theme}.qss").read_text(encoding="utf-8")

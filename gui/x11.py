@@ -84,7 +84,7 @@ class X11Error(RuntimeError):
     """There is no X server to talk to."""
 
 
-def hold_display(name: str, patience: float = 2.0) -> bool:
+def hold_display(name: str, patience: float = 1.0) -> bool:
     """Whether the X server at this value of DISPLAY lets us in within `patience` seconds.
 
     The connection stays open as long as this process: a server that loses its last client may start anew, and would

@@ -61,13 +61,19 @@ def test_a_running_robot_is_shown_and_driven_from_the_terminal(screen, wait_unti
     wait_until(lambda: shot.exists() and shot.stat().st_size > 10_000, "the screenshot is saved")
 
 
-def test_the_drive_pad_drives_while_a_key_is_held(screen, wait_until, place, robot):
+def test_the_drive_pad_takes_over_and_drives_while_a_key_is_held(screen, wait_until, place, robot):
     window = open_attached(screen, wait_until)
     wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
+    window.type("j")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "a key in the terminal turns the robot")
+
     window.click(place("video"))
     screen.do("mousemove", *place("terminalFrame"))
     screen.do("keydown", "w")
+    wait_until(lambda: "Another input drives now" in window.terminal_text(), "the terminal's keyboard lets go")
+    robot.heard.clear()
     wait_until(lambda: len(robot.heard) >= 10, "the robot hears the pad")
+    assert {heard[1:] for heard in robot.heard} == {(0.2, 0.0, 0.0)}
     screen.do("keyup", "w")
     wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the release stops")
     assert [heard[1:] for heard in robot.heard].count((0.0, 0.0, 0.0)) == 1
@@ -77,17 +83,6 @@ def test_the_drive_pad_drives_while_a_key_is_held(screen, wait_until, place, rob
     window.click(place("terminalFrame"))
     wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "a click into the terminal stops the pad")
     screen.do("keyup", "q")
-
-
-def test_the_pad_takes_over_from_a_latched_key(screen, wait_until, place, robot):
-    window = open_attached(screen, wait_until)
-    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
-    window.type("j")
-    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "the key turns the robot")
-    window.click(place("video"))
-    window.type("space")
-    wait_until(lambda: "Another input drives now" in window.terminal_text(), "the keyboard lets go")
-    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the robot stands")
 
 
 def test_stop_ends_the_session_in_the_terminal(screen, wait_until, place, robot):
@@ -150,15 +145,11 @@ def test_roscore_start_starts_a_master_that_the_window_joins(screen, wait_until,
     wait_until(lambda: not master_answers(uri), "the window takes its master along")
 
 
-def test_rosnode_kill_closes_the_window(screen, wait_until, robot):
-    window = open_attached(screen, wait_until)
-    subprocess.run(["rosnode", "kill", "/gui_ros_node"], check=True, capture_output=True, timeout=20)
-    assert window.process.wait(15) == 0
-    assert "ROS ended this window" in window.output
-
-
-def test_starts_as_a_node(screen, wait_until, robot):
+def test_starts_as_a_node_and_ends_like_one(screen, wait_until, robot):
     window = screen.open_window(
         program=("rosrun", "avatar_gui", "avatar_gui", "__name:=gui_ros_node", "__log:=/dev/null")
     )
     wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
+    subprocess.run(["rosnode", "kill", "/gui_ros_node"], check=True, capture_output=True, timeout=20)
+    assert window.process.wait(15) == 0
+    wait_until(lambda: "ROS ended this window" in window.output, "it says why")
