@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -75,6 +76,16 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert node.process.wait(10) == 0
     wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
     assert "Traceback" not in node.output
+
+
+def test_only_the_tablet_has_the_key(graph, naoqi, tablet: Tablet, source: str, wait_until: Callable) -> None:
+    arguments = (f"_source:={source}", f"_nao_port:={naoqi.port}", "_port:=0", "_token:=se cret&", "__name:=locked")
+    node = graph.run(program(graph, "com_cam.py"), *arguments)
+    url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)\s")[1]
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    assert b"Not for everyone" in get(url, "/") and b"Not for everyone" in get(url, "/frame.jpg")
+    node.wait_for(r"another browser: http://127\.0\.0\.1:\d+/\?k=se\+cret%26\s")
+    assert len(re.findall("cret", node.output)) == 1, "the key is in a log"
 
 
 def test_com_cam_without_camera_and_robot_serves_a_picture_that_says_so(graph, free_port: Callable) -> None:

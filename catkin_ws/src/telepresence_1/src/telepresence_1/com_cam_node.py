@@ -90,7 +90,10 @@ class ComCam:
     def start(self) -> None:
         self.camera.start()
         self.server.start()
-        rospy.loginfo("the page is at %s", self.page_url)
+        rospy.loginfo("the page is at %s", public(self.page_url))
+        if public(self.page_url) != self.page_url:
+            # To the terminal only: everybody on the ROS network can read /rosout.
+            print(f"with its key, for another browser: {self.page_url}", flush=True)
         if self.connection is not None and self.link is not None:
             self.connection.start()
             self.link.start()
