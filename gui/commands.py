@@ -9,6 +9,8 @@ from typing import NamedTuple
 from urllib.parse import urlparse
 
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
+SECOND_KEYBOARD = f"{KEYBOARD} name:=window_keyboard"
+"""Beside one that runs elsewhere: of two nodes with one name the older is thrown out."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_NAOQI_PORT = 9559

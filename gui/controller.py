@@ -87,7 +87,7 @@ class Controller(QObject):
         """Type the launch of the robot's programs, or only of the keyboard when they run already."""
         self._attach = Attach.NEVER
         if self._link.state.driver:
-            self._terminal.type_line(commands.KEYBOARD)
+            self._start_keyboard(self._link.state)
             self._terminal.take_keyboard()
             return
         try:
@@ -98,6 +98,9 @@ class Controller(QObject):
             return
         self._terminal.type_line(lambda: commands.session(address, commands.own_address_towards(address.host)))
         self._terminal.take_keyboard()
+
+    def _start_keyboard(self, state: LinkState) -> None:
+        self._terminal.type_line(commands.SECOND_KEYBOARD if state.keyboard else commands.KEYBOARD)
 
     def show_feed(self, wanted: bool) -> None:
         """Show the robot's camera, or stop doing so."""
@@ -147,7 +150,7 @@ class Controller(QObject):
         if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):
             self._attach = Attach.NEVER
             self._window.feedButton.setChecked(True)
-            self._terminal.type_line(commands.KEYBOARD)
+            self._start_keyboard(state)
         if self._window.video.age() == float("inf"):
             self._clear_video()
         self._show_links()

@@ -17,5 +17,7 @@ class LinkState:
     """This window is a node of the graph and can drive."""
     driver: bool = False
     """A program that moves a robot listens to cmd_vel."""
+    keyboard: bool = False
+    """The keyboard program runs somewhere under its usual name."""
     feed: bool = False
     """Somebody publishes the camera topic."""

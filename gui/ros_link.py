@@ -29,6 +29,7 @@ from telepresence.ros_master import MasterWatch, master_proxy
 log = logging.getLogger(__name__)
 
 NODE = "gui_ros_node"
+KEYBOARD_NODE = "/teleop_twist_keyboard"
 LOOK_PERIOD = 0.5
 LOOK_TIMEOUT = 1.0
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
@@ -149,6 +150,7 @@ class RosLink(QObject):
             master=True,
             joined=self._joined,
             driver=any(not _TOOL.search(name) for name in drivers),
+            keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
             feed=bool(publishers.get(rosgraph.names.resolve_name(self.feed, f"/{NODE}"))),
         )
 

@@ -1,0 +1,221 @@
+"""`./stack up` as a whole: window, camera, keyboard, tablet, faults, and nothing left behind.
+
+One station serves all tests of this file, on ports and a display of its own; they run in the order of the file, and the
+last one ends it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from telepresence import processes
+from telepresence.ros_master import master_answers, master_proxy
+from telepresence.virtual_display import grab
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
+
+ROOT = Path(__file__).resolve().parent.parent
+PROGRAMS = {
+    "/pepper_sim",
+    "/pepper_publisher",
+    "/naoqi_driver",
+    "/pepper_robot/pepper_sonar",
+    "/pepper_robot/pepper_laser",
+    "/pepper_robot/pose/pose_manager",
+    "/pepper_robot/camera/front",
+    "/com_cam",
+    "/teleop_twist_keyboard",
+}
+"""The eight programs of the original, and the simulator."""
+
+
+class Station:
+    """A running `./stack up pepper` and what a person in front of it can see and do."""
+
+    def __init__(self, environment: dict[str, str], ports: list[str]) -> None:
+        self.environment = environment
+        self.lines: list[str] = []
+        self.process = processes.start(
+            [str(ROOT / "stack"), "up", "pepper", *ports, "source:=test"],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            self.lines.append(line)
+
+    def said(self, text: str) -> bool:
+        if self.process.poll() is not None:
+            pytest.fail("the station ended:\n" + "".join(self.lines[-40:]))
+        return any(text in line for line in self.lines)
+
+    @property
+    def display(self) -> str:
+        return re.search(r"virtual one \((:\d+)\)", "".join(self.lines)).group(1)
+
+    @property
+    def screen(self) -> Path:
+        """The folder that the station's Xvfb writes its screen to."""
+        for pid in processes.descendants(self.process.pid):
+            words = command(pid).split()
+            if words and words[0] == "Xvfb":
+                return Path(words[words.index("-fbdir") + 1])
+        pytest.fail("the station has no virtual display")
+
+    def nodes(self) -> set[str]:
+        state = master_proxy(self.environment["ROS_MASTER_URI"], timeout=5.0).getSystemState("/test")[2]
+        return {node for group in state for _, nodes in group for node in nodes}
+
+    def run(self, *argv: str, timeout: float = 60.0) -> str:
+        answer = subprocess.run(argv, env=self.environment, capture_output=True, text=True, timeout=timeout)
+        assert answer.returncode == 0, f"{argv}: {answer.stdout}{answer.stderr}"
+        return answer.stdout
+
+    def type_in_terminal(self, key: str) -> None:
+        """Click into the embedded terminal and press a key there, as a person would."""
+        environment = {**self.environment, "DISPLAY": self.display}
+
+        def xdotool(*words: str) -> str:
+            return subprocess.run(
+                ["xdotool", *words], env=environment, capture_output=True, text=True, check=True, timeout=30
+            ).stdout
+
+        window = xdotool("search", "--class", "XTerm").split()[-1]
+        xdotool("mousemove", "--window", window, "60", "60", "click", "1")
+        xdotool("key", key)
+
+    def truth(self) -> np.ndarray:
+        """Position of the robot in the world (x, y) [m]."""
+        text = self.run("rostopic", "echo", "-n1", "/truth/pose/pose/position")
+        return np.array([float(re.search(rf"{axis}: (\S+)", text).group(1)) for axis in "xy"])
+
+    def speed(self, seconds: float = 0.5) -> float:
+        begin, when = self.truth(), time.monotonic()
+        threading.Event().wait(seconds)
+        return float(np.linalg.norm(self.truth() - begin) / (time.monotonic() - when))
+
+
+def command(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def running() -> dict[int, str]:
+    """Every process that is alive, by id."""
+    return {int(path.name): command(int(path.name)) for path in Path("/proc").glob("[0-9]*") if command(int(path.name))}
+
+
+@pytest.fixture(scope="module")
+def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], int], wait_until: Callable):
+    environment = {
+        **os.environ,
+        "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+        "ROS_HOME": str(tmp_path_factory.mktemp("ros")),
+        "ROS_IP": "127.0.0.1",
+    }
+    environment.pop("DISPLAY", None)
+    ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port", "screen_port")]
+    station = Station(environment, ports)
+    try:
+        wait_until(lambda: station.said("first picture"), "the window shows the first picture", timeout=120.0)
+        yield station
+    finally:
+        processes.end(station.process, patience=30.0)
+        station.process.stdout.close()
+
+
+def test_the_window_shows_the_robots_camera(station, wait_until):
+    """The picture is large and colourful: neither empty nor a grey card."""
+
+    def colours() -> int:
+        left_half = grab(station.screen)[110:640:4, 30:730:4]
+        return len(np.unique(left_half.reshape(-1, 3) // 16, axis=0))
+
+    wait_until(lambda: colours() > 100, "a picture with many colours")
+
+
+def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
+    wait_until(lambda: PROGRAMS <= station.nodes(), "all programs are registered")
+    assert PROGRAMS <= set(station.run("rosnode", "list").split())
+
+
+def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):
+    begin = station.truth()
+    station.type_in_terminal("i")
+    wait_until(lambda: np.linalg.norm(station.truth() - begin) > 0.2, "Pepper drives forward")
+    station.type_in_terminal("k")
+    wait_until(lambda: station.speed() < 0.01, "Pepper stands")
+
+
+def test_the_tablet_shows_the_pilot(station):
+    code = (
+        "import rospy; from sensor_msgs.msg import Image; from telepresence.images import read_image_message;"
+        "rospy.init_node('look', anonymous=True);"
+        "p = read_image_message(rospy.wait_for_message('/tablet/image_raw', Image, timeout=30));"
+        "print(p.shape[0], p.shape[1], p.std())"
+    )
+    height, width, contrast = station.run("python3", "-c", code).split()
+    assert (int(height), int(width)) == (400, 640)
+    assert float(contrast) > 20, "the tablet is dark"
+
+
+def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):
+    station.type_in_terminal("j")
+    wait_until(lambda: "driving" in station.run("rostopic", "echo", "-n1", "/drive_state"), "Pepper turns")
+    killed = [p for p in processes.descendants(station.process.pid) if re.search(r"ros(core|master) ", command(p))]
+    assert len(killed) == 2
+    for pid in killed:
+        os.kill(pid, signal.SIGKILL)
+    uri = station.environment["ROS_MASTER_URI"]
+    wait_until(lambda: station.said("roscore is back"), "roscore is started again")
+    wait_until(lambda: master_answers(uri) and PROGRAMS <= station.nodes(), "every program is known to the new master")
+    assert station.speed() < 0.01
+    begin = station.truth()
+    station.type_in_terminal("comma")
+    wait_until(lambda: np.linalg.norm(station.truth() - begin) > 0.1, "driving goes on")
+    station.type_in_terminal("k")
+
+
+def test_ctrl_c_leaves_nothing_behind(station, wait_until):
+    screen = station.screen
+    ours = set(processes.descendants(station.process.pid)) | {station.process.pid}
+    names = " ".join(running()[pid] for pid in ours if pid in running())
+    for part in ("Xvfb", "tmux", "xterm", "roscore", "roslaunch", "pepper_sim"):
+        assert part in names, f"{part} was expected to run"
+    marker = station.environment["ROS_MASTER_URI"].encode()
+    station.process.send_signal(signal.SIGINT)
+    wait_until(lambda: station.process.poll() is not None, "the station ends", timeout=60.0)
+    assert station.process.returncode == 0
+
+    def left() -> list[str]:
+        """What it started, or what carries its master's address in the environment: daemons leave their parents."""
+        found = []
+        for pid, words in running().items():
+            try:
+                mine = marker in Path(f"/proc/{pid}/environ").read_bytes()
+            except OSError:
+                continue
+            if pid in ours or mine:
+                found.append(words)
+        return found
+
+    wait_until(lambda: not left(), f"nothing is left, but there is {left()}")
+    assert not screen.exists()
