@@ -1,4 +1,4 @@
-"""What all extractors share, and the sensor services: ALSonar, ALSensors, ALChestButton, ALTouch, ALLaser, ALBattery ..."""
+"""What all extractors share, and the sensor services: sonar, buttons, touch, laser, battery, temperature."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Services of a robot that perceives nobody: ALTracker, ALNavigation, ALDialog, ALSpeechRecognition, faces and people."""
+"""Services of a robot that perceives nobody: tracker, navigation, dialog, recognition, faces and people."""
 
 import pytest
 

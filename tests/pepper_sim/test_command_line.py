@@ -1,0 +1,64 @@
+"""`python -m pepper_sim` as a program: its address, its end, its errors."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+import qi  # isort: skip
+
+COMMAND = (sys.executable, "-m", "pepper_sim", "--scene", "empty")
+
+
+def _run(*arguments):
+    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_tells_its_address_serves_and_ends(run_program, number):
+    program = run_program(*COMMAND, "--port", "0", stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    line = program.stdout.readline()
+    url = re.fullmatch(r"listening on (tcp://127\.0\.0\.1:\d+)\n", line).group(1)
+    client = qi.Session()
+    client.connect(url)
+    motion, video = client.service("ALMotion"), client.service("ALVideoDevice")
+    motion.moveTo(1.0, 0.0, 0.0, _async=True)
+    handle = video.subscribeCamera("x", 0, 1, 11, 10)
+    assert video.getImageRemote(handle) is not None
+    begin = time.monotonic()
+    program.send_signal(number)
+    assert program.wait(timeout=20) == 0
+    assert time.monotonic() - begin < 5.0
+    client.close()
+    assert "Traceback" not in program.stderr.read()
+
+
+def test_a_taken_port_and_other_mistakes_are_told_in_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        done = _run("--port", str(taken.getsockname()[1]))
+    assert done.returncode == 1 and "Address already in use" in done.stderr and "Traceback" not in done.stderr
+    assert done.stdout == ""
+    done = _run("--scene", "moon", "--port", "0")
+    assert done.returncode == 1 and "apartment" in done.stderr
+    assert _run("--port", "70000").returncode == 2 and _run("--port", "many").returncode == 2
+
+
+def test_help_names_every_option():
+    done = _run("--help")
+    assert done.returncode == 0
+    for option in ("--port", "--address", "--scene", "--seed", "--viewer"):
+        assert option in done.stdout
+
+
+def test_listening_for_everybody_is_warned_about(run_program):
+    program = run_program(
+        *COMMAND, "--port", "0", "--address", "0.0.0.0", stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert program.stdout.readline().startswith("listening on tcp://")
+    program.send_signal(signal.SIGTERM)
+    assert program.wait(timeout=20) == 0
+    assert "without authentication" in program.stderr.read()
