@@ -15,6 +15,7 @@ Parameters:
     ~max_viewers (64)
     ~show_on_tablet (true)
     ~nao_ip, ~nao_port (127.0.0.1, 9559)
+                            with the environment's NAO_USER and NAO_PASSWORD, if they are set
     ~page_url ("")          the page as the tablet must ask for it, when that is not what ~address says
 """
 
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
 import threading
 import time
@@ -81,7 +83,8 @@ class ComCam:
         self.link: TabletLink | None = None
         if rospy.get_param("~show_on_tablet", True):
             port = int(rospy.get_param("~nao_port", 9559))
-            self.connection = Connection(Address.parse(robot, port))
+            login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
+            self.connection = Connection(Address.parse(robot, port, *login))
             self.link = TabletLink(self.connection, page_url)
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
