@@ -1,0 +1,61 @@
+"""The tablet's other web view: Chromium, script and style included."""
+
+from __future__ import annotations
+
+import socket
+import threading
+
+import pytest
+
+pytestmark = pytest.mark.browser
+
+RED = (255, 0, 0)
+GREEN = (0, 255, 0)
+BLUE = (0, 0, 255)
+BLACK = (0, 0, 0)
+
+
+@pytest.fixture
+def chromium(make_glass):
+    return make_glass("chromium")
+
+
+def test_chromium_runs_scripts_and_styles(site, chromium, eventually) -> None:
+    site.serve("/", "<style>body{background:#f00}</style>")
+    site.serve(
+        "/script", "<script>document.documentElement.style.background = innerWidth == 1280 ? '#0f0' : '#00f'</script>"
+    )
+    chromium.open(site.url())
+    assert chromium.shows(RED, timeout=30)
+    chromium.open(site.url("/script"))
+    assert chromium.shows(GREEN)
+    assert eventually(lambda: chromium.events == ["started", "finished"] * 2)
+    chromium.tablet.hide_webview()
+    assert chromium.shows(BLACK)
+
+
+def test_chromium_follows_a_stream(live, chromium, eventually, encoded) -> None:
+    image, server = live
+    image.put(encoded(RED))
+    chromium.open(server.url + "?adv")
+    for colour in (RED, GREEN, BLUE):
+        image.put(encoded(colour))
+        assert eventually(lambda colour=colour: shows_anywhere(chromium, colour), timeout=30)
+    assert eventually(lambda: "finished" in chromium.events)
+
+
+def shows_anywhere(glass, colour: tuple[int, int, int]) -> bool:
+    picture = glass.tablet.image.peek()
+    return picture is not None and bool((abs(picture.pixels[60, 60].astype(int) - colour) < 20).all())
+
+
+def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(chromium, eventually) -> None:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{unused.getsockname()[1]}/"
+        chromium.open(url)
+        assert eventually(lambda: len(chromium.events) == 2, timeout=30)
+    assert chromium.events[1] == (-6, "net::ERR_CONNECTION_REFUSED", url)
+    assert eventually(lambda: chromium.ink() > 500)
+    chromium.tablet.close()
+    assert not [t.name for t in threading.enumerate() if t.name.startswith("tablet")]
