@@ -4,7 +4,7 @@ import time
 
 import pytest
 import qi
-from naoqi_driver.base import BRAKING_TIME, HEARTBEAT_KEY, PERIOD, BaseDriver
+from naoqi_driver.base import BRAKING_TIME, HEARTBEAT_KEY, PERIOD, REFUSAL_KEY, REFUSAL_SHOWN, BaseDriver
 from naoqi_driver.connection import Address, Connection
 from naoqi_driver.drive import CommandGate
 
@@ -65,6 +65,11 @@ class Memory:
 
     def insertData(self, key: str, value: object) -> None:
         self.values.setdefault(key, []).append(value)
+
+    def getTimestamp(self, key: str) -> list:
+        if key not in self.values:
+            raise ValueError(f"no data for {key}")
+        return [self.values[key][-1], len(self.values[key]), 0]
 
     @property
     def beats(self) -> list:
@@ -260,11 +265,13 @@ def test_lost_link_stops_first_when_it_is_back(naoqi, memory, motion, make_wire,
         driver = Drive(link)
         driver.command(0.2, 0.0, 0.0)
         driver.run(0.1)
+        wire.freeze()  # so that no new connection comes about at once
         wire.cut()
         wait_until(lambda: not link.connected, "loss noticed")
         driver.run(0.1)
-        assert driver.base.state.startswith("robot unreachable: it closed the connection")
+        assert driver.base.state.startswith("robot unreachable: ")
         motion.calls.clear()
+        wire.thaw()
         wait_until(lambda: link.connections == 2, "connected again")
         driver.now += 1.0
         driver.run(0.1)
@@ -286,3 +293,37 @@ def test_halt_forces_a_robot_that_does_not_stop(drive, motion):
     drive.run(0.1)
     drive.base.halt(timeout=0.1)
     assert motion.names()[-2:] == ["stopMove", "killMove"]
+
+
+def test_refusal_of_the_robot_is_told_for_a_while(drive, memory):
+    memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
+    drive.base.look_after(drive.now)
+    drive.command(0.2, 0.0, 0.0)
+    drive.run(0.1)
+    assert drive.base.state == "driving", "what was refused before we looked is not news"
+    memory.insertData(REFUSAL_KEY, ["obstacle", 1, [1.0, 0.0, 0.0]])
+    drive.base.look_after(drive.now)
+    drive.command(0.2, 0.0, 0.0)
+    drive.run(0.1)
+    assert drive.base.state == "driving, but the robot refuses: obstacle"
+    drive.run(REFUSAL_SHOWN)
+    drive.command(0.2, 0.0, 0.0)
+    drive.run(0.1)
+    assert drive.base.state == "driving"
+
+
+def test_first_refusal_of_its_life_is_told_too(drive, memory):
+    drive.base.look_after(drive.now)
+    memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
+    drive.base.look_after(drive.now)
+    drive.command(0.2, 0.0, 0.0)
+    drive.run(0.1)
+    assert drive.base.state == "driving, but the robot refuses: obstacle"
+
+
+def test_robot_that_was_put_to_rest_is_told(drive, motion):
+    motion.awake = False
+    drive.base.look_after(drive.now)
+    drive.command(0.2, 0.0, 0.0)
+    drive.run(0.1)
+    assert drive.base.state == "stopped: the robot sleeps; wake it up to drive"

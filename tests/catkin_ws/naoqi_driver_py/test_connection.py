@@ -6,6 +6,7 @@ import time
 
 import pytest
 import qi
+from naoqi_driver import connection
 from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable
 
 
@@ -84,12 +85,13 @@ def test_call_without_a_link_fails_at_once(free_port):
             link.call("ALMotion", "move", 0.0, 0.0, 0.0)
 
 
-def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, caplog, wait_until):
+def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, caplog, wait_until, monkeypatch):
+    monkeypatch.setattr(connection, "REPORT_AFTER", 0.1)
     port = free_port()
     with caplog.at_level(logging.INFO), Connection(Address.parse("127.0.0.1", port)) as link:
         wait_until(lambda: caplog.records, "the trouble is reported")
         assert "refused" in link.problem
-        time.sleep(3.0)  # more attempts
+        time.sleep(1.0)  # more attempts
     said = [record.message for record in caplog.records]
     assert len(said) == 1
     assert f"tcp://127.0.0.1:{port}" in said[0]

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from pepper_sensors.camera_model import pinhole, read_calibration
+
+CONFIG = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "pepper_sensors_py" / "config"
 
 
 def test_pinhole_of_a_symmetric_camera():
@@ -62,3 +65,10 @@ def test_broken_calibration_says_what_is_missing(tmp_path):
     path.write_text("[]")
     with pytest.raises(ValueError, match="not a calibration"):
         read_calibration(path)
+
+
+@pytest.mark.parametrize("name", ["camera_top_640x480", "camera_bottom_640x480"])
+def test_shipped_calibrations_can_be_read(name):
+    model = read_calibration(CONFIG / f"{name}.yaml")
+    assert (model.width, model.height) == (640, 480)
+    assert 540 < model.K[0] < 570

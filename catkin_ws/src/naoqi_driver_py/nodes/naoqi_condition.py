@@ -57,7 +57,9 @@ class Condition:
         self._diagnostics = {part: Diagnostics(part, address) for part in ("battery", "joint temperatures")}
         self._pressed = dict.fromkeys(SWITCHES, False)
         self._joints: list[str] = []
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         slow_due = 0.0

@@ -41,7 +41,9 @@ class JointStates:
         self._stiffness = rospy.Publisher("joint_stiffness", JointState, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10)
         self._diagnostics = Diagnostics("joint states", str(self._node.connection.address))
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         before, counted, counted_at = None, 0, None

@@ -28,7 +28,9 @@ class Logger:
         self._level = LEVELS[level]
         self._listener = None
         self._link = 0
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         for _ in self._node.cycles(QUIET_PERIOD):

@@ -29,8 +29,12 @@ from naoqi_driver.naoqi_node import NaoqiNode
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 
+MOTION_CYCLE = 0.02
+"""Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
 HALT_TIMEOUT = 1.0
 """Seconds the robot may brake at the end of the program."""
+LOOK_PERIOD = 0.5
+"""Seconds between two questions whether the robot is awake and moves as it is told."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
 
@@ -44,14 +48,16 @@ class MoveTo:
         self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
         self._state = ""
         self._state_due = 0.0
-        self._asked_awake = 0.0
+        self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
         rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
         rospy.Service("orthogonal_security_distance", OrthogonalSecurityDistance, self._on_orthogonal)
         rospy.Service("tangential_security_distance", TangentialSecurityDistance, self._on_tangential)
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _on_velocity(self, twist: Twist) -> None:
         self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
@@ -91,15 +97,15 @@ class MoveTo:
             raise rospy.ServiceException(str(error)) from None
 
     def _loop(self) -> None:
-        stepped = -math.inf
+        commanded = -math.inf
         while not self._node.stop.is_set():
-            self._wake.wait(PERIOD)
-            # A command goes out at once, unless the last one left less than a period ago.
-            if self._node.stop.wait(max(0.0, stepped + PERIOD - time.monotonic()) if self._base.holds_robot else 0.0):
-                break
-            self._wake.clear()
-            stepped = time.monotonic()
-            self._base.step(stepped, self._node.master.alive)
+            if self._wake.wait(PERIOD):
+                # A command goes out at once, unless the last one left less than a motion cycle ago.
+                if self._node.stop.wait(max(0.0, commanded + MOTION_CYCLE - time.monotonic())):
+                    break
+                self._wake.clear()
+                commanded = time.monotonic()
+            self._base.step(time.monotonic(), self._node.master.alive)
             self._tell(time.monotonic())
         self._gate.clear()
         try:
@@ -115,10 +121,10 @@ class MoveTo:
             self._state_due = now + STATE_PERIOD
             self._state_publisher.publish(self._state)
         connected = self._node.connection.connected
-        if connected and now >= self._asked_awake + 1.0:
-            self._asked_awake = now
+        if connected and now >= self._looked_after + LOOK_PERIOD:
+            self._looked_after = now
             try:
-                self._base.note_awake(bool(self._node.connection.call("ALMotion", "robotIsWakeUp", timeout=0.2)))
+                self._base.look_after(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
         self._diagnostics.report(

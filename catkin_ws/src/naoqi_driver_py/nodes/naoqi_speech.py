@@ -29,7 +29,9 @@ class Speech:
         rospy.Service("naoqi_driver/get_language", GetString, self._on_get_language)
         self._action = actionlib.SimpleActionServer("speech_action", SpeechWithFeedbackAction, self._on_goal, False)
         self._action.start()
-        self.run = lambda: self._node.run(self._node.stop.wait)
+
+    def run(self) -> int:
+        return self._node.run(self._node.stop.wait)
 
     def _on_speech(self, message: String) -> None:
         try:

@@ -70,7 +70,9 @@ class PoseController:
             server.start()
         rospy.Subscriber("joint_angles", JointAnglesWithSpeed, self._on_angles, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber("joint_stiffness", JointState, self._on_stiffness, queue_size=10)
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         for _ in self._node.cycles(LIFE_PERIOD):

@@ -63,7 +63,9 @@ class CameraNode:
         self._info = rospy.Publisher("~camera_info", CameraInfo, queue_size=1)
         self._diagnostics = Diagnostics(CAMERAS[source], str(self._node.connection.address))
         self._counted, self._counted_since, self._age = 0, time.monotonic(), 0.0
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     @staticmethod
     def _read_calibration(camera: str) -> CameraModel | None:

@@ -47,7 +47,9 @@ class LaserNode:
         self._clouds = {name: rospy.Publisher(f"laser/{name}/pointcloud", PointCloud2, queue_size=1) for name in clouds}
         self._diagnostics = Diagnostics("lasers", str(self._node.connection.address))
         self._link = 0
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         for now in self._node.cycles(self._period):

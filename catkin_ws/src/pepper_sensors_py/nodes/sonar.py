@@ -25,7 +25,9 @@ class SonarNode:
         self._publishers = [rospy.Publisher(sonar.topic, Range, queue_size=1) for sonar in self._sonars]
         self._diagnostics = Diagnostics("sonar", str(self._node.connection.address))
         self._link = 0
-        self.run = lambda: self._node.run(self._loop)
+
+    def run(self) -> int:
+        return self._node.run(self._loop)
 
     def _loop(self) -> None:
         keys = [sonar.key for sonar in self._sonars]

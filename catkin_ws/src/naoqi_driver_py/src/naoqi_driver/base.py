@@ -20,7 +20,7 @@ from naoqi_driver.drive import CommandGate, Decision, Velocity
 log = logging.getLogger(__name__)
 
 PERIOD = 0.05
-"""Seconds between two cycles: at most 20 velocities a second reach the robot."""
+"""Seconds between two cycles without a new command: the heartbeat and the watch over silence."""
 CALL_TIMEOUT = 0.4
 """Seconds a velocity may take to be acknowledged; shorter than the watchdog's patience."""
 BRAKING_TIME = 0.25
@@ -28,12 +28,17 @@ BRAKING_TIME = 0.25
 from full speed, and nobody's hand is on the controls."""
 STANDING_TIME = 1.5
 """Seconds of zero velocity after which the motion is ended; braking from full speed takes 1.2 s."""
+REFUSAL_KEY = "ALMotion/MoveFailed"
+"""ALMemory: [cause, 0 not started or 1 stopped under way, [x, y, z] of the obstacle in the world]."""
+REFUSAL_SHOWN = 2.0
+"""Seconds that a refusal stays in the state."""
 HEARTBEAT_KEY = "Telepresence/Driver/Heartbeat"
 ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 class BaseDriver:
-    """Carries out what the gate decides. One thread calls `step` every `PERIOD` seconds; `go_to` may come from another.
+    """Carries out what the gate decides. One thread calls `step` on every command and at least every
+    `PERIOD` seconds; `go_to` may come from another.
 
     Args:
         connection: The link to the robot.
@@ -63,6 +68,9 @@ class BaseDriver:
         self._stop_began = 0.0
         self._brake_hard = False
         self._unsure = False
+        self._refusal = ""
+        self._refusal_until = 0.0
+        self._refusal_stamp: list | None = None
 
     @property
     def holds_robot(self) -> bool:
@@ -78,6 +86,22 @@ class BaseDriver:
         """Tell what the robot said now; somebody may have put it to rest or woken it."""
         if self._waking is None:
             self._awake = awake
+
+    def look_after(self, now: float, timeout: float = 0.2) -> None:
+        """Ask, now and then, whether the robot is awake and whether it refused to move; both show in `state`.
+
+        Raises:
+            RobotUnreachable, CallRefused: See `Connection.call`.
+        """
+        self.note_awake(bool(self._connection.call("ALMotion", "robotIsWakeUp", timeout=timeout)))
+        try:
+            value, *stamp = self._connection.call("ALMemory", "getTimestamp", REFUSAL_KEY, timeout=timeout)
+        except CallRefused:
+            value, stamp = None, []  # it never refused anything
+        if self._refusal_stamp not in (None, stamp) and value:
+            self._refusal, self._refusal_until = str(value[0]), now + REFUSAL_SHOWN
+            log.warning("the robot refuses to move: %s", value)
+        self._refusal_stamp = stamp
 
     def go_to(self, x: float, y: float, theta: float, in_odometry: bool = False) -> None:
         """Drive to a pose [m, m, rad], relative to the robot or in the odometry's frame.
@@ -153,17 +177,23 @@ class BaseDriver:
             self._beat()
         else:
             self._send(velocity, now)
-        self.state = reason if self._awake is not False else "stopped: the robot sleeps; wake it up to drive"
+        if self._awake is False:
+            self.state = "stopped: the robot sleeps; wake it up to drive"
+        elif velocity != ZERO and now < self._refusal_until:
+            self.state = f"driving, but the robot refuses: {self._refusal}"
+        else:
+            self.state = reason
 
     def _send(self, velocity: Velocity, now: float) -> None:
         """Tell the robot a velocity; it replaces a goal and a braking."""
         if velocity != self._sent:
             self._sent_changed = now
         self._sent = velocity
-        beat = self._connection.call_async("ALMemory", "insertData", HEARTBEAT_KEY, next(self._beats))
+        # The pilot waits for the first, nobody for the second.
         move = self._connection.call_async("ALMotion", "move", *velocity)
-        beat.result(CALL_TIMEOUT)
+        beat = self._connection.call_async("ALMemory", "insertData", HEARTBEAT_KEY, next(self._beats))
         move.result(CALL_TIMEOUT)
+        beat.result(CALL_TIMEOUT)
         self._goal = self._stopping = None
         self._unsure = False
         self.moves += 1
