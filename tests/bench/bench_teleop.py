@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import queue
 import random
 import time
 from subprocess import DEVNULL
@@ -35,12 +36,12 @@ def run() -> list[Row]:
 
 def key_to_setpoint(environment: dict[str, str]) -> list[float]:
     """Seconds from writing the key to the terminal to the call of the robot's `set_velocity`, one per press."""
-    setpoints: list[tuple[float, float]] = []
+    setpoints: queue.SimpleQueue[tuple[float, float]] = queue.SimpleQueue()
     with Simulation(port=0) as simulation:
         drive = simulation.robot.set_velocity
 
         def record(vx: float, vy: float, wz: float) -> None:
-            setpoints.append((time.monotonic(), vx))
+            setpoints.put((time.monotonic(), vx))
             drive(vx, vy, wz)
 
         simulation.robot.set_velocity = record
@@ -69,13 +70,13 @@ def key_to_setpoint(environment: dict[str, str]) -> list[float]:
             os.close(inner)
 
 
-def keys(terminal: int, setpoints: list[tuple[float, float]]):
+def keys(terminal: int, setpoints: queue.SimpleQueue):
     """Forward and backward in turn, at irregular times; first until the whole way is open."""
 
     def open_way() -> bool:
         os.write(terminal, b"i")
         time.sleep(0.3)
-        return any(vx > 0 for _, vx in setpoints)
+        return not setpoints.empty()
 
     wait_for(open_way, "the first setpoint")
     random.seed(1)
@@ -84,14 +85,13 @@ def keys(terminal: int, setpoints: list[tuple[float, float]]):
         yield (b",", -1) if count % 2 == 0 else (b"i", 1)
 
 
-def press(terminal: int, key: bytes, sign: int, setpoints: list[tuple[float, float]]) -> float:
-    seen = len(setpoints)
+def press(terminal: int, key: bytes, sign: int, setpoints: queue.SimpleQueue) -> float:
     begin = time.monotonic()
     os.write(terminal, key)
     while True:
-        for when, vx in setpoints[seen:]:
-            if vx * sign > 0:
-                return when - begin
-        if time.monotonic() - begin > 5.0:
-            raise RuntimeError(f"key {key!r} did not reach the robot within 5 s")
-        time.sleep(0.002)
+        try:
+            when, vx = setpoints.get(timeout=5.0)
+        except queue.Empty:
+            raise RuntimeError(f"key {key!r} did not reach the robot within 5 s") from None
+        if when > begin and vx * sign > 0:
+            return when - begin
