@@ -124,6 +124,7 @@ class Pepper:
         with self.world.locked():
             self._motion.set_velocity(vx, vy, wz)
             self._check_able()
+            self._snapshot = None
 
     def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
         """Drive through `waypoints` and stop in the last one.
@@ -145,11 +146,13 @@ class Pepper:
         with self.world.locked():
             future = self._motion.move_to([(float(x), float(y), float(t)) for x, y, t in waypoints], duration)
             self._check_able()
+            self._snapshot = None
         return future
 
     def stop_move(self, *, abrupt: bool = False) -> Future:
         """End every motion of the base. The future is done when the wheels stand."""
         with self.world.locked():
+            self._snapshot = None
             return self._motion.stop(abrupt)
 
     # --- joints ------------------------------------------------------------------------------------------------------
@@ -186,6 +189,7 @@ class Pepper:
         with self.world.locked():
             self._joints.set_stiffness(stiffness)
             self._check_able()
+            self._snapshot = None
 
     # --- people and parts --------------------------------------------------------------------------------------------
 
@@ -232,7 +236,7 @@ class Pepper:
     # --- what can be read --------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
-        """All sensors after the last tick; made once per tick, at the first call."""
+        """All sensors after the last tick; made at the first call after a tick or a command, so that both show."""
         with self.world.locked() as data:
             if self._snapshot is None or self._snapshot_tick != self.world.tick:
                 self._snapshot = self._take_snapshot(data)

@@ -1,13 +1,21 @@
-"""ALAnimatedSpeech: speech with gestures. The words are said; no animation is installed to gesture with."""
+"""ALAnimatedSpeech: speech with gestures.
+
+A text may start animations, "^start(animations/Stand/Gestures/Hey_1) hello"; the first one plays while the text is
+said. Which are installed: `gestures`. Other tags ^...() are dropped, and so is an animation that is not installed.
+"""
 
 from __future__ import annotations
 
 import concurrent.futures
+import re
 from typing import Any
 
+from pepper_sim.services.animation_player import ALAnimationPlayer
+from pepper_sim.services.gestures import GESTURES
 from pepper_sim.services.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.services.text_to_speech import ALTextToSpeech
 
+_START = re.compile(r"\^(?:start|run)\(([^)]*)\)")
 MODES = ("disabled", "random", "contextual")
 
 
@@ -16,8 +24,9 @@ class ALAnimatedSpeech(Module):
 
     name = "ALAnimatedSpeech"
 
-    def __init__(self, speech: ALTextToSpeech) -> None:
+    def __init__(self, speech: ALTextToSpeech, animations: ALAnimationPlayer) -> None:
         self._speech = speech
+        self._animations = animations
         self._mode = "contextual"
 
     @remote("v(s)", "v(sm)")
@@ -28,6 +37,9 @@ class ALAnimatedSpeech(Module):
                 raise ServiceError(f"configuration must be a map, got {shown(configuration)}")
             mode = configuration.get("bodyLanguageMode", self._mode) if isinstance(configuration, dict) else self._mode
             one_of(mode, MODES, "bodyLanguageMode")
+        started = _START.search(text)
+        if started and started.group(1) in GESTURES:
+            self._animations.run(started.group(1))
         return self._speech.speak(text)
 
     @remote("v(i)")

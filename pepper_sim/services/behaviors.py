@@ -1,7 +1,7 @@
-"""ALBehaviorManager and ALAnimationPlayer: what is installed, and what runs.
+"""ALBehaviorManager: what is installed, and what runs.
 
 A behaviour is a program for the robot's own engine, which is not simulated: an installed one can be started, is listed
-as running, and moves nothing until it is stopped. `runBehavior` and animations end at once.
+as running, and moves nothing until it is stopped. `runBehavior` ends at once.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Collection
 
 import qi
 
-from pepper_sim.services.service import Module, Service, ServiceError, remote, shown
+from pepper_sim.services.service import Module, ServiceError, remote, shown
 
 DEFAULT_BEHAVIORS = ("robotvideo/behaviour", ".lastUploadedChoregrapheBehavior/behavior_1")
 """Installed from the start: the telepresence application's own activity, and the place of a Choregraphe upload."""
@@ -116,31 +116,3 @@ class ALBehaviorManager(Module):
                 raise ServiceError(f"behavior '{behavior}' is already running")
             self._running[behavior] = waiting
         self.behaviorStarted(behavior)
-
-
-class ALAnimationPlayer(Service):
-    """Plays animations; none is installed, so every path and tag is unknown."""
-
-    name = "ALAnimationPlayer"
-
-    @remote("v(s)")
-    def run(self, path: str) -> None:
-        """Plays an animation by path."""
-        raise ServiceError(f"animation '{shown(path)[1:-1]}' is not installed")
-
-    @remote("v(s)", "v(ss)")
-    def runTag(self, tag: str, posture: str = "") -> None:
-        """Plays an animation that carries a tag."""
-        raise ServiceError(f"no installed animation has the tag '{shown(tag)[1:-1]}'")
-
-    @remote("v()")
-    def reset(self) -> None:
-        """Forgets declared tags."""
-
-    @remote("v(s)", "v(ss)")
-    def declarePathForTags(self, path: str, posture: str = "") -> None:
-        """Makes a path of animations known. There are none to find."""
-
-    @remote("v(m)")
-    def addTagForAnimations(self, tagsToAnimations: dict) -> None:
-        """Gives animations further tags. There are none to tag."""

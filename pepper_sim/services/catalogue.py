@@ -11,6 +11,7 @@ import qi
 from pepper_sim.robot import Pepper
 from pepper_sim.robot_disk import RobotDisk
 from pepper_sim.services.animated_speech import ALAnimatedSpeech
+from pepper_sim.services.animation_player import ALAnimationPlayer
 from pepper_sim.services.audio_device import ALAudioDevice
 from pepper_sim.services.audio_player import ALAudioPlayer
 from pepper_sim.services.audio_recorder import ALAudioRecorder
@@ -24,7 +25,7 @@ from pepper_sim.services.autonomous_abilities import (
 from pepper_sim.services.autonomous_life import ALAutonomousLife
 from pepper_sim.services.basic_awareness import ALBasicAwareness
 from pepper_sim.services.battery import ALBattery
-from pepper_sim.services.behaviors import DEFAULT_BEHAVIORS, ALAnimationPlayer, ALBehaviorManager
+from pepper_sim.services.behaviors import DEFAULT_BEHAVIORS, ALBehaviorManager
 from pepper_sim.services.body_events import BodyEvents
 from pepper_sim.services.body_temperature import ALBodyTemperature
 from pepper_sim.services.client_services import ClientServices
@@ -79,11 +80,12 @@ class Catalogue:
         self._workers = Workers()
         self._alarm = Alarm()
         self.clients = ClientServices(session)
-        leds = ALLeds(self._alarm)
+        leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients)
         self.motion = ALMotion(robot, self.memory, self._workers)
         robot.world.on_reset(self.motion.stiffness.restart)
+        self._animations = ALAnimationPlayer(robot, self.motion.joints)
         speech = ALTextToSpeech(
             self.memory, Voice(self.room.loudspeaker, self.disk.path(LAST_SPOKEN)), self.disk, self._workers
         )
@@ -120,7 +122,7 @@ class Catalogue:
             ALAudioDevice(self.room, self.clients, self._alarm, self.disk),
             ALAudioPlayer(self.room, self.disk, self._alarm),
             ALAudioRecorder(self.room, self.disk),
-            ALAnimatedSpeech(speech),
+            ALAnimatedSpeech(speech, self._animations),
             ALSpeechRecognition(self.memory),
             ALSoundDetection(self.memory),
             ALSoundLocalization(self.memory),
@@ -133,7 +135,7 @@ class Catalogue:
             ALBasicAwareness(self.memory),
             *(ALBackgroundMovement(), ALListeningMovement(), ALSpeakingMovement()),
             *(ALAutonomousBlinking(), ALAutonomousMoves()),
-            *(ALBehaviorManager(behaviors), ALAnimationPlayer()),
+            *(ALBehaviorManager(behaviors), self._animations),
         ]
 
     def _perception(self, robot: Pepper) -> list[Service]:

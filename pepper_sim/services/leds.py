@@ -1,6 +1,7 @@
-"""ALLeds: the lights of eyes, ears and shoulders. Their state is in ALMemory; the simulated body does not glow.
+"""ALLeds: the lights of eyes, ears and shoulders.
 
-Fades end with their duration. An LED that is told something new while it fades goes on from where it is.
+Every LED's state is in ALMemory; the simulated body shows the mean colour of the eyes and of the shoulders. Fades end
+with their duration. An LED that is told something new while it fades goes on from where it is.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from pepper_sim.robot import Pepper
 from pepper_sim.services.led_names import GROUPS, LEDS, RGB, channel
 from pepper_sim.services.memory_keys import Reader
 from pepper_sim.services.service import Module, ServiceError, finite, one_of, remote, shown, within
@@ -20,6 +22,9 @@ from pepper_sim.services.tasks import Alarm
 MAX_GROUPS = 1000
 MAX_DURATION = 3600.0
 _MAX_STEPS = 100
+_GLOW_PERIOD = 0.05
+_SHOWN = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
+"""Light of the simulated body -> group of LEDs."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +48,23 @@ class ALLeds(Module):
 
     name = "ALLeds"
 
-    def __init__(self, alarm: Alarm) -> None:
+    def __init__(self, robot: Pepper, alarm: Alarm) -> None:
+        self._robot = robot
         self._alarm = alarm
         self._lock = threading.Lock()
-        self._fades = dict.fromkeys(LEDS, _Fade(0.0, 0.0, 0.0, 0.0))
+        self._fades = dict.fromkeys(LEDS, _Fade(1.0, 1.0, 0.0, 0.0))  # as after reset()
         self._groups = {name: list(leds) for name, leds in GROUPS.items()}
         self._random = random.Random(0)
+        self._changed = threading.Event()
+        self._changed.set()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._glow, name="leds", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closing.set()
+        self._changed.set()
+        self._thread.join(timeout=2.0)
 
     def memory_keys(self) -> dict[str, Reader]:
         """ALMemory keys of the LEDs."""
@@ -180,6 +196,7 @@ class ALLeds(Module):
         with self._lock:
             for led in leds:
                 self._fades[led] = _Fade(self._fades[led].at(now), target, now, now + duration)
+        self._changed.set()
         return self._alarm.after(duration)
 
     def _colour(self, name: str, rgb: tuple[float, ...], duration: float) -> concurrent.futures.Future:
@@ -188,6 +205,26 @@ class ALLeds(Module):
         for index, part in enumerate(rgb):
             self._set([led for led in leds if channel(led) == index], part, duration)
         return self._alarm.after(duration)
+
+    def _glow(self) -> None:
+        """Show the lights on the body while they change."""
+        while not self._closing.is_set():
+            self._changed.wait()
+            self._changed.clear()
+            fading = True
+            while fading and not self._closing.is_set():
+                now = time.monotonic()
+                for part, group in _SHOWN.items():
+                    self._robot.set_light(part, *self._mean_colour(group, now))
+                fading = any(fade.end > now for fade in self._fades.values())
+                if fading:
+                    self._closing.wait(_GLOW_PERIOD)
+
+    def _mean_colour(self, group: str, now: float) -> list[float]:
+        parts: list[list[float]] = [[], [], []]
+        for led in GROUPS[group]:
+            parts[channel(led)].append(self._fades[led].at(now))
+        return [sum(part) / len(part) for part in parts]
 
 
 def _duration(value: float) -> float:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from pepper_sim.robot_description import BATTERY_VOLTAGE, WHEEL_RADIUS
+from pepper_sim.robot_power import DRIVE_POWER, ELECTRONICS_RISE, ROOM
 from pepper_sim.services.identity import IDENTITY_KEYS
 
 Reader = Callable[[Any], Any]
@@ -57,8 +59,7 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
         keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.touch[name])
     for name, (device, _, _) in BUMPERS.items():
         keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.bumpers[name])
-    keys[f"{_DEVICE}Battery/Charge/Sensor/Value"] = lambda s: float(s.battery.charge)
-    keys[f"{_DEVICE}Battery/Current/Sensor/Value"] = lambda s: float(s.battery.current)
+    keys.update(_battery())
     keys[f"{_DEVICE}Platform/ILS/Sensor/Value"] = lambda s: 0.0  # the power hatch is closed
     keys.update({key: (lambda s, text=text: text) for key, text in IDENTITY_KEYS.items()})
     return keys
@@ -85,7 +86,9 @@ def _joint(joint: str) -> dict[str, Reader]:
     }
 
 
-_NOMINAL_VOLTAGE = 26.46
+CELLS = 7
+"""Lithium-ion cells in series: 26.46 V nominal (NAOqi 2.8 documentation, battery_pep) are seven of 3.78 V."""
+
 _NO_LOAD_SPEED: tuple[tuple[str, float], ...] = (
     ("Wrist", 16.0),
     ("Hand", 22.0),
@@ -104,15 +107,38 @@ def motor_current(joint: str, torque: float) -> float:
     Of an ideal DC motor, whose torque per ampere is the voltage over the no-load speed; friction is left out.
     """
     speed = next(speed for part, speed in _NO_LOAD_SPEED if part in joint)
-    return float(abs(torque) * speed / _NOMINAL_VOLTAGE)
+    return float(abs(torque) * speed / BATTERY_VOLTAGE)
 
 
 def _wheel(wheel: str) -> dict[str, Reader]:
     base = f"{_DEVICE}Wheel{wheel}"
+    power_per_speed = DRIVE_POWER * WHEEL_RADIUS / 3  # of one wheel [W s/rad]: the simulated battery pays as much
     return {
         f"{base}/Speed/Sensor/Value": lambda s: float(s.wheel_speeds[wheel]),
         f"{base}/Speed/Actuator/Value": lambda s: float(s.wheel_speeds[wheel]),
         f"{base}/Stiffness/Actuator/Value": lambda s: 1.0 if s.stiffness["KneePitch"] > 0.0 else 0.0,
+        f"{base}/ElectricCurrent/Sensor/Value": (
+            lambda s: float(abs(s.wheel_speeds[wheel]) * power_per_speed / BATTERY_VOLTAGE)
+        ),
+        f"{base}/Temperature/Sensor/Value": lambda s: ROOM + ELECTRONICS_RISE,
+        f"{base}/Temperature/Sensor/Status": lambda s: 0,
+    }
+
+
+def _battery() -> dict[str, Reader]:
+    """Charge and current are simulated; voltages are nominal and temperatures the room's."""
+    base = f"{_DEVICE}Battery"
+    cells = {f"{base}/Voltage{cell}/Sensor/Value": BATTERY_VOLTAGE / CELLS for cell in range(1, CELLS + 1)}
+    constants = {
+        **cells,
+        f"{base}/Voltage{CELLS + 1}/Sensor/Value": 0.0,  # the board has a place for one cell more
+        f"{base}/Charge/Sensor/TotalVoltage": BATTERY_VOLTAGE,
+        **{f"{base}/Temperature{place}/Sensor/Value": ROOM for place in ("", "Sensor1", "Sensor2", "Sensor3")},
+    }
+    return {
+        f"{base}/Charge/Sensor/Value": lambda s: float(s.battery.charge),
+        f"{base}/Current/Sensor/Value": lambda s: float(s.battery.current),
+        **{key: (lambda s, value=value: float(value)) for key, value in constants.items()},
     }
 
 

@@ -90,7 +90,7 @@ class MotionJoints:
             knots[joint] = [
                 (max(moment, _MOTION_CYCLE), start + angle) for moment, angle in zip(moments, row, strict=True)
             ]
-        return self._follow("angleInterpolation", knots)
+        return self.follow("angleInterpolation", knots)
 
     @remote("v(mmf)")
     def angleInterpolationWithSpeed(
@@ -122,7 +122,7 @@ class MotionJoints:
             moments = _numbers(row, f"times of {joint}")
             _check_rising(moments, joint)
             knots[joint] = bezier_knots(setpoints[joint], moments, points, f"controlPoints of {joint}")
-        return self._follow("angleInterpolationBezier", knots)
+        return self.follow("angleInterpolationBezier", knots)
 
     @remote("v(s)")
     def openHand(self, handName: str) -> concurrent.futures.Future:
@@ -148,7 +148,12 @@ class MotionJoints:
             limits = self._robot.LIMITS[joint]
             way = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
             duration = max(duration, PEAK_OVER_MEAN_SPEED * way / (fraction * limits.velocity))
-        return self._follow(name, {joint: [(duration, angle)] for joint, angle in angles.items()})
+        return self.follow(name, {joint: [(duration, angle)] for joint, angle in angles.items()})
+
+    def follow(self, name: str, knots: Knots) -> concurrent.futures.Future:
+        """Move joints through (seconds from now, angle) as the task `name`; the future is as that of `go`."""
+        future = self._robot.follow(knots)
+        return chained(self._tasks.add(name, knots, future, future.cancel), bool)
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -156,14 +161,10 @@ class MotionJoints:
         speeds = {joint: fractions[joint] * self._robot.LIMITS[joint].velocity for joint in angles}
         self._robot.set_angles(angles, speeds)
 
-    def _follow(self, name: str, knots: Knots) -> concurrent.futures.Future:
-        future = self._robot.follow(knots)
-        return chained(self._tasks.add(name, knots, future, future.cancel), bool)
-
     def _move_hand(self, hand: str, opening: float) -> concurrent.futures.Future:
         one_of(hand, HANDS, "handName")
         self._robot.set_stiffness({hand: 1.0})
-        return self._follow("openHand" if opening else "closeHand", {hand: [(_HAND_TIME, opening)]})
+        return self.follow("openHand" if opening else "closeHand", {hand: [(_HAND_TIME, opening)]})
 
 
 def _require_distinct(joints: Sequence[str]) -> None:

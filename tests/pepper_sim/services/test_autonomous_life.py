@@ -21,7 +21,6 @@ def test_states_wake_the_robot_and_send_it_to_rest(naoqi, wait_until, refused):
     wait_until(lambda: heard == ["solitary", "disabled", "interactive", "disabled"], "every change was told")
     assert life.getStateHistory(1)[0][0] == "disabled"
     assert "state" in refused(life.setState, "asleep")
-    naoqi.ALMotion.wakeUp()
 
 
 def test_focus(naoqi, refused):
@@ -113,9 +112,3 @@ def test_behaviors_start_and_stop(naoqi, wait_until, refused):
     assert "not installed" in refused(manager.startBehavior, "dance/tango")
     assert "not running" in refused(manager.stopBehavior, ACTIVITY)
     manager.stopAllBehaviors()
-
-
-def test_animations_that_are_not_installed_are_refused(naoqi, refused):
-    player = naoqi.ALAnimationPlayer
-    assert "not installed" in refused(player.run, "animations/Stand/Gestures/Nobody_Has_This")
-    player.reset()

@@ -61,3 +61,12 @@ def test_shows_and_wrong_values(naoqi, refused):
     assert "duration" in refused(leds.fade, "FaceLeds", 1.0, -1.0)
     assert "intensity" in refused(leds.setIntensity, "FaceLeds", 2.0)
     assert "rgbList" in refused(leds.fadeListRGB, "FaceLeds", [0xFF], [])
+
+
+def test_the_body_shows_the_eyes_colour(naoqi, wait_until, monkeypatch):
+    shown = {}
+    monkeypatch.setattr(naoqi.robot, "set_light", lambda part, *rgb: shown.__setitem__(part, rgb))
+    naoqi.ALLeds.fadeRGB("FaceLeds", 0x00FF00, 0.2)
+    wait_until(lambda: shown.get("eyes") == (0.0, 1.0, 0.0), "the eyes are green")
+    naoqi.ALLeds.off("ChestLeds")
+    wait_until(lambda: shown.get("shoulders") == (0.0, 0.0, 0.0), "the shoulders are dark")
