@@ -89,22 +89,22 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     require_free(ports["page_port"], "page_port", "the tablet's page")
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
-    keeper = screen = None
-    if master_answers(master_uri, timeout=1.0):
-        print(f"Using the ROS master that runs at {master_uri}")
-    else:
-        keeper = MasterKeeper(master_uri)
-    display = None
+    keeper = screen = display = None
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(ports["screen_port"], "screen_port", "the picture of the window")
             display = VirtualDisplay()
             os.environ["DISPLAY"] = display.name
             screen = serve_screen(display, ports["screen_port"])
+        # roslaunch reads its files while roscore starts.
         launch = processes.start(
-            ["roslaunch", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
+            ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
             + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"]
         )
+        if master_answers(master_uri, timeout=1.0):
+            print(f"Using the ROS master that runs at {master_uri}")
+        else:
+            keeper = MasterKeeper(master_uri)
         print(banner(arguments.robot, settings, ports, simulated, display, master_uri), flush=True)
         while not stop.wait(0.2):
             if launch.poll() is not None:
@@ -136,9 +136,9 @@ def require_free(port: int, argument: str, purpose: str) -> None:
 
 
 def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
-    """A web server for the picture of the display, in a process of its own."""
+    """A web server for the picture of the display, in a process of its own; looking must not slow driving."""
     return processes.start(
-        [sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)],
+        ["nice", sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)],
         stdout=subprocess.DEVNULL,
     )
 

@@ -25,8 +25,10 @@ CONNECT_TIMEOUT = 3.0
 """Seconds for the connection and for its first answer."""
 PROBE_PERIOD = 2.0
 PROBE_TIMEOUT = 1.0
-FIRST_PAUSE, LONGEST_PAUSE = 0.25, 4.0
-"""Seconds between two attempts to connect; doubled after every failure."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.2, 4.0
+"""Seconds between two attempts to connect; doubled after every failure once `EAGER_TIME` is over."""
+EAGER_TIME = 10.0
+"""Seconds in which a robot that starts together with us is met as soon as it listens."""
 REPORT_AFTER = 2.0
 """Seconds without a link before it is reported: robot and drivers are often started together."""
 CALL_TIMEOUT = 1.0
@@ -226,7 +228,8 @@ class Connection:
                     log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
                     told = cause
                 self._stop.wait(pause)
-                pause = min(2 * pause, LONGEST_PAUSE)
+                if time.monotonic() - failing_since >= EAGER_TIME:
+                    pause = min(2 * pause, LONGEST_PAUSE)
                 continue
             self._serve(session)
             pause, told = FIRST_PAUSE, None
