@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 from pepper_sim.server import CannotListen
 from pepper_sim.simulation import DEFAULT_PORT, Simulation
+from pepper_sim.viewer import NoDisplay, require_display, view
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.scene import scene_names
 
 log = logging.getLogger("pepper_sim")
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-_VIEWER_PERIOD = 1 / 30
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.address not in _LOOPBACK:
         log.warning("listening on %s without authentication: whoever reaches it drives the robot", options.address)
     try:
+        if options.viewer:
+            require_display()
         with Simulation(options.scene, options.seed, options.address, options.port) as simulation:
             for endpoint in simulation.server.endpoints:
                 print(f"listening on {endpoint}", flush=True)
@@ -44,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if not simulation.world.running:
                     log.error("the simulated world has stopped")
                     return 1
-    except (CannotListen, CamerasFailed, ValueError) as error:
+    except (CannotListen, CamerasFailed, NoDisplay, ValueError) as error:
         print(f"pepper_sim: {error}", file=sys.stderr)
         return 1
     return 0
@@ -78,23 +80,6 @@ def _port(text: str) -> int:
     if not 0 <= port <= 65535:
         raise argparse.ArgumentTypeError(f"a port is between 0 and 65535, got {port}")
     return port
-
-
-def view(simulation: Simulation, stopping: threading.Event) -> None:
-    """Show the world in MuJoCo's viewer until its window is closed; the simulation goes on without it."""
-    import mujoco.viewer
-
-    world = simulation.world
-    try:
-        with world.locked() as data:
-            viewer = mujoco.viewer.launch_passive(world.model, data)
-    except Exception as error:
-        log.error("the viewer cannot be opened: %s", error)
-        return
-    with viewer:
-        while viewer.is_running() and not stopping.wait(_VIEWER_PERIOD):
-            with world.locked():
-                viewer.sync()
 
 
 if __name__ == "__main__":

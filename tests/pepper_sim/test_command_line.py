@@ -1,5 +1,6 @@
 """`python -m pepper_sim` as a program: its address, its end, its errors."""
 
+import os
 import re
 import signal
 import socket
@@ -45,6 +46,36 @@ def test_a_taken_port_and_other_mistakes_are_told_in_one_line():
     done = _run("--scene", "moon", "--port", "0")
     assert done.returncode == 1 and "apartment" in done.stderr
     assert _run("--port", "70000").returncode == 2 and _run("--port", "many").returncode == 2
+
+
+def test_the_viewer_needs_a_display(monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    done = _run("--viewer", "--port", "0")
+    assert done.returncode == 1 and "display" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.x11
+def test_the_viewer_opens_and_the_robot_answers(run_program):
+    read_end, write_end = os.pipe()
+    run_program(
+        "Xvfb", "-displayfd", str(write_end), "-nolisten", "tcp", pass_fds=(write_end,), stderr=subprocess.DEVNULL
+    )
+    os.close(write_end)
+    with os.fdopen(read_end) as numbers:
+        display = f":{numbers.readline().strip()}"
+    program = run_program(
+        *(*COMMAND, "--port", "0", "--viewer"),
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "DISPLAY": display},
+    )
+    client = qi.Session()
+    client.connect(program.stdout.readline().split()[-1])
+    assert client.service("ALMotion").moveTo(0.05, 0.0, 0.0) is True
+    client.close()
+    program.send_signal(signal.SIGTERM)
+    assert program.wait(timeout=20) == 0
 
 
 def test_help_names_every_option():
