@@ -13,6 +13,10 @@ PERIOD = 1 / 30
 """Between two pictures [s]."""
 
 
+_WINDOW_THREAD = "_launch_internal"
+"""Part of the name of the thread that mujoco.viewer.launch_passive starts."""
+
+
 class NoDisplay(RuntimeError):
     """There is no screen to open a window on."""
 
@@ -44,3 +48,7 @@ def view(simulation: Simulation, stopping: threading.Event) -> None:
             with window.lock(), world.locked() as data:
                 mujoco.mj_copyData(shown, world.model, data)
             window.sync()
+    # Leaving the block only asks the window's thread to end, and a process that exits before it has crashes.
+    for thread in threading.enumerate():
+        if _WINDOW_THREAD in thread.name:
+            thread.join(timeout=5.0)
