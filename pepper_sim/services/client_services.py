@@ -49,11 +49,16 @@ class ClientServices:
         self._own = frozenset(self.names())
 
     def endpoints(self, name: str) -> list[tuple[int, str]]:
-        """(number of the service, where it listens) in its owner's order; empty when there is none."""
-        for info in self._session.services():
-            if info["name"] == name:
-                return [(info["serviceId"], endpoint) for endpoint in info["endpoints"]]
-        return []
+        """(number of the service, tcp address) in its owner's order; without loopback addresses of other machines."""
+        infos = self._session.services()
+        here = next((info["machineId"] for info in infos if info["name"] == "ServiceDirectory"), "")
+        return [
+            (info["serviceId"], endpoint)
+            for info in infos
+            if info["name"] == name
+            for endpoint in info["endpoints"]
+            if endpoint.startswith("tcp://") and (info["machineId"] == here or "//127." not in endpoint)
+        ]
 
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
