@@ -7,6 +7,7 @@ import signal
 import time
 
 import pytest
+import qi
 
 pytestmark = pytest.mark.ros
 
@@ -85,6 +86,14 @@ def test_drives_at_the_commanded_speed(station, until_true):
     covered = math.hypot(end[0] - start[0], end[1] - start[1])
     assert covered / (last - first) == pytest.approx(0.2, rel=0.05)
     assert station.state == "driving"
+
+
+def test_the_pilot_looks_ahead_and_not_at_the_ceiling(station, until_true):
+    session = qi.Session()
+    session.connect(f"tcp://127.0.0.1:{station.graph.robot_port}")
+    motion = session.service("ALMotion")
+    until_true(lambda: motion.getAngles("HeadPitch", True)[0] == pytest.approx(0.15, abs=0.02), "the head is level")
+    session.close()
 
 
 def test_turns_the_way_it_is_told(station, until_true):

@@ -4,8 +4,11 @@
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
             move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
-/diagnostics. Services:   orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from
-obstacles [m]. Parameters: ~wake_up (true): wake a sleeping robot at start.
+            /diagnostics.
+Services:   orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
+            stop_walk_srv.
+Parameters: ~wake_up (true): wake a sleeping robot at start;
+            ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
 """
 
 import math
@@ -44,7 +47,13 @@ class MoveTo:
         self._wake = threading.Event()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._wake.set)
         self._gate = CommandGate()
-        self._base = BaseDriver(self._node.connection, self._gate, bool(rospy.get_param("~wake_up", True)))
+        look = rospy.get_param("~look", 0.15)
+        self._base = BaseDriver(
+            self._node.connection,
+            self._gate,
+            wake_up=bool(rospy.get_param("~wake_up", True)),
+            look=None if look == "none" else float(look),
+        )
         self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
         self._state = ""
         self._state_due = 0.0

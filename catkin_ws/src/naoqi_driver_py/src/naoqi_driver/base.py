@@ -32,6 +32,8 @@ REFUSAL_KEY = "ALMotion/MoveFailed"
 """ALMemory: [cause, 0 not started or 1 stopped under way, [x, y, z] of the obstacle in the world]."""
 REFUSAL_SHOWN = 2.0
 """Seconds that a refusal stays in the state."""
+LOOK_SPEED = 0.1
+"""Fraction of the head's top speed; slow, for whoever stands in front."""
 HEARTBEAT_KEY = "Telepresence/Driver/Heartbeat"
 ZERO = Velocity(0.0, 0.0, 0.0)
 
@@ -45,9 +47,13 @@ class BaseDriver:
         gate: Holds the newest command.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
+        look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees
+            the floor ahead and not the ceiling that the Stand posture looks at; None leaves the head alone.
     """
 
-    def __init__(self, connection: Connection, gate: CommandGate, wake_up: bool = True) -> None:
+    def __init__(
+        self, connection: Connection, gate: CommandGate, wake_up: bool = True, look: float | None = None
+    ) -> None:
         self.state = "stopped: not connected yet"
         """What the base does and why, for people."""
         self.moves = 0
@@ -55,6 +61,7 @@ class BaseDriver:
         self._connection = connection
         self._gate = gate
         self._wake_up = wake_up
+        self._look = look
         self._greeted = 0
         self._awake: bool | None = None
         self._waking: PendingCall | None = None
@@ -155,6 +162,7 @@ class BaseDriver:
             self._waking = self._connection.call_async("ALMotion", "wakeUp")
         else:
             self._awake = awake
+            self._look_ahead()
         # What an earlier driver or a lost command started must not go on.
         self._unsure = True
         self._greeted = self._connection.connections
@@ -163,6 +171,11 @@ class BaseDriver:
         if self._waking is not None:
             waking, self._waking = self._waking, None
             self._awake = waking.result(CALL_TIMEOUT) is not False
+            self._look_ahead()
+
+    def _look_ahead(self) -> None:
+        if self._look is not None and self._awake:
+            self._connection.call("ALMotion", "setAngles", "HeadPitch", self._look, LOOK_SPEED, timeout=CALL_TIMEOUT)
 
     def _drive(self, velocity: Velocity, reason: str, now: float) -> None:
         if self._take_goal() is not None:
