@@ -20,6 +20,20 @@ def _moved(naoqi, start):
     return dx * c + dy * s, dy * c - dx * s, math.remainder(theta - start[2], math.tau)
 
 
+def _steady_velocity(motion, wait_until):
+    """The velocity once it no longer changes."""
+    before = [math.inf] * 3
+
+    def settled():
+        nonlocal before
+        time.sleep(0.15)
+        last, before = before, motion.getRobotVelocity()
+        return before == pytest.approx(last, abs=1e-3) and any(before)
+
+    wait_until(settled, "the velocity settles")
+    return before
+
+
 def test_move_to_arrives_and_answers_true(naoqi, wait_until):
     start = _pose(naoqi)
     assert naoqi.ALMotion.moveTo(0.4, 0.2, 0.5) is True
@@ -31,9 +45,8 @@ def test_move_to_arrives_and_answers_true(naoqi, wait_until):
 def test_move_holds_in_metres_per_second_until_stopped(naoqi, wait_until):
     motion = naoqi.ALMotion
     motion.move(0.2, 0.0, 0.0)
-    wait_until(lambda: motion.getRobotVelocity()[0] > 0.19, "the robot is at speed")
+    assert _steady_velocity(motion, wait_until) == pytest.approx([0.2, 0.0, 0.0], abs=0.01)
     assert motion.moveIsActive()
-    assert motion.getRobotVelocity() == pytest.approx([0.2, 0.0, 0.0], abs=0.01)
     assert motion.stopMove() is True
     assert motion.getRobotVelocity() == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
     assert not motion.moveIsActive()
@@ -41,9 +54,11 @@ def test_move_holds_in_metres_per_second_until_stopped(naoqi, wait_until):
 
 def test_move_toward_takes_fractions_of_top_speed(naoqi, wait_until):
     motion = naoqi.ALMotion
-    motion.moveToward(0.0, 0.0, 0.5)
-    wait_until(lambda: motion.getRobotVelocity()[2] > 0.49, "the robot turns")
-    assert motion.getRobotVelocity()[2] == pytest.approx(0.5, abs=0.01)
+    motion.moveToward(0.5, 0.0, -0.25)
+    assert _steady_velocity(motion, wait_until) == pytest.approx([0.175, 0.0, -0.25], abs=0.01)
+    motion.moveToward(0.0, 0.0, 1.0, [["MaxVelTheta", 0.4]])
+    wait_until(lambda: motion.getRobotVelocity()[2] > 0.0, "the robot turns the other way")
+    assert _steady_velocity(motion, wait_until) == pytest.approx([0.0, 0.0, 0.4], abs=0.01)
     motion.moveToward(0.0, 0.0, 0.0)
     wait_until(lambda: not motion.moveIsActive(), "the robot stands")
 
@@ -51,10 +66,10 @@ def test_move_toward_takes_fractions_of_top_speed(naoqi, wait_until):
 def test_speeds_are_cut_to_the_limits_and_a_config_changes_them(naoqi, wait_until):
     motion = naoqi.ALMotion
     motion.move(0.0, 0.0, 9.0)
-    wait_until(lambda: motion.getRobotVelocity()[2] > 0.99, "the robot turns at top speed")
-    assert motion.getRobotVelocity()[2] <= 1.001
+    assert _steady_velocity(motion, wait_until)[2] == pytest.approx(1.0, abs=0.005)
     motion.move(0.0, 0.0, 9.0, [["MaxVelTheta", 0.3], ["Frequency", 1.0]])
     wait_until(lambda: motion.getRobotVelocity()[2] < 0.31, "the robot slows down")
+    assert _steady_velocity(motion, wait_until)[2] == pytest.approx(0.3, abs=0.005)
     motion.stopMove()
 
 
