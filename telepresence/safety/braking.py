@@ -5,6 +5,8 @@ c = n·v/|v| of its length is allowed if
 
     c (|v| tau + |v|²/2a) + (m_ahead - m_beside) c²  <=  d - m_beside
 
+Something that comes nearer by itself at a speed w takes w (tau + |v|/a) more: the robot stands when it arrives.
+
 Left: what reacting and then braking along v takes off the distance, and the wider margin for driving straight at
 something. The distance to a convex outline along a straight line is convex, so its slope at the start bounds what is
 lost: the robot can always stop short of the margin. c <= 0 is always allowed: any motion away, and along a wall.
@@ -23,7 +25,7 @@ MOST_CONSTRAINTS = 48
 """Obstacles considered for the direction; the tightest ones. The speed is always checked against all."""
 
 
-def stopping_speed(distance: np.ndarray | float, reaction: float, braking: float) -> np.ndarray | float:
+def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, braking: float) -> np.ndarray | float:
     """Fastest speed that stops within a distance: solves v tau + v²/2a = d, for d >= 0.
 
     Args:
@@ -45,12 +47,14 @@ class Guard:
     Args:
         room: (n,) distance of each obstacle from the outline, less the margin beside and its uncertainty [m].
         normals: (n, 2) unit vectors from the outline to the obstacles, base_link.
+        coming: (n,) speed at which they come nearer by themselves [m/s].
         extra: Margin ahead less margin beside [m], not negative.
         reaction, braking: tau [s], a [m/s²].
     """
 
     room: np.ndarray
     normals: np.ndarray
+    coming: np.ndarray
     extra: float
     reaction: float
     braking: float
@@ -66,8 +70,13 @@ class Guard:
         share = self.normals @ directions
         ahead = share > _STRAIGHT
         share = np.where(ahead, share, 1.0)
-        distance = np.where(ahead, (self.room[:, None] / share) - self.extra * share, math.inf)
-        return stopping_speed(np.maximum(distance.min(axis=0), 0.0), self.reaction, self.braking)
+        # share (v tau + v²/2a) + coming (tau + v/a) = left, solved for v: as for a distance and a longer reaction.
+        left = self.room[:, None] - self.extra * share * share - (self.coming * self.reaction)[:, None]
+        distance = np.where(ahead, left / share, math.inf)
+        if not self.coming.any():
+            return stopping_speed(np.maximum(distance.min(axis=0), 0.0), self.reaction, self.braking)
+        reaction = self.reaction + self.coming[:, None] / (self.braking * share)
+        return stopping_speed(np.maximum(distance, 0.0), reaction, self.braking).min(axis=0)
 
     def nearest_allowed(self, vx: float, vy: float) -> tuple[float, float]:
         """The allowed velocity nearest to (vx, vy): towards obstacles it is cut, along them and away it stays."""
@@ -95,7 +104,8 @@ class Guard:
     def _project(self, wanted: np.ndarray, speed: float, bound_at: float) -> np.ndarray:
         """Nearest velocity under the half planes that the law gives for driving at `bound_at`."""
         distance = stopping_distance(bound_at, self.reaction, self.braking)
-        room = np.maximum(self.room, 0.0)
+        taken = self.coming * (self.reaction + bound_at / self.braking)
+        room = np.maximum(self.room - taken, 0.0)
         if self.extra > 0.0:
             share = (np.sqrt(distance * distance + 4.0 * self.extra * room) - distance) / (2.0 * self.extra)
         else:

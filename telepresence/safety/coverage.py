@@ -13,10 +13,12 @@ CELL = 0.04
 """Edge of a cell [m]."""
 CELLS = 64
 """Cells per side; the map wraps around, so it covers 2.56 m centred on wherever the robot is."""
-LOOK = 1.0
+LOOK = 0.8
 """Beams are followed this far [m]."""
 LASTING = 30.0
 """What was seen longer ago counts as unseen [s]."""
+ACROSS, ALONG = 9, 8
+"""A strip is looked up at so many places."""
 ENOUGH = 0.8
 """Share of a strip that must have been seen."""
 
@@ -31,7 +33,10 @@ class SeenFloor:
         grid = np.arange(-outline.outer_radius, outline.outer_radius + CELL, CELL)
         inside = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
         self._body = inside[outline.measure(inside)[0] < 0.0]
-        self._outline = outline
+        half = outline.outer_radius
+        self._across = np.repeat(np.linspace(-half, half, ACROSS + 2)[1:-1], ALONG)
+        self._rim = np.sqrt(half**2 - self._across**2) + CELL
+        self._ahead = np.tile(np.linspace(0.0, 1.0, ALONG), ACROSS)
         self._marked = np.full(2, math.inf)
 
     def clear(self) -> None:
@@ -52,15 +57,11 @@ class SeenFloor:
 
     def strip_seen(self, pose: tuple[float, float, float], ux: float, uy: float, length: float, clock: float) -> bool:
         """True if the floor that driving `length` [m] along (ux, uy) (base_link) would sweep has been seen."""
-        half = self._outline.half_width(math.atan2(uy, ux))
-        across = np.linspace(-half, half, 11)[1:-1]
-        rim = np.sqrt(np.maximum(self._outline.outer_radius**2 - across**2, 0.0))
-        ahead = (rim[:, None] + np.linspace(CELL, length, max(2, math.ceil(length / CELL)))).ravel()
-        across = np.repeat(across, len(ahead) // len(across))
-        strip = np.stack([ahead * ux - across * uy, ahead * uy + across * ux], axis=1)
+        ahead = self._rim + self._ahead * (length - CELL)
+        strip = np.stack([ahead * ux - self._across * uy, ahead * uy + self._across * ux], axis=1)
         index, place = _cells(_place(strip, *pose))
         seen = (self._place[index] == place) & (self._when[index] > clock - LASTING)
-        return bool(seen.mean() >= ENOUGH)
+        return int(np.count_nonzero(seen)) >= ENOUGH * len(seen)
 
     def _mark(self, points: np.ndarray, clock: float) -> None:
         index, place = _cells(points)

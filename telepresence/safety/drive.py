@@ -33,7 +33,8 @@ class Drive:
         self._place = place
         self._swing = BodySwing(profile.swing) if profile.swing else None
         self._verdict = Verdict()
-        self._speed = self._turn = 0.0
+        self._top_turn = profile.top_turn
+        self._speed = self._turn = self._output_turn = 0.0
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
@@ -43,7 +44,7 @@ class Drive:
 
     def halt(self, state: State, reason: str, command_age: float, view: View | None) -> Decision:
         """Zero, and why."""
-        self._speed = self._turn = 0.0
+        self._speed = self._turn = self._output_turn = 0.0
         self.forget_heading()
         if view is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
@@ -71,13 +72,15 @@ class Drive:
         if self._swing:
             scanning = careful and not view.bumped and (vx, vy) != (0.0, 0.0)
             offset = self._swing.offset(theta)
-            turn += self._swing.rate(theta, pilot_turn, scanning, dt)
+            turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
         safe_turn, room = turning_rate(turn, view.room, view.levers, limits.reaction, limits.braking_turn)
         turned = safe_turn / turn if turn else 1.0
         capped, cause = self._cap(vx, vy, view)
-        free = view.guard_with(room).nearest_allowed(*capped)
+        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
+        self._output_turn = safe_turn
+        free = view.guard_with(room, turns).nearest_allowed(*capped)
         given, second_cause = self._cap(*free, view)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""

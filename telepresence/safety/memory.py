@@ -34,7 +34,11 @@ class ObstacleMemory:
     """At most `CAPACITY` points near the robot. Times are on the owner's clock, which may run slower at a standstill.
 
     Args:
-        lifetime: After a sighting [s].
+        lifetime: After the last of many sightings [s].
+    Attributes:
+        points: (n, 2) odometry frame [m].
+        driven: (n,) path length at the last sighting [m].
+        sightings: (n,) how often each was seen.
     """
 
     def __init__(self, lifetime: float) -> None:
@@ -45,7 +49,7 @@ class ObstacleMemory:
         self.points = np.empty((0, 2))
         self.driven = np.empty(0)
         self._until = np.empty(0)
-        self._sightings = np.empty(0)
+        self.sightings = np.empty(0)
         self._misses = np.empty(0)
         self._width = np.empty(0)
 
@@ -65,19 +69,26 @@ class ObstacleMemory:
         hits = hits[((hits - robot) ** 2).sum(axis=1) < REACH * REACH]
         seen = self._merge(hits, clock, driven)
         self._contradict(scan, seen)
-        self._limit(robot, clock)
 
     def add(self, points: np.ndarray, clock: float, driven: float, lifetime: float) -> None:
         """Put in obstacles that were felt, not seen. Shape (n, 2), odometry frame [m]."""
         self._append(points, clock + lifetime, driven, THROUGH_FELT)
 
-    def limit(self, robot: np.ndarray, clock: float) -> None:
-        """Forget what is old or far."""
-        self._limit(robot, clock)
-
     def drop(self, which: np.ndarray) -> None:
         """Forget the points of a mask (n,)."""
         self._keep(~which)
+
+    def limit(self, robot: np.ndarray, clock: float) -> None:
+        """Forget what is old, far or contradicted, and the farthest if there are too many. Call it every tick."""
+        if not len(self.points):
+            return
+        away = ((self.points - robot) ** 2).sum(axis=1)
+        keep = (self._until > clock) & (self._misses < MISSES) & (away < REACH * REACH)
+        if np.count_nonzero(keep) > CAPACITY:
+            nearest = np.argpartition(np.where(keep, away, np.inf), CAPACITY)[:CAPACITY]
+            keep = np.zeros(len(keep), bool)
+            keep[nearest] = True
+        self._keep(keep)
 
     def _merge(self, hits: np.ndarray, clock: float, driven: float) -> np.ndarray:
         """Average hits into known points, append the others. Returns which of the known points were seen."""
@@ -86,17 +97,14 @@ class ObstacleMemory:
             return seen
         new = np.ones(len(hits), bool)
         if len(self.points):
-            squared = (
-                np.subtract.outer(hits[:, 0], self.points[:, 0]) ** 2
-                + np.subtract.outer(hits[:, 1], self.points[:, 1]) ** 2
-            )
+            squared = (hits**2).sum(axis=1)[:, None] + (self.points**2).sum(axis=1) - 2.0 * (hits @ self.points.T)
             nearest = squared.argmin(axis=1)
             known = squared[np.arange(len(hits)), nearest] < SAME * SAME
             which = nearest[known]
-            self._sightings[which] += 1.0
-            weight = np.maximum(1.0 / self._sightings[which], NEWEST)[:, None]
+            self.sightings[which] += 1.0
+            weight = np.maximum(1.0 / self.sightings[which], NEWEST)[:, None]
             self.points[which] += weight * (hits[known] - self.points[which])
-            kept = np.minimum(FIRST_LIFETIME * 2.0 ** (self._sightings[which] - 1.0), self._lifetime)
+            kept = np.minimum(FIRST_LIFETIME * 2.0 ** (self.sightings[which] - 1.0), self._lifetime)
             self._until[which] = np.maximum(self._until[which], clock + kept)
             self.driven[which] = driven
             self._misses[which] = 0.0
@@ -111,7 +119,7 @@ class ObstacleMemory:
         self.points = np.concatenate([self.points, points])
         self.driven = np.concatenate([self.driven, np.full(count, driven)])
         self._until = np.concatenate([self._until, np.full(count, until)])
-        self._sightings = np.concatenate([self._sightings, np.ones(count)])
+        self.sightings = np.concatenate([self.sightings, np.ones(count)])
         self._misses = np.concatenate([self._misses, np.zeros(count)])
         self._width = np.concatenate([self._width, np.full(count, width)])
 
@@ -120,24 +128,12 @@ class ObstacleMemory:
         doubted = np.flatnonzero(~seen)
         if not len(doubted) or not len(scan.free):
             return
-        points = self.points[doubted]
-        dx = np.subtract.outer(points[:, 0], scan.origins[:, 0])
-        dy = np.subtract.outer(points[:, 1], scan.origins[:, 1])
-        along = dx * scan.directions[:, 0] + dy * scan.directions[:, 1]
-        across = np.abs(dx * scan.directions[:, 1] - dy * scan.directions[:, 0])
+        points, ahead = self.points[doubted], scan.directions
+        aside = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+        along = points @ ahead.T - (scan.origins * ahead).sum(axis=1)
+        across = np.abs(points @ aside.T - (scan.origins * aside).sum(axis=1))
         through = (across < self._width[doubted, None]) & (along > scan.min_range) & (along + FARTHER < scan.free)
         self._misses[doubted] += through.any(axis=1)
-
-    def _limit(self, robot: np.ndarray, clock: float) -> None:
-        if not len(self.points):
-            return
-        away = ((self.points - robot) ** 2).sum(axis=1)
-        keep = (self._until > clock) & (self._misses < MISSES) & (away < REACH * REACH)
-        if np.count_nonzero(keep) > CAPACITY:
-            nearest = np.argsort(np.where(keep, away, np.inf), kind="stable")[:CAPACITY]
-            keep = np.zeros(len(keep), bool)
-            keep[nearest] = True
-        self._keep(keep)
 
     def _keep(self, keep: np.ndarray) -> None:
         if keep.all():
@@ -145,6 +141,6 @@ class ObstacleMemory:
         self.points = self.points[keep]
         self.driven = self.driven[keep]
         self._until = self._until[keep]
-        self._sightings = self._sightings[keep]
+        self.sightings = self.sightings[keep]
         self._misses = self._misses[keep]
         self._width = self._width[keep]

@@ -78,11 +78,6 @@ class Outline:
             low, high = np.where(inside, middle, low), np.where(inside, high, middle)
         return high
 
-    def half_width(self, bearing: float) -> float:
-        """Half the width of the strip that is swept when driving in a direction [m]."""
-        across = self._corners @ np.array([-math.sin(bearing), math.cos(bearing)])
-        return float(np.abs(across).max()) + self.radius
-
     @cached_property
     def _corners(self) -> np.ndarray:
         return np.array(self.vertices, float)

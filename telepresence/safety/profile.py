@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from .braking import stopping_distance
 from .messages import SECTORS
 from .outline import Outline
 
@@ -78,8 +80,9 @@ class Limits:
         unseen_speed: Fastest driving where the strip ahead has not been seen, or no sensor looks.
         escape_speed, escape_turn: Fastest motion while a bumper is latched.
         reaction: From an obstacle's being known to the wheels' slowing down: tick, transport, actuation.
+        lag: Longest time after which an output still acts; the body may turn meanwhile.
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
-        acceleration, acceleration_turn: How fast the output may rise.
+        acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
         margin_beside: Room left when passing something.
         drift, max_drift: Odometry's error per metre driven since an obstacle was seen, and its cap [m].
@@ -94,13 +97,14 @@ class Limits:
     max_turn: float
     unseen_speed: float
     reaction: float
+    lag: float
     braking: float
     braking_turn: float
     escape_speed: float = 0.10
     escape_turn: float = 0.4
-    acceleration: float = 0.5
+    acceleration: float = 1.0
     acceleration_turn: float = 1.0
-    margin_ahead: float = 0.05
+    margin_ahead: float = 0.04
     margin_beside: float = 0.03
     drift: float = 0.02
     max_drift: float = 0.02
@@ -137,6 +141,19 @@ class RobotProfile:
     limits: Limits
     sources: tuple[RangeSource, ...]
     swing: Swing | None = None
+
+    @cached_property
+    def farthest_room(self) -> float:
+        """Obstacles with this room don't limit driving at top speed, nor turning [m]."""
+        limits = self.limits
+        drive = stopping_distance(limits.max_speed, limits.reaction, limits.braking)
+        turn = stopping_distance(self.top_turn, limits.reaction, limits.braking_turn) * self.outline.outer_radius
+        return drive + limits.margin_ahead - limits.margin_beside + turn
+
+    @cached_property
+    def top_turn(self) -> float:
+        """Fastest turning, of the pilot or by the swing [rad/s]."""
+        return max(self.limits.max_turn, self.swing.rate if self.swing else 0.0)
 
     def source(self, name: str) -> RangeSource:
         for source in self.sources:
@@ -188,9 +205,9 @@ LASER = fan(
 )  # fmt: skip
 """A full circle in 5 degree sectors, the nearest return of each."""
 
-# Deceleration 0.4 m/s² and 180 deg/s² from the vendor's controld3.conf, four fifths of it relied on.
+# Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that relied on.
 _ROBOTINO_LIMITS = Limits(
-    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.25, braking=0.32, braking_turn=2.0
+    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0
 )
 ROBOTINO = RobotProfile(
     "Robotino",
@@ -208,7 +225,7 @@ PEPPER = RobotProfile(
     "Pepper",
     # Wheel contacts, grown until the bumpers at (0.129, ±0.227) and (-0.251, 0) are inside.
     Outline(((-0.17, 0.0), (0.09, -0.155), (0.09, 0.155)), 0.085),
-    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, braking=0.24, braking_turn=0.6),
+    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, lag=0.20, braking=0.24, braking_turn=0.6),
     (
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
@@ -223,7 +240,7 @@ Deceleration 0.3 m/s² (ALMotion MaxAccXY default), four fifths of it relied on.
 ROBOTINO_LASER = RobotProfile(
     "Robotino with laser",
     ROBOTINO.outline,
-    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.25, braking=0.32, braking_turn=2.0),
+    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0),
     (LASER, INFRARED),
 )
 """Robotino with a laser all around; falls back to the infrared's speed when the laser is silent."""

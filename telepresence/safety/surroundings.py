@@ -9,12 +9,15 @@ import numpy as np
 from .coverage import SeenFloor
 from .memory import ObstacleMemory
 from .messages import Odometry
+from .movers import Movers
 from .poses import PoseHistory
 from .profile import RobotProfile
 from .scan import Scan
 from .sonar import ConeArcs
 from .watchdogs import Health, SourceWatch
 
+NARROW = math.radians(3.0)
+"""Beams that stand for no more than this to either side can tell what moves [rad]."""
 STANDSTILL_AGES = 0.2
 """Memory ages this fast while the robot stands."""
 LONGEST_TICK = 0.25
@@ -40,6 +43,7 @@ class Surroundings:
         self.poses = PoseHistory()
         self._memory = ObstacleMemory(profile.limits.memory)
         self._arcs = ConeArcs()
+        self._movers = Movers()
         limits = profile.limits
         self._floor = SeenFloor(profile.outline) if limits.unseen_speed < limits.max_speed else None
         self._waiting: dict[str, tuple[float, Scan]] = {}
@@ -69,6 +73,7 @@ class Surroundings:
         self.poses.clear()
         self._memory.clear()
         self._arcs.clear()
+        self._movers.clear()
         self._waiting.clear()
         if self._floor:
             self._floor.clear()
@@ -86,6 +91,8 @@ class Surroundings:
             if watch.source.cone:
                 self._arcs.look(watch.source, placed, self._memory.points)
                 continue
+            if watch.source.spread <= NARROW:
+                self._movers.look(name, stamp, placed, position, self._memory)
             self._memory.integrate(placed, position, self._clock, self.poses.driven)
             if self._floor:
                 self._floor.look(placed, self._clock)
@@ -136,14 +143,23 @@ class Surroundings:
             return None
         return math.atan2(normals[nearest, 1], normals[nearest, 0])
 
-    def obstacles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Known obstacles in base_link now: places (n, 2) [m], and how far odometry may have misplaced them (n,) [m]."""
+    def obstacles(self, now: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Known obstacles in base_link now.
+
+        Returns:
+            points: (n, 2) [m].
+            drift: (n,) how far odometry may have misplaced them [m].
+            velocities: (n, 2) how they move over the floor [m/s].
+        """
         pose, limits = self.poses.newest, self._profile.limits
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
+        moving, velocity = self._movers.now(now)
         arcs = self._arcs.points()
-        points = np.concatenate([self._memory.points, arcs]) if len(arcs) else self._memory.points
-        drift = np.concatenate([drift, np.zeros(len(arcs))]) if len(arcs) else drift
-        return _into_base(points, pose), drift
+        still = len(drift) + len(arcs)
+        points = np.concatenate([self._memory.points, arcs, moving])
+        velocities = np.zeros((len(points), 2))
+        velocities[still:] = _into_base(velocity, Odometry(0.0, 0.0, pose.theta, 0.0))
+        return _into_base(points, pose), np.concatenate([drift, np.zeros(len(points) - len(drift))]), velocities
 
     def strip_seen(self, ux: float, uy: float, length: float) -> bool:
         """True if the floor that driving `length` [m] along (ux, uy) in base_link would sweep has been looked at."""
