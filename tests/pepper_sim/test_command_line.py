@@ -1,5 +1,6 @@
 """`python -m pepper_sim` as a program: its address, its end, its errors."""
 
+import logging
 import os
 import re
 import signal
@@ -10,13 +11,27 @@ import time
 
 import pytest
 
+from pepper_sim.__main__ import main
+
 import qi  # isort: skip
 
 COMMAND = (sys.executable, "-m", "pepper_sim", "--scene", "empty")
 
 
-def _run(*arguments):
-    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=60)
+@pytest.fixture
+def run_here(monkeypatch, capsys):
+    """Run the program's main function in this process: (exit status, standard output, standard error)."""
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    monkeypatch.setattr(logging, "basicConfig", lambda **_: None)
+
+    def run(*arguments):
+        try:
+            status = main(["--scene", "empty", *arguments])
+        except SystemExit as ended:
+            status = ended.code
+        return status, *capsys.readouterr()
+
+    return run
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -38,21 +53,22 @@ def test_it_tells_its_address_serves_and_ends(run_program, number):
     assert "Traceback" not in program.stderr.read()
 
 
-def test_a_taken_port_and_other_mistakes_are_told_in_one_line():
+def test_a_taken_port_and_other_mistakes_are_told_in_one_line(run_here):
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        done = _run("--port", str(taken.getsockname()[1]))
-    assert done.returncode == 1 and "Address already in use" in done.stderr and "Traceback" not in done.stderr
-    assert done.stdout == ""
-    done = _run("--scene", "moon", "--port", "0")
-    assert done.returncode == 1 and "apartment" in done.stderr
-    assert _run("--port", "70000").returncode == 2 and _run("--port", "many").returncode == 2
+        status, out, err = run_here("--port", str(taken.getsockname()[1]))
+    assert status == 1 and "Address already in use" in err and "Traceback" not in err and out == ""
+    status, _, err = run_here("--scene", "moon", "--port", "0")
+    assert status == 1 and "apartment" in err
+    status, _, err = run_here("--address", "203.0.113.9", "--port", "0")
+    assert status == 1 and "cannot listen on tcp://203.0.113.9:0" in err
+    assert run_here("--port", "70000")[0] == 2 and run_here("--port", "many")[0] == 2
 
 
-def test_the_viewer_needs_a_display(monkeypatch):
+def test_the_viewer_needs_a_display(run_here, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    done = _run("--viewer", "--port", "0")
-    assert done.returncode == 1 and "display" in done.stderr and "Traceback" not in done.stderr
+    status, _, err = run_here("--viewer", "--port", "0")
+    assert status == 1 and "display" in err and "Traceback" not in err
 
 
 @pytest.mark.x11
@@ -78,11 +94,11 @@ def test_the_viewer_opens_and_the_robot_answers(run_program):
     assert program.wait(timeout=20) == 0
 
 
-def test_help_names_every_option():
-    done = _run("--help")
-    assert done.returncode == 0
+def test_help_names_every_option(run_here):
+    status, out, _ = run_here("--help")
+    assert status == 0
     for option in ("--port", "--address", "--scene", "--seed", "--viewer"):
-        assert option in done.stdout
+        assert option in out
 
 
 def test_listening_for_everybody_is_warned_about(run_program):

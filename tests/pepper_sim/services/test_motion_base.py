@@ -100,8 +100,9 @@ def test_cancelling_the_call_stops_the_robot(naoqi, wait_until):
 
 def test_paths_are_relative_point_by_point(naoqi):
     start = _pose(naoqi)
-    assert naoqi.ALMotion.moveTo([[0.2, 0.0, math.pi / 2], [0.1, 0.0, 0.0]]) is True
-    assert _moved(naoqi, start) == pytest.approx((0.2, 0.1, math.pi / 2), abs=0.03)
+    assert naoqi.ALMotion.moveTo([[0.1, 0.0, math.pi / 4], [0.1, 0.0, 0.0]]) is True
+    diagonal = 0.1 * math.sqrt(0.5)
+    assert _moved(naoqi, start) == pytest.approx((0.1 + diagonal, diagonal, math.pi / 4), abs=0.03)
 
 
 def test_a_move_in_a_given_time_takes_it(naoqi):
