@@ -1,1 +1,1 @@
-"""A simulated Robotino that answers RobotinoOS REST requests."""
+"""A simulated Robotino that answers RobotinoOS's REST interface."""
