@@ -30,7 +30,7 @@ NOISE = 0.005
 ADC_STEP = 5.0 / 4096
 """[V]"""
 
-_BACK = 0.02
+RAY_START = 0.02
 """Rays start this far inside the robot's outline [m]: a ray that starts inside a touching obstacle would miss it."""
 _BEAM_HALF_ANGLE = math.radians(2.0)
 """The light spot is a few centimetres wide at 0.3 m; no source gives a figure."""
@@ -74,12 +74,12 @@ class InfraredRing:
     ) -> None:
         self._rng = rng
         self._beams = [
-            RayBundle(model, f"{prefix}infrared_{i}", _beam(), own_group, _DARK + _BACK) for i in range(COUNT)
+            RayBundle(model, f"{prefix}infrared_{i}", _beam(), own_group, _DARK + RAY_START) for i in range(COUNT)
         ]
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Voltages [V] as digitised and readings [m], shape (9,) each."""
-        distances = np.stack([beam.cast(data) for beam in self._beams]) - _BACK
+        distances = np.stack([beam.cast(data) for beam in self._beams]) - RAY_START
         volts = spot_voltage(np.maximum(distances, 0.0))
         if self._rng is not None:
             volts = volts * (1.0 + NOISE * self._rng.standard_normal(COUNT))
