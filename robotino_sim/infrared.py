@@ -15,6 +15,7 @@ import math
 
 import mujoco
 import numpy as np
+
 from telepresence.sim.rays import RayBundle
 
 COUNT = 9

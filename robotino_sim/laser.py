@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+
 from telepresence.sim.rays import RayBundle, add_noise, fan
 
 COUNT = 441

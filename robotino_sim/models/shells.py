@@ -27,11 +27,12 @@ STRIPE: Profile = ((0.2155, 0.152), (0.2158, 0.1525), (0.2152, 0.1615), (0.2148,
 BODY_TOP: Profile = ((0.2148, 0.162), (0.2125, 0.176), (0.207, 0.182), (0.200, 0.1835))
 DECK: Profile = ((0.200, 0.1835), (0.0, 0.1835))
 PAN: Profile = ((0.0, 0.040), (0.205, 0.040))
+# Steep enough to stay below what the camera sees.
 LID: Profile = (
-    *((0.0, 0.228), (0.199, 0.228), (0.208, 0.230), (0.2125, 0.236), (0.2125, 0.252), (0.209, 0.266), (0.202, 0.277)),
-    *((0.191, 0.2845), (0.178, 0.2875), (0.0, 0.2875)),
+    *((0.0, 0.228), (0.199, 0.228), (0.208, 0.230), (0.2125, 0.236), (0.2125, 0.248), (0.209, 0.2545)),
+    *((0.205, 0.2575), (0.146, 0.2855), (0.141, 0.2870), (0.135, 0.2875), (0.0, 0.2875)),
 )
-PLATE: Profile = ((0.140, 0.287), (0.140, 0.2905), (0.1385, 0.2915), (0.0, 0.2915))
+PLATE: Profile = ((0.132, 0.287), (0.132, 0.2905), (0.1305, 0.2915), (0.0, 0.2915))
 CORE_RADIUS, CORE_OFFSET = 0.11, -0.055
 WHEEL_RADIUS, WHEEL_WIDTH, ROLLERS = 0.060, 0.034, 10
 
@@ -49,7 +50,7 @@ def add_shells(spec: mujoco.MjSpec) -> None:
     _add(spec, "wheel", _wheel())
     holes = [(0.030 * i, 0.030 * j) for i in range(-3, 4) for j in range(-4, 5)]
     disc = lathe(((0.0045, 0.0), (0.0, 0.0)), 8)
-    inside = [(x, y) for x, y in holes if math.hypot(x, y) < 0.125 and x < 0.065]
+    inside = [(x, y) for x, y in holes if math.hypot(x, y) < 0.122 and -0.07 < x < 0.065]
     _add(spec, "plate_holes", join(*(moved(disc, (x, y, 0.2917)) for x, y in inside)))
     _add(spec, "infrared_housings", _around(box(0.2225, 0.2275, 0.024, 0.0085)))
     lens = moved(box(0.2225, 0.2285, 0.0065, 0.0055), (0.0, -0.0125, 0.0))

@@ -1,0 +1,228 @@
+"""Robotino in the simulated world: setpoints in, snapshots out. SI units, no REST words.
+
+Conventions: x forward, y left, z up, counter-clockwise positive (REP 103). Methods may be called from any thread.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+
+from robotino_sim import infrared, laser
+from robotino_sim.controller import CYCLE, ODOMETRY_PERIOD, REST_WATCHDOG, DriveController, Odometry
+from robotino_sim.inputs_outputs import InputsOutputs
+from robotino_sim.kinematics import Triple
+from robotino_sim.models import PREFIX
+from robotino_sim.power import Battery, PowerState
+from telepresence.sim.camera import Cameras, Feed
+from telepresence.sim.world import TICK, World
+
+POWER_PERIOD = 1.0
+_TOUCH = 0.0005
+"""A contact this close presses the bumper strip [m]."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What Robotino's controller knows at one instant.
+
+    Args:
+        time: Simulation time [s]; it never runs backwards.
+        stamp: Wall-clock time [s since 1970].
+        odometry: The last reading, at most 50 ms old.
+        distances: Of the nine infrared sensors, 0 ahead, counter-clockwise [m]; 0.41 is "nothing".
+        infrared_voltages: The same as measured [V].
+        bumper: Whether the strip around the robot is pressed anywhere.
+        motors: Speeds of the motors 1, 2, 3 [rpm].
+        scan: The last one of the laser scanner; None without a scanner.
+        power: Battery and charging.
+    """
+
+    time: float
+    stamp: float
+    odometry: Odometry
+    distances: tuple[float, ...]
+    infrared_voltages: tuple[float, ...]
+    bumper: bool
+    motors: Triple
+    scan: laser.Scan | None
+    power: PowerState
+
+
+class Robotino:
+    """One Robotino of a world. It starts standing at the origin of its odometry.
+
+    `inputs_outputs` are the connectors on its back.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        cameras: Cameras | None,
+        prefix: str = PREFIX,
+        seed: int = 0,
+        *,
+        watchdog: float = REST_WATCHDOG,
+        battery: str = "NiMH",
+        noise: bool = True,
+    ) -> None:
+        """
+        Args:
+            world: Built with `robotino_sim.models.robotino_model(prefix)` among its robots.
+            cameras: Draws this world's cameras; without it the robot is blind.
+            prefix: Prefix of this robot's names in the world.
+            seed: Start of the sensors' noise, together with the world's seed.
+            watchdog: Silence after which the motors stop [s].
+            battery: "NiMH" or "Pb" (Robotino 3), "Li-Ion" (Robotino 4).
+            noise: False makes sensors and wheels perfect but for their resolution.
+        Raises:
+            ValueError: Unknown battery, or a watchdog that is not positive.
+        """
+        if not watchdog > 0.0:
+            raise ValueError(f"the watchdog's time must be positive, got {watchdog}")
+        model = world.model
+        self.world = world
+        self.prefix = prefix
+        self.inputs_outputs = InputsOutputs()
+        self._cameras = cameras
+        rng = world.rng(f"{prefix}{seed}") if noise else None
+        self._drive = DriveController(watchdog, world.rng(prefix + "wheels") if noise else None)
+        self._battery = Battery(battery)
+        root = model.joint(prefix + "root").qposadr[0]
+        self._pose = slice(root, root + 7)
+        first = model.actuator(prefix + "drive_x").id
+        self._actuators = slice(first, first + 3)
+        self._bumper = model.geom(prefix + "bumper").id
+        group = int(model.geom_group[self._bumper])
+        self._infrared = infrared.InfraredRing(model, prefix, group, rng)
+        carries_laser = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + "laser_scanner") >= 0
+        self._laser = laser.LaserScanner(model, prefix, group, rng) if carries_laser else None
+        self._held_bumper = False
+        self._reset()
+        world.on_reset(self._reset)
+        world.every(TICK, self._tick)
+        world.every(ODOMETRY_PERIOD, self._publish_odometry)
+        world.every(infrared.PERIOD, self._measure)
+        world.every(POWER_PERIOD, lambda _: self._battery.elapse(POWER_PERIOD))
+        if self._laser is not None:
+            world.every(laser.PERIOD, self._scan_surroundings, phase=0.015)
+        world.reset()
+
+    # --- what can be told --------------------------------------------------------------------------------------------
+
+    def set_velocity(self, vx: float, vy: float, wz: float) -> None:
+        """Drive so until the watchdog's time has passed, within the robot's limits.
+
+        Args:
+            vx, vy: Forward and left in base_link [m/s].
+            wz: Counter-clockwise [rad/s].
+        Raises:
+            ValueError: A value is not finite.
+        """
+        if not all(map(math.isfinite, (vx, vy, wz))):
+            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        with self.world.locked():
+            self._drive.set_velocity(vx, vy, wz, self.world.time)
+
+    def set_odometry(self, x: float, y: float, phi: float) -> None:
+        """Put odometry's pose elsewhere [m, m, rad]; the robot stays where it is."""
+        with self.world.locked():
+            self._drive.set_odometry(x, y, phi)
+            self._odometry = self._drive.odometry
+
+    def press_bumper(self, pressed: bool) -> None:
+        """Press or release the bumper strip, as a person would."""
+        with self.world.locked():
+            self._held_bumper = pressed
+
+    def connect_power(self, connected: bool) -> None:
+        """Plug the mains cable in or out."""
+        with self.world.locked():
+            self._battery.external = connected
+
+    def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
+        """Pictures of the webcam; see `telepresence.sim.camera.Feed`.
+
+        Raises:
+            ValueError: Impossible size or rate.
+            RuntimeError: The robot was made without cameras.
+        """
+        if self._cameras is None:
+            raise RuntimeError("this Robotino was made without cameras")
+        return self._cameras.subscribe(self.prefix + "camera", width, height, fps)
+
+    # --- what can be read --------------------------------------------------------------------------------------------
+
+    @property
+    def watchdog(self) -> float:
+        """Silence after which the motors stop [s]."""
+        return self._drive.watchdog
+
+    def snapshot(self) -> Snapshot:
+        """The newest readings, each as old as its own period allows."""
+        with self.world.locked():
+            return Snapshot(
+                time=self.world.time,
+                stamp=self.world.stamp,
+                odometry=self._odometry,
+                distances=self._distances,
+                infrared_voltages=self._voltages,
+                bumper=self._pressed or self._held_bumper,
+                motors=self._drive.motors,
+                scan=self._scan,
+                power=self._battery.state,
+            )
+
+    def truth(self) -> tuple[float, float, float, float, float, float]:
+        """Where base_link really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
+        with self.world.locked() as data:
+            x, y, z, qw, qx, qy, qz = (float(value) for value in data.qpos[self._pose])
+        roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
+        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx))))
+        yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+        return x, y, z, roll, pitch, yaw
+
+    # --- inside, lock held -------------------------------------------------------------------------------------------
+
+    def _reset(self) -> None:
+        self._drive.reset()
+        self._battery.reset()
+        self.inputs_outputs.reset()
+        self._odometry = Odometry()
+        self._distances = (infrared.NOTHING,) * infrared.COUNT
+        self._voltages = (0.0,) * infrared.COUNT
+        self._pressed = self._held_bumper = False
+        self._scan: laser.Scan | None = None
+        self._cycle_due = 0.0
+        with self.world.locked() as data:
+            data.ctrl[self._actuators] = 0.0
+
+    def _tick(self, now: float) -> None:
+        if now >= self._cycle_due - 0.5 * TICK:
+            self._cycle_due = now + CYCLE
+            self._drive.cycle(now)
+        with self.world.locked() as data:
+            data.ctrl[self._actuators] = self._drive.turn_motors(TICK)
+            self._pressed = self._is_touched(data)
+
+    def _is_touched(self, data: mujoco.MjData) -> bool:
+        count = data.ncon
+        if not count:
+            return False
+        contact = data.contact
+        return bool(((contact.geom[:count] == self._bumper).any(axis=1) & (contact.dist[:count] < _TOUCH)).any())
+
+    def _publish_odometry(self, now: float) -> None:
+        self._odometry = self._drive.publish_odometry()
+
+    def _measure(self, now: float) -> None:
+        with self.world.locked() as data:
+            voltages, distances = self._infrared.measure(data)
+        self._voltages = tuple(voltages.tolist())
+        self._distances = tuple(distances.tolist())
+
+    def _scan_surroundings(self, now: float) -> None:
+        with self.world.locked() as data:
+            self._scan = self._laser.measure(data, self.world.stamp)
