@@ -108,6 +108,10 @@ class DriveController:
         self._command = (_cut(vx, MAX_LINEAR), _cut(vy, MAX_LINEAR), _cut(wz, MAX_ANGULAR))
         self._deadline = now + self.watchdog
 
+    def keep_alive(self, now: float) -> None:
+        """The watchdog's time has not passed at `now`, whatever it counted itself."""
+        self._deadline = max(self._deadline, now)
+
     def set_odometry(self, x: float, y: float, phi: float) -> None:
         """Put odometry's pose somewhere else; its count starts again at zero, as the real one's does."""
         self._pose = (x, y, wrap(phi))

@@ -1,0 +1,111 @@
+"""Robotino's webcam as its web server sees it: the newest JPEG, drawn only while somebody asks.
+
+Sources: camd2 and restapid (mirror BusHero/robotino_api2): 320x240 by default, other sizes configurable; the camera is
+released about ten seconds after the last request.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+
+import cv2
+
+from robotino_sim.robot import Robotino
+from telepresence.images import LatestImage
+from telepresence.sim.camera import CamerasFailed, Feed
+
+log = logging.getLogger(__name__)
+
+SIZES = ((160, 120), (320, 240), (640, 480), (800, 600))
+"""Sizes that camd2 offers (width, height) [px]."""
+DEFAULT_SIZE = (320, 240)
+RATE = 30.0
+"""Pictures per second."""
+IDLE_RELEASE = 10.0
+"""Seconds after the last request until the camera is released."""
+JPEG_QUALITY = 80
+_MAX_AGE = 1.0
+
+
+class Webcam:
+    """Draws and encodes on a thread of its own while pictures are asked for; `jpeg` never waits.
+
+    Args:
+        size: One of `SIZES`.
+        idle_release: Seconds after the last request until drawing stops.
+    Raises:
+        ValueError: A size that the camera does not have.
+    """
+
+    def __init__(
+        self, robot: Robotino, size: tuple[int, int] = DEFAULT_SIZE, idle_release: float = IDLE_RELEASE
+    ) -> None:
+        if tuple(size) not in SIZES:
+            raise ValueError(f"the camera has no size {size}; sizes: {', '.join(f'{w}x{h}' for w, h in SIZES)}")
+        self.image = LatestImage()
+        self.size = tuple(size)
+        self._robot = robot
+        self._idle_release = idle_release
+        self._asked = -idle_release
+        self._changed = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="webcam", daemon=True)
+        self._thread.start()
+
+    @property
+    def awake(self) -> bool:
+        """Whether somebody asked lately."""
+        return time.monotonic() - self._asked < self._idle_release
+
+    def wake(self) -> None:
+        """Somebody asks: draw from now on."""
+        with self._changed:
+            self._asked = time.monotonic()
+            self._changed.notify()
+
+    def jpeg(self) -> tuple[bytes, int] | None:
+        """The newest picture and its number, if one was drawn during the last second; else None."""
+        picture = self.image.peek()
+        if picture is None or self.image.age() > _MAX_AGE:
+            return None
+        return picture.pixels, picture.sequence
+
+    def close(self) -> None:
+        """Stop the thread. Calling it again does nothing."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=10.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not (self.awake or self._closed):
+                    self._changed.wait()
+                if self._closed:
+                    return
+            try:
+                with self._robot.subscribe_camera(*self.size, RATE) as feed:
+                    self._encode(feed)
+            except (CamerasFailed, RuntimeError) as error:
+                log.error("the camera has no picture: %s", error)
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closed, timeout=5.0)
+            except Exception:
+                log.exception("the camera failed")
+                return
+
+    def _encode(self, feed: Feed) -> None:
+        sequence = 0
+        while self.awake and not self._closed:
+            picture = feed.image.wait_newer(sequence, timeout=0.2)
+            if picture is None:
+                continue
+            sequence = picture.sequence
+            bgr = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2BGR)
+            done, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+            if not done:
+                raise RuntimeError("OpenCV could not encode a picture as JPEG")
+            self.image.put(data.tobytes(), picture.stamp)
