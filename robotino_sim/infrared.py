@@ -41,6 +41,8 @@ _SENSOR: tuple[tuple[float, float], ...] = (  # metres, volts
     *((0.12, 1.04), (0.14, 0.92), (0.16, 0.82), (0.18, 0.73), (0.20, 0.66), (0.25, 0.53), (0.30, 0.42)),
     *((0.35, 0.37), (0.40, 0.31)),
 )
+_BRIGHTNESS = np.array([1.0, 0.15, 0.15, 0.15, 0.15])
+"""Of the beam's middle and of its edge, left, right, above, below."""
 _DARK = 0.40 + 0.31 * (0.40 - 0.35) / (0.37 - 0.31)
 """Where the continued table reaches zero volts [m]."""
 _SOFTWARE: tuple[tuple[float, float], ...] = (  # volts, metres
@@ -81,23 +83,26 @@ class InfraredRing:
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Voltages [V] as digitised and readings [m], shape (9,) each."""
         distances = np.stack([beam.cast(data) for beam in self._beams]) - RAY_START
-        volts = spot_voltage(np.maximum(distances, 0.0))
+        volts = voltage(spot_distance(np.maximum(distances, 0.0)))
         if self._rng is not None:
             volts = volts * (1.0 + NOISE * self._rng.standard_normal(COUNT))
         volts = np.round(volts / ADC_STEP) * ADC_STEP
         return volts, reading(volts)
 
 
-def spot_voltage(distances: np.ndarray) -> np.ndarray:
-    """Voltage [V] of sensors whose light falls on several distances [m], shape (n, rays) -> (n,).
+def spot_distance(distances: np.ndarray) -> np.ndarray:
+    """Where sensors see their light spot [m] when the beam's five rays fall on several distances, shape (n, 5) -> (n,).
 
-    The sensor sees where the centre of the reflected light is, and near surfaces send more of it back: weights go with
-    the square of the distance. A thin leg at the beam's edge before an empty room therefore counts fully."""
+    The sensor goes by where most of the reflected light comes from; the beam's middle is brightest, and near surfaces
+    send more of it back: the median, weighted with brightness over distance squared. On any one surface that is the
+    middle; a thin leg at the beam's edge counts before an empty room, and before a wall if it is much nearer."""
     with np.errstate(divide="ignore"):
-        weights = np.where(np.isfinite(distances), 1.0 / np.maximum(distances, 0.01) ** 2, 0.0)
-    total = weights.sum(axis=1)
-    volts = (weights * voltage(distances)).sum(axis=1)
-    return np.divide(volts, total, out=np.zeros_like(total), where=total > 0.0)
+        weights = _BRIGHTNESS / np.maximum(distances, 0.01) ** 2
+    order = np.argsort(distances, axis=1)
+    gathered = np.cumsum(np.take_along_axis(weights, order, axis=1), axis=1)
+    middle = np.argmax(gathered >= 0.5 * gathered[:, -1:], axis=1)
+    chosen = np.take_along_axis(order, middle[:, None], axis=1)
+    return np.take_along_axis(distances, chosen, axis=1)[:, 0]
 
 
 def _beam() -> np.ndarray:
