@@ -160,7 +160,7 @@ def test_pushes_a_box(stepped):
     with bench.world.locked() as data:
         box = data.body("box_small")
         before = box.xpos.copy()
-    bench.place(-1.9, -1.75)
+    bench.place(-1.9, -1.80)
     bench.drive(0.2, 0.0, 0.0, 5.0)
     with bench.world.locked() as data:
         moved = data.body("box_small").xpos - before
