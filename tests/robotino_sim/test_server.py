@@ -224,7 +224,7 @@ BAD_DRIVES = [
 ]
 
 
-@pytest.mark.parametrize("body", BAD_DRIVES)
+@pytest.mark.parametrize("body", BAD_DRIVES, ids=lambda body: repr(body[:12]))
 def test_malformed_commands_are_refused_and_change_nothing(client, simulation, body):
     status, headers, reason = client.request("PUT", "/data/omnidrive", body)
     assert status == 400 and headers["content-type"].startswith("text/plain")

@@ -44,6 +44,7 @@ def test_prints_numbers_that_read_back(values):
         (b"[" * 60_000, "nested"),
         (b"[" + b"9" * 5000 + b",0,0]", "not JSON"),
     ],
+    ids=lambda value: repr(value[:12]),
 )
 def test_refuses_bodies_that_are_not_json(body, reason):
     with pytest.raises(BadRequest, match=reason):
