@@ -1,0 +1,1 @@
+"""Brings a Robotino up, real or simulated."""

@@ -1,0 +1,1 @@
+"""Robotino's ROS driver: REST on one side, topics on the other."""

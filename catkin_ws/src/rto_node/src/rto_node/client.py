@@ -1,0 +1,307 @@
+"""RobotinoClient: Robotino's REST interface over one connection that is kept open, with timeouts and back-off. No ROS.
+
+    GET /data/NAME        JSON; empty for hardware that the robot does not have
+    PUT /data/NAME        JSON body; 200
+    GET /cam0             image/jpeg; 500 while the camera wakes up
+
+Port 80, no authentication. The robot stops 200 ms after the last velocity, so send one every 50 to 100 ms.
+Source: wiki.openrobotino.org, page Rest api (27 July 2020).
+"""
+
+from __future__ import annotations
+
+import http.client
+import json
+import math
+import socket
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+TIMEOUT = 0.5
+"""Seconds that the robot has to connect, and to answer."""
+SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
+"""Seconds without a new attempt after a failure; doubled from one failure to the next."""
+DEFAULT_PORT = 80
+MAX_ANSWER = 16 * 1024 * 1024
+"""Largest answer that is read [bytes]."""
+
+
+class RobotinoError(RuntimeError):
+    """Something about the robot went wrong; the text says what, and with which robot."""
+
+
+class RobotinoUnreachable(RobotinoError):
+    """There is no connection, or no answer in time."""
+
+
+class RequestRefused(RobotinoError):
+    """The robot answered, but not with what was asked for."""
+
+
+class Odometry(NamedTuple):
+    """Pose since the robot's start [m, m, rad], velocity in base_link [m/s, m/s, rad/s], count of readings."""
+
+    x: float
+    y: float
+    phi: float
+    vx: float
+    vy: float
+    omega: float
+    seq: int
+
+
+class Power(NamedTuple):
+    """`voltage` [V]; `kind` "Pb", "NiMH" or "Li-Ion"; `low` and about to switch off; `external`: on the mains."""
+
+    voltage: float
+    kind: str
+    low: bool
+    external: bool
+
+
+class Scan(NamedTuple):
+    """A scan of the laser: angles [rad], ranges [m] with 0 where nothing was hit."""
+
+    seq: int
+    angle_min: float
+    angle_increment: float
+    time_increment: float
+    scan_time: float
+    range_min: float
+    range_max: float
+    ranges: tuple[float, ...]
+
+
+class RobotinoClient:
+    """One connection to one robot, for one thread.
+
+    Args:
+        address: Host, host:port or http://host:port of the robot.
+        timeout: Seconds to connect, and to wait for each answer.
+        clock: Monotonic time [s].
+    Raises:
+        ValueError: The address is none.
+    """
+
+    def __init__(self, address: str, timeout: float = TIMEOUT, clock: Callable[[], float] = time.monotonic) -> None:
+        self.host, self.port = parse_address(address)
+        self._timeout = timeout
+        self._clock = clock
+        self._connection: http.client.HTTPConnection | None = None
+        self._back_off = 0.0
+        self._not_before = -math.inf
+        self._failure = ""
+
+    @property
+    def address(self) -> str:
+        """host:port"""
+        return f"{self.host}:{self.port}"
+
+    # --- readings ----------------------------------------------------------------------------------------------------
+
+    def odometry(self) -> Odometry:
+        """Raises RobotinoError, as all of these do."""
+        values = self._numbers("odometry", 7)
+        return Odometry(*values[:6], int(values[6]))
+
+    def distances(self) -> tuple[float, ...]:
+        """Of the nine infrared sensors [m], 0 ahead, counter-clockwise; 0.41 is nothing, 0.04 the least."""
+        return self._numbers("distancesensorarray", 9)
+
+    def bumper(self) -> bool:
+        return self._flag(self._member("bumper", "value"), "bumper")
+
+    def power(self) -> Power:
+        answer = self._object("powermanagement")
+        voltage = _number(answer.get("voltage"), "powermanagement")
+        # One robot is known to count in millivolts.
+        voltage = voltage / 1000.0 if voltage > 100.0 else voltage
+        return Power(
+            voltage, str(answer.get("batteryType", "")), bool(answer.get("batteryLow")), bool(answer.get("ext_power"))
+        )
+
+    def analog_inputs(self) -> tuple[float, ...]:
+        """Eight voltages [V]."""
+        return self._numbers("analoginputarray", 8)
+
+    def digital_inputs(self) -> tuple[bool, ...]:
+        return self._flags("digitalinputarray", 8)
+
+    def digital_outputs(self) -> tuple[bool, ...]:
+        return self._flags("digitaloutputstatus", 8)
+
+    def relays(self) -> tuple[bool, ...]:
+        return self._flags("relaystatus", 2)
+
+    def scan(self) -> Scan | None:
+        """The last scan; None if there is no laser."""
+        if (answer := self._get("scan0")) is None:
+            return None
+        try:
+            ranges = tuple(_number(value, "scan0") for value in answer["ranges"])
+            fields = ("angle_min", "angle_increment", "time_increment", "scan_time", "range_min", "range_max")
+            return Scan(int(answer["seq"]), *(_number(answer[name], "scan0") for name in fields), ranges)
+        except (TypeError, KeyError, ValueError) as error:
+            raise RequestRefused(f"Robotino at {self.address}: scan0 is not a scan: {error!r}") from None
+
+    def picture(self) -> bytes | None:
+        """A JPEG; None while the camera wakes up or has no new picture."""
+        status, body = self._ask("GET", "/cam0")
+        if status == 500:
+            return None
+        if status != 200:
+            raise RequestRefused(f"Robotino at {self.address}: /cam0 answered {status}")
+        return body
+
+    # --- commands ----------------------------------------------------------------------------------------------------
+
+    def drive(self, vx: float, vy: float, wz: float) -> None:
+        """Drive for the next 200 ms: forward and left [m/s], counter-clockwise [rad/s].
+
+        Raises:
+            ValueError: A value is not finite.
+        """
+        if not all(map(math.isfinite, (vx, vy, wz))):
+            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        self._put("omnidrive", [vx, vy, wz])
+
+    def set_digital_outputs(self, values: Sequence[bool]) -> None:
+        self._put("digitaloutputarray", [bool(value) for value in values])
+
+    def set_relays(self, values: Sequence[bool]) -> None:
+        self._put("relayarray", [bool(value) for value in values])
+
+    def set_power_output(self, percent: float) -> None:
+        """Drive the motor output, -100 to 100 %."""
+        self._put("poweroutput", {"value": percent})
+
+    def close(self) -> None:
+        """Close the connection; the next request opens a new one."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _get(self, name: str) -> Any:
+        """The JSON at /data/name; None for an empty body."""
+        status, body = self._ask("GET", f"/data/{name}")
+        if status != 200:
+            raise RequestRefused(f"Robotino at {self.address}: {name} answered {status}: {_start(body)}")
+        if not body.strip():
+            return None
+        try:
+            return json.loads(body)
+        except ValueError as error:
+            raise RequestRefused(f"Robotino at {self.address}: {name} is not JSON: {error}") from None
+
+    def _put(self, name: str, value: Any) -> None:
+        status, body = self._ask("PUT", f"/data/{name}", json.dumps(value).encode())
+        if status != 200:
+            raise RequestRefused(f"Robotino at {self.address} refused {name}: {status}: {_start(body)}")
+
+    def _object(self, name: str) -> dict[str, Any]:
+        answer = self._get(name)
+        if not isinstance(answer, dict):
+            raise RequestRefused(f"Robotino at {self.address}: {name} is not an object: {_start(answer)}")
+        return answer
+
+    def _member(self, name: str, member: str) -> Any:
+        answer = self._object(name)
+        if member not in answer:
+            raise RequestRefused(f"Robotino at {self.address}: {name} has no {member!r}: {_start(answer)}")
+        return answer[member]
+
+    def _array(self, name: str, count: int) -> list[Any]:
+        answer = self._get(name)
+        if not isinstance(answer, list) or len(answer) != count:
+            raise RequestRefused(f"Robotino at {self.address}: {name} has not {count} values: {_start(answer)}")
+        return answer
+
+    def _numbers(self, name: str, count: int) -> tuple[float, ...]:
+        return tuple(_number(value, name) for value in self._array(name, count))
+
+    def _flags(self, name: str, count: int) -> tuple[bool, ...]:
+        return tuple(self._flag(value, name) for value in self._array(name, count))
+
+    def _flag(self, value: Any, name: str) -> bool:
+        if not isinstance(value, bool):
+            raise RequestRefused(f"Robotino at {self.address}: {name} holds {_start(value)} for true or false")
+        return value
+
+    def _ask(self, method: str, path: str, body: bytes | None = None) -> tuple[int, bytes]:
+        """Status and body. A connection that the robot has closed since the last request is opened once more."""
+        if self._clock() < self._not_before:
+            raise RobotinoUnreachable(self._failure)
+        kept = self._connection is not None
+        try:
+            try:
+                answer = self._exchange(method, path, body)
+            except (ConnectionError, http.client.BadStatusLine):
+                if not kept:
+                    raise
+                self.close()
+                answer = self._exchange(method, path, body)
+        except (OSError, http.client.HTTPException) as error:
+            # Whatever comes late must not be taken for the answer to the next request.
+            self.close()
+            self._back_off = min(LONGEST_BACK_OFF, max(SHORTEST_BACK_OFF, 2.0 * self._back_off))
+            self._not_before = self._clock() + self._back_off
+            self._failure = f"Robotino at {self.address} does not answer: {_cause(error, self._timeout)}"
+            raise RobotinoUnreachable(self._failure) from error
+        self._back_off = 0.0
+        return answer
+
+    def _exchange(self, method: str, path: str, body: bytes | None) -> tuple[int, bytes]:
+        if self._connection is None:
+            self._connection = http.client.HTTPConnection(self.host, self.port, timeout=self._timeout)
+        headers = {"Content-Type": "application/json"} if body is not None else {}
+        self._connection.request(method, path, body, headers)
+        answer = self._connection.getresponse()
+        data = answer.read(MAX_ANSWER)
+        if not answer.isclosed():
+            self.close()
+            raise http.client.HTTPException(f"the answer is longer than {MAX_ANSWER} bytes")
+        return answer.status, data
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    """Host and port from "host", "host:port" or "http://host[:port][/]".
+
+    Raises:
+        ValueError: It is none of these.
+    """
+    rest = text.strip()
+    if "://" in rest:
+        scheme, _, rest = rest.partition("://")
+        if scheme != "http":
+            raise ValueError(f"a Robotino is reached by http, not {scheme}: {text!r}")
+    rest = rest.rstrip("/")
+    host, colon, port = rest.rpartition(":") if rest.count(":") == 1 else (rest, "", "")
+    if not host or any(letter.isspace() or letter == "/" for letter in host):
+        raise ValueError(f"not the address of a robot: {text!r}; wanted is host, host:port or http://host:port")
+    if colon and not (port.isdigit() and 0 < int(port) < 65536):
+        raise ValueError(f"{port!r} is not a port, in {text!r}")
+    return host.strip("[]"), int(port) if colon else DEFAULT_PORT
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RequestRefused(f"{name} holds {_start(value)} for a number")
+    return float(value)
+
+
+def _start(value: Any) -> str:
+    text = value.decode(errors="replace").strip() if isinstance(value, bytes) else repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def _cause(error: Exception, timeout: float) -> str:
+    if isinstance(error, socket.gaierror):
+        return "its name is unknown"
+    if isinstance(error, TimeoutError):
+        return f"nothing within {timeout:g} s"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror.lower()
+    return str(error) or type(error).__name__

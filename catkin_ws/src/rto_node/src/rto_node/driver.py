@@ -1,0 +1,224 @@
+"""The node rto_node: velocities and outputs to the robot, sensors from it.
+
+Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.5 s),
+            set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs.
+Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points, 0.2 m + reading around the middle, in
+            base_link; channel "range" holds the readings [m]), distance_sensors_scan (sensor_msgs/LaserScan: true
+            geometry, from the middle, infinity where nothing is), bumper (std_msgs/Bool), joint_states (the wheels);
+            4 Hz: analog_readings, digital_readings, digital_outputs; 1 Hz: power_readings, battery
+            (sensor_msgs/BatteryState); drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
+            "robot unreachable: <why>"; /diagnostics.
+Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
+            rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors.
+Stamps are the ROS time at which the reading arrived: the robot's carry none.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Point32, Twist
+from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
+from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
+from std_msgs.msg import Bool, String
+
+from rto_node import geometry
+from rto_node.client import Odometry, Power, RobotinoClient
+from rto_node.command_gate import CommandGate, SpeedLimits
+from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, Link, RosNode, find_address
+
+SEND_PERIOD = 0.05
+"""Seconds between two velocities: the robot stops 0.2 s after the last."""
+SHORTEST_SEND_PERIOD = 0.02
+"""A new velocity goes out at once, but not more often than this [s]."""
+STATE_PERIOD = 0.5
+"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
+INPUTS_EVERY, POWER_EVERY = 5, 20
+"""Cycles of the sensors per reading of inputs, and of power."""
+OUTPUTS = 8
+
+
+class Driver:
+    """Joins the robot and the topics: one thread sends velocities, one polls the sensors, each with its own link."""
+
+    def __init__(self) -> None:
+        self._wake = threading.Event()
+        self._node = RosNode("rto_node", on_master_lost=self._wake.set)
+        address = find_address()
+        self._gate = CommandGate(_read_limits())
+        self._commands, self._sensors = Link(address), Link(address)
+        self._rate = float(rospy.get_param("~rate", 20.0))
+        self._outputs: tuple[bool, ...] | None = None
+        self._wheels = [0.0, 0.0, 0.0]
+        self._wheels_at: float | None = None
+        self._state, self._state_due = "", 0.0
+        self._drive_diagnostics = Diagnostics("drive", address)
+        self._sensor_diagnostics = Diagnostics("sensors", address)
+        self._publishers = {
+            name: rospy.Publisher(name, kind, queue_size=1, latch=name == "drive_state")
+            for name, kind in (
+                ("drive_state", String),
+                ("distance_sensors", PointCloud),
+                ("distance_sensors_scan", LaserScan),
+                ("bumper", Bool),
+                ("joint_states", JointState),
+                ("analog_readings", AnalogReadings),
+                ("digital_readings", DigitalReadings),
+                ("digital_outputs", DigitalReadings),
+                ("power_readings", PowerReadings),
+                ("battery", BatteryState),
+            )
+        }
+        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._drive, self._poll)
+
+    # --- to the robot ------------------------------------------------------------------------------------------------
+
+    def _on_velocity(self, twist: Twist) -> None:
+        self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
+        self._wake.set()
+
+    def _on_outputs(self, message: DigitalReadings) -> None:
+        if len(message.values) != OUTPUTS:
+            rospy.logerr("set_digital_values holds %d values, the robot has %d outputs", len(message.values), OUTPUTS)
+            return
+        self._outputs = tuple(message.values)
+        self._wake.set()
+
+    def _drive(self) -> None:
+        sent_at = -math.inf
+        while not self._node.stop.is_set():
+            self._wake.wait(SEND_PERIOD)
+            if self._node.stop.wait(max(0.0, sent_at + SHORTEST_SEND_PERIOD - time.monotonic())):
+                break
+            self._wake.clear()
+            sent_at = time.monotonic()
+            self._send_outputs()
+            decision = self._gate.decide(sent_at, self._node.master.alive)
+            reached = True
+            if decision.velocity is not None:
+                velocity = decision.velocity
+                reached = self._commands.ask(lambda client, velocity=velocity: client.drive(*velocity))
+            problem = self._sensors.problem if reached else self._commands.problem
+            self._tell(sent_at, f"robot unreachable: {problem}" if problem else decision.reason)
+        self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
+        self._commands.client.close()
+
+    def _send_outputs(self) -> None:
+        outputs = self._outputs
+        if outputs is not None and self._commands.ask(lambda client: client.set_digital_outputs(outputs)):
+            if self._outputs is outputs:
+                self._outputs = None
+
+    def _tell(self, now: float, state: str) -> None:
+        if state != self._state or now >= self._state_due:
+            if state != self._state:
+                rospy.loginfo("%s", state)
+            self._state, self._state_due = state, now + STATE_PERIOD
+            self._publishers["drive_state"].publish(state)
+        level = ERROR if state.startswith("robot") else OK
+        self._drive_diagnostics.report(now, level, state, {"refused commands": self._gate.refused})
+
+    # --- from the robot ----------------------------------------------------------------------------------------------
+
+    def _poll(self) -> None:
+        read, counted_at = 0, time.monotonic()
+        for cycle, now in enumerate(self._node.cycles(1.0 / self._rate)):
+            read += self._sensors.ask(lambda client, cycle=cycle: self._read(client, cycle))
+            problem = self._sensors.problem
+            rate = read / max(1e-3, now - counted_at)
+            level = ERROR if problem else OK if rate > 0.7 * self._rate else WARN
+            if self._sensor_diagnostics.report(now, level, problem or f"{rate:.1f} readings/s"):
+                read, counted_at = 0, now
+        self._sensors.client.close()
+
+    def _read(self, client: RobotinoClient, cycle: int) -> None:
+        self._publish_distances(client.distances())
+        self._publishers["bumper"].publish(client.bumper())
+        self._publish_wheels(client.odometry())
+        if cycle % INPUTS_EVERY == 0:
+            stamp = rospy.Time.now()
+            self._publishers["analog_readings"].publish(AnalogReadings(stamp, client.analog_inputs()))
+            self._publishers["digital_readings"].publish(DigitalReadings(stamp, client.digital_inputs()))
+            self._publishers["digital_outputs"].publish(DigitalReadings(stamp, client.digital_outputs()))
+        if cycle % POWER_EVERY == 0:
+            self._publish_power(client.power())
+
+    def _publish_distances(self, distances: tuple[float, ...]) -> None:
+        stamp = rospy.Time.now()
+        cloud = PointCloud()
+        cloud.header.stamp, cloud.header.frame_id = stamp, "base_link"
+        cloud.points = [Point32(*point) for point in geometry.guide_points(distances)]
+        cloud.channels = [ChannelFloat32("range", list(distances))]
+        self._publishers["distance_sensors"].publish(cloud)
+
+        scan = LaserScan()
+        scan.header.stamp, scan.header.frame_id = stamp, "distance_sensors_link"
+        scan.angle_min, scan.angle_increment = geometry.SCAN_START, geometry.RING_STEP
+        scan.angle_max = -geometry.SCAN_START
+        scan.scan_time = 1.0 / self._rate
+        scan.range_min = geometry.RING_RADIUS + geometry.NEAREST
+        scan.range_max = geometry.RING_RADIUS + geometry.NOTHING
+        scan.ranges = geometry.ring_scan(distances)
+        self._publishers["distance_sensors_scan"].publish(scan)
+
+    def _publish_wheels(self, reading: Odometry) -> None:
+        """The robot tells how fast it goes, not how far its wheels have turned: that is summed up, from 0 at the
+        start."""
+        now = time.monotonic()
+        speeds = geometry.wheel_speeds(reading.vx, reading.vy, reading.omega)
+        elapsed = 0.0 if self._wheels_at is None else min(now - self._wheels_at, 1.0)
+        self._wheels_at = now
+        self._wheels = [angle + speed * elapsed for angle, speed in zip(self._wheels, speeds, strict=True)]
+        message = JointState()
+        message.header.stamp = rospy.Time.now()
+        message.name = list(geometry.WHEEL_JOINTS)
+        message.position, message.velocity = list(self._wheels), list(speeds)
+        self._publishers["joint_states"].publish(message)
+
+    def _publish_power(self, power: Power) -> None:
+        stamp = rospy.Time.now()
+        self._publishers["power_readings"].publish(PowerReadings(stamp, math.nan, power.voltage))
+        battery = BatteryState()
+        battery.header.stamp = stamp
+        battery.voltage = power.voltage
+        # sensor_msgs/BatteryState: not a number where nothing is known.
+        battery.current = battery.charge = battery.capacity = battery.design_capacity = math.nan
+        battery.percentage = battery.temperature = math.nan
+        battery.present = True
+        battery.power_supply_status = battery.POWER_SUPPLY_STATUS_DISCHARGING
+        if power.external:
+            battery.power_supply_status = battery.POWER_SUPPLY_STATUS_CHARGING
+        battery.power_supply_health = battery.POWER_SUPPLY_HEALTH_GOOD
+        if power.low:
+            battery.power_supply_health = battery.POWER_SUPPLY_HEALTH_DEAD
+        technologies = {
+            "NiMH": battery.POWER_SUPPLY_TECHNOLOGY_NIMH,
+            "Li-Ion": battery.POWER_SUPPLY_TECHNOLOGY_LION,
+        }
+        battery.power_supply_technology = technologies.get(power.kind, battery.POWER_SUPPLY_TECHNOLOGY_UNKNOWN)
+        self._publishers["battery"].publish(battery)
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    return Driver().run()
+
+
+def _read_limits() -> SpeedLimits:
+    try:
+        return SpeedLimits(
+            float(rospy.get_param("~max_linear_vel", 0.5)),
+            float(rospy.get_param("~max_angular_vel", 1.0)),
+            float(rospy.get_param("~min_linear_vel", 0.0)),
+            float(rospy.get_param("~min_angular_vel", 0.0)),
+        )
+    except ValueError as error:
+        raise SystemExit(f"{rospy.get_name()}: {error}") from None

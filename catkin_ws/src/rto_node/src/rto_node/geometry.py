@@ -1,0 +1,62 @@
+"""Where Robotino's sensors look and how its wheels turn, as the ROS side knows it. No ROS.
+
+Sources: the points of distance_sensors, rto_node (dietriro/rto_core, Rahul-K-A/robotino-ros2): 0.2 m around the middle,
+0.698 rad apart. The real ring: vendor's api2, 40 degrees apart, counter-clockwise; Webots' Robotino3 model, radius
+0.2264 m, height 0.0566 m. Wheels: vendor's controld3.conf and DriveSystem.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+SENSORS = 9
+GUIDE_RADIUS, GUIDE_ANGLE, GUIDE_HEIGHT = 0.2, 0.698, 0.05
+"""[m, rad, m]"""
+RING_RADIUS, RING_HEIGHT = 0.2264, 0.0566
+"""[m]"""
+NEAREST, NOTHING = 0.04, 0.41
+"""Smallest and largest reading [m]; the largest means nothing there."""
+RING_STEP = math.tau / SENSORS
+"""[rad]"""
+SCAN_START = -4 * RING_STEP
+"""Direction of the first range of `ring_scan`: -160 degrees [rad]."""
+
+WHEEL_RADIUS, CENTRE_TO_WHEEL = 0.060, 0.175
+"""[m]"""
+WHEEL_JOINTS = ("wheel0_joint", "wheel1_joint", "wheel2_joint")
+"""At 60, 180 and 300 degrees."""
+
+
+def guide_points(distances: Sequence[float]) -> list[tuple[float, float, float]]:
+    """The guide's points of nine readings, in base_link [m]. "Nothing" is a far point."""
+    return [
+        (
+            (distance + GUIDE_RADIUS) * math.cos(GUIDE_ANGLE * i),
+            (distance + GUIDE_RADIUS) * math.sin(GUIDE_ANGLE * i),
+            GUIDE_HEIGHT,
+        )
+        for i, distance in enumerate(distances)
+    ]
+
+
+def ranges_of_guide_points(points: Sequence[tuple[float, float]]) -> list[float]:
+    """The readings [m] that the guide's points were made from."""
+    return [math.hypot(x, y) - GUIDE_RADIUS for x, y in points]
+
+
+def ring_scan(distances: Sequence[float]) -> list[float]:
+    """Ranges from the robot's middle [m], counter-clockwise from `SCAN_START`; infinity where nothing is."""
+    behind = len(distances) // 2 + 1
+    turned = [*distances[behind:], *distances[:behind]]
+    return [distance + RING_RADIUS if distance < NOTHING else math.inf for distance in turned]
+
+
+def wheel_speeds(vx: float, vy: float, wz: float) -> tuple[float, float, float]:
+    """How fast the wheels turn [rad/s] for a velocity in base_link [m/s, m/s, rad/s]."""
+    forward, aside, turn = 0.5 * math.sqrt(3.0) * vx, vy, CENTRE_TO_WHEEL * wz
+    return (
+        (-forward + 0.5 * aside + turn) / WHEEL_RADIUS,
+        (-aside + turn) / WHEEL_RADIUS,
+        (forward + 0.5 * aside + turn) / WHEEL_RADIUS,
+    )

@@ -1,0 +1,55 @@
+"""OdometryFrame: the robot's own odometry, seen from an origin that we choose. No ROS.
+
+Robotino's REST interface cannot set odometry, so a reset happens here. When the robot's odometry starts again (the
+robot was restarted: its count of readings goes back), ours goes on from where it was.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rto_node.client import Odometry
+
+Pose = tuple[float, float, float]
+"""x, y [m], phi [rad]."""
+
+
+class OdometryFrame:
+    """Turns readings into poses in the frame odom. One thread, or a lock around it."""
+
+    def __init__(self) -> None:
+        self.restarts = 0
+        """How often the robot's odometry has started again."""
+        self._offset: Pose = (0.0, 0.0, 0.0)  # of the robot's frame in ours
+        self._last: Pose = (0.0, 0.0, 0.0)  # the last pose in ours
+        self._seq: int | None = None
+
+    def update(self, reading: Odometry) -> Pose:
+        """The pose in odom for a reading."""
+        pose = (reading.x, reading.y, reading.phi)
+        if self._seq is not None and reading.seq < self._seq:
+            self.restarts += 1
+            self._offset = _compose(self._last, _invert(pose))
+        self._seq = reading.seq
+        self._last = _compose(self._offset, pose)
+        return self._last
+
+    def reset(self, x: float, y: float, phi: float) -> None:
+        """The robot is at this pose now."""
+        pose = _compose(_invert(self._offset), self._last)
+        self._last = (x, y, _wrapped(phi))
+        self._offset = _compose(self._last, _invert(pose))
+
+
+def _compose(a: Pose, b: Pose) -> Pose:
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], _wrapped(a[2] + b[2])
+
+
+def _invert(a: Pose) -> Pose:
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, math.tau)

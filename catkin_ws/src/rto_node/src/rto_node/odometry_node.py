@@ -1,0 +1,102 @@
+"""The node rto_odometry_node: where the robot is, 20 times a second.
+
+Publishes:  odom (nav_msgs/Odometry, frame odom, child base_link), /tf odom -> base_link, /diagnostics.
+Services:   reset_odometry (rto_msgs/ResetOdometry): the robot is at x, y, phi now. Robotino's REST interface has no
+            reset, so the origin is moved here.
+Parameters: ~hostname, ~rate (20) [Hz], ~odom_frame_id (odom), ~base_frame_id (base_link), ~publish_tf (true).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Quaternion, TransformStamped
+from nav_msgs.msg import Odometry as OdometryMessage
+from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
+from tf2_msgs.msg import TFMessage
+
+from rto_node.client import Odometry, RobotinoClient
+from rto_node.odometry_frame import OdometryFrame, Pose
+from rto_node.ros_node import ERROR, OK, Diagnostics, Link, RosNode, find_address
+
+POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
+"""Of a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""
+UNMEASURED = 1e6
+"""Variance of what a robot on wheels does not measure."""
+
+
+class OdometryNode:
+    def __init__(self) -> None:
+        self._node = RosNode("rto_odometry_node")
+        address = find_address()
+        self._link = Link(address)
+        self._period = 1.0 / float(rospy.get_param("~rate", 20.0))
+        self._odom_frame = rospy.get_param("~odom_frame_id", "odom")
+        self._base_frame = rospy.get_param("~base_frame_id", "base_link")
+        self._frame = OdometryFrame()
+        self._lock = threading.Lock()  # guards the frame between the loop and the service
+        self._restarts = 0
+        self._odom = rospy.Publisher("odom", OdometryMessage, queue_size=1)
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if rospy.get_param("~publish_tf", True) else None
+        self._diagnostics = Diagnostics("odometry", address)
+        rospy.Service("reset_odometry", ResetOdometry, self._on_reset)
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._poll)
+
+    def _on_reset(self, request: ResetOdometry) -> ResetOdometryResponse:
+        if not all(map(math.isfinite, (request.x, request.y, request.phi))):
+            raise rospy.ServiceException(f"{request.x}, {request.y}, {request.phi} is not a pose")
+        with self._lock:
+            self._frame.reset(request.x, request.y, request.phi)
+        return ResetOdometryResponse()
+
+    def _poll(self) -> None:
+        read, counted_at = 0, time.monotonic()
+        for now in self._node.cycles(self._period):
+            read += self._link.ask(self._read)
+            problem = self._link.problem
+            message = problem or f"{read / max(1e-3, now - counted_at):.1f} readings/s"
+            if self._diagnostics.report(now, ERROR if problem else OK, message):
+                read, counted_at = 0, now
+        self._link.client.close()
+
+    def _read(self, client: RobotinoClient) -> None:
+        reading = client.odometry()
+        stamp = rospy.Time.now()
+        with self._lock:
+            pose = self._frame.update(reading)
+        if self._frame.restarts != self._restarts:
+            self._restarts = self._frame.restarts
+            rospy.logwarn("the robot's odometry has started again; %s goes on from where it was", self._odom_frame)
+        self._publish(pose, reading, stamp)
+
+    def _publish(self, pose: Pose, reading: Odometry, stamp: rospy.Time) -> None:
+        x, y, phi = pose
+        orientation = Quaternion(0.0, 0.0, math.sin(phi / 2), math.cos(phi / 2))
+        message = OdometryMessage()
+        message.header.stamp, message.header.frame_id = stamp, self._odom_frame
+        message.child_frame_id = self._base_frame
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation = orientation
+        twist = message.twist.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = reading.vx, reading.vy, reading.omega
+        for matrix in (message.pose, message.twist):
+            variances = (POSITION_VARIANCE, POSITION_VARIANCE, *[UNMEASURED] * 3, HEADING_VARIANCE)
+            matrix.covariance = [variances[i] if i == j else 0.0 for i in range(6) for j in range(6)]
+        self._odom.publish(message)
+        if self._tf is not None:
+            transform = TransformStamped()
+            transform.header, transform.child_frame_id = message.header, self._base_frame
+            transform.transform.translation.x, transform.transform.translation.y = x, y
+            transform.transform.rotation = orientation
+            self._tf.publish(TFMessage([transform]))
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    return OdometryNode().run()

@@ -1,0 +1,1 @@
+"""Between the pilot's velocity and the robot: a safety layer."""

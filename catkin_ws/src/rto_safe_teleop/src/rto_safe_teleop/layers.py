@@ -1,0 +1,114 @@
+"""The two safety layers behind one face: velocities and readings in, the velocity for the robot out. No ROS, no clock.
+
+`GateLayer` is the project's gate (telepresence.safety), asked at a fixed rate. `BubbleLayer` is the filter of the Robotino
+guide exactly: it acts when a command comes, and only then. The guide's weaknesses come with it; it is here to be compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from telepresence.safety import ROBOTINO, Command, Odometry, State, VelocityGate
+from telepresence.safety.bubble import Bubble, ClampLimits, points_of_ranges
+
+SAFETY_RADIUS = 0.4
+"""The bubble's, from the robot's middle [m]: gulbasozan/robotino-ros2, parameter safety_radius."""
+SILENT_AFTER = 0.5
+"""The gate sends zeros for this long after the last command, then nothing, so that others may drive [s]."""
+
+Velocity = tuple[float, float, float]
+"""Forward, left [m/s], counter-clockwise [rad/s] of base_link."""
+
+
+class Answer(NamedTuple):
+    """`velocity` for the robot, None for nothing to send; `state` and `reason` for people."""
+
+    velocity: Velocity | None
+    state: str
+    reason: str
+
+
+class Layer(Protocol):
+    """All times [s] on one monotonic clock."""
+
+    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+        """Nine infrared readings [m]."""
+
+    def hear_bumper(self, pressed: bool, now: float) -> None: ...
+
+    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None: ...
+
+    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+        """A velocity of the pilot. An answer is to be sent at once."""
+
+    def tick(self, now: float) -> Answer | None:
+        """Called 20 times a second. An answer is to be sent."""
+
+
+class GateLayer:
+    """The project's gate with its profile of Robotino.
+
+    Args:
+        careful: Swing the body while driving, so that the nine beams see everything.
+    """
+
+    def __init__(self, careful: bool = False) -> None:
+        self.gate = VelocityGate(ROBOTINO, careful=careful)
+        self._command: Command | None = None
+        self._odometry: Odometry | None = None
+
+    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+        self.gate.update_ranges("infrared", now, ranges)
+
+    def hear_bumper(self, pressed: bool, now: float) -> None:
+        self.gate.update_bumper(now, pressed)
+
+    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None:
+        self._odometry = Odometry(x, y, theta, now)
+
+    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+        self._command = Command(vx, vy, wz, now)
+        return None
+
+    def tick(self, now: float) -> Answer | None:
+        decision = self.gate.step(now, self._command, self._odometry)
+        velocity: Velocity | None = (decision.vx, decision.vy, decision.wz)
+        if self._command is None or now - self._command.stamp > SILENT_AFTER:
+            velocity = None
+        return Answer(velocity, decision.state.value, decision.reason)
+
+
+class BubbleLayer:
+    """The guide's filter.
+
+    Args:
+        radius: Of the bubble [m], from the robot's middle, against points at 0.2 m + reading.
+        limits: Of the guide's clamp.
+    """
+
+    def __init__(self, radius: float = SAFETY_RADIUS, limits: ClampLimits | None = None) -> None:
+        if not (math.isfinite(radius) and radius > 0.0):
+            raise ValueError(f"the safety radius must be a positive number of metres, got {radius}")
+        self._bubble = Bubble(radius, limits)
+
+    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+        self._bubble.update_points(points_of_ranges(ranges))
+
+    def hear_bumper(self, pressed: bool, now: float) -> None:
+        """The guide does not listen to the bumper."""
+
+    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None:
+        """The guide does not need it."""
+
+    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+        velocity = self._bubble.command(vx, vy, wz)
+        if velocity is None:
+            return Answer(None, State.SENSOR_STALE.value, "No sensor reading yet.")
+        if velocity[:2] == (0.0, 0.0) and (vx, vy) != (0.0, 0.0):
+            return Answer(velocity, State.BLOCKED.value, "A point is inside the bubble, and would stay there.")
+        return Answer(velocity, State.CLEAR.value, "Free.")
+
+    def tick(self, now: float) -> Answer | None:
+        return None

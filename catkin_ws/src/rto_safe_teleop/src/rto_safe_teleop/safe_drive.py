@@ -1,0 +1,146 @@
+"""The node safe_omni_drive: lets through what is safe of safe_cmd_vel.
+
+Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/PointCloud; its channel "range", or the
+            guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry).
+Publishes:  cmd_vel (geometry_msgs/Twist); safety_state (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
+Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
+Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~careful (false): swing the
+            body so that the beams see everything. For the bubble: ~safety_radius (0.4) [m], ~max_linear_vel (0.2),
+            ~min_linear_vel (0.05), ~max_angular_vel (1.0), ~min_angular_vel (0.1).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rto_node.geometry import SENSORS, ranges_of_guide_points
+from rto_node.ros_node import OK, WARN, Diagnostics, RosNode
+from sensor_msgs.msg import PointCloud
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+
+from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer
+from telepresence.safety.bubble import ClampLimits
+
+PERIOD = 0.05
+STATE_PERIOD = 0.5
+"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
+LAYERS = ("gate", "bubble")
+
+
+class SafeDrive:
+    def __init__(self) -> None:
+        self._node = RosNode("safe_omni_drive")
+        self._layer = _choose_layer()
+        self._lock = threading.Lock()  # guards the layer: callbacks come on threads of their own
+        self._state, self._state_due = "", 0.0
+        self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self._states = rospy.Publisher("safety_state", String, queue_size=1, latch=True)
+        self._diagnostics = Diagnostics("safety", type(self._layer).__name__)
+        for topic, kind, callback in (
+            ("safe_cmd_vel", Twist, self._on_command),
+            ("distance_sensors", PointCloud, self._on_distances),
+            ("bumper", Bool, self._on_bumper),
+            ("odom", Odometry, self._on_odometry),
+        ):
+            rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
+        if isinstance(self._layer, GateLayer):
+            rospy.Service("stop_drive", Trigger, self._on_stop)
+            rospy.Service("reset_stop", Trigger, self._on_reset_stop)
+            rospy.Service("reset_bumper", Trigger, self._on_reset_bumper)
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        for now in self._node.cycles(PERIOD):
+            with self._lock:
+                answer = self._layer.tick(now)
+            if answer is not None:
+                self._give(answer, now)
+        self._velocities.publish(Twist())
+
+    def _give(self, answer: Answer, now: float) -> None:
+        if answer.velocity is not None:
+            message = Twist()
+            message.linear.x, message.linear.y, message.angular.z = answer.velocity
+            self._velocities.publish(message)
+        state = f"{answer.state}: {answer.reason}"
+        if state != self._state or now >= self._state_due:
+            self._state, self._state_due = state, now + STATE_PERIOD
+            self._states.publish(state)
+        self._diagnostics.report(now, WARN if answer.state in ("fault", "sensor stale") else OK, state)
+
+    def _on_command(self, twist: Twist) -> None:
+        now = time.monotonic()
+        with self._lock:
+            answer = self._layer.hear_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
+        if answer is not None:
+            self._give(answer, now)
+
+    def _on_distances(self, cloud: PointCloud) -> None:
+        ranges = next((channel.values for channel in cloud.channels if channel.name == "range"), None)
+        if ranges is None:
+            ranges = ranges_of_guide_points([(point.x, point.y) for point in cloud.points])
+        if len(ranges) != SENSORS:
+            rospy.logwarn_throttle(10.0, "distance_sensors holds %d readings, wanted are %d", len(ranges), SENSORS)
+            return
+        with self._lock:
+            self._layer.hear_ranges(ranges, time.monotonic())
+
+    def _on_bumper(self, message: Bool) -> None:
+        with self._lock:
+            self._layer.hear_bumper(message.data, time.monotonic())
+
+    def _on_odometry(self, message: Odometry) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        with self._lock:
+            self._layer.hear_odometry(position.x, position.y, theta, time.monotonic())
+
+    def _on_stop(self, _request: TriggerRequest) -> TriggerResponse:
+        with self._lock:
+            self._layer.gate.stop("stop requested")
+        return TriggerResponse(True, "stopped until reset_stop")
+
+    def _on_reset_stop(self, _request: TriggerRequest) -> TriggerResponse:
+        with self._lock:
+            self._layer.gate.reset_stop()
+        return TriggerResponse(True, "let go of the controls once to drive again")
+
+    def _on_reset_bumper(self, _request: TriggerRequest) -> TriggerResponse:
+        with self._lock:
+            done = self._layer.gate.reset_bumper()
+        return TriggerResponse(done, "" if done else "the bumper is still pressed")
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    return SafeDrive().run()
+
+
+def _choose_layer() -> Layer:
+    """Raises SystemExit for an unknown layer or limits that make no sense."""
+    name = str(rospy.get_param("~layer", LAYERS[0]))
+    if name == "gate":
+        return GateLayer(bool(rospy.get_param("~careful", False)))
+    if name != "bubble":
+        raise SystemExit(f"{rospy.get_name()}: there is no layer {name!r}; layers: {', '.join(LAYERS)}")
+    rospy.logwarn("the guide's bubble drives this robot: it has no memory and no watchdog")
+    defaults = ClampLimits()
+    limits = ClampLimits(
+        float(rospy.get_param("~max_linear_vel", defaults.max_linear)),
+        float(rospy.get_param("~min_linear_vel", defaults.min_linear)),
+        float(rospy.get_param("~max_angular_vel", defaults.max_angular)),
+        float(rospy.get_param("~min_angular_vel", defaults.min_angular)),
+    )
+    try:
+        return BubbleLayer(float(rospy.get_param("~safety_radius", SAFETY_RADIUS)), limits)
+    except ValueError as error:
+        raise SystemExit(f"{rospy.get_name()}: {error}") from None

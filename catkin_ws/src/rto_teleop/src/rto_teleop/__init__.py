@@ -1,0 +1,1 @@
+"""Driving a Robotino by hand: keyboard and gamepad."""

@@ -1,0 +1,128 @@
+"""Keyboard driving as a ROS node: keys from the terminal it was started in, velocities on one topic.
+
+Publishes:  cmd_vel (geometry_msgs/Twist), 10 Hz while a key is held, zeros for a moment afterwards, then nothing.
+Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad/s.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from twist_keyboard.terminal import HungUp, KeyTerminal
+
+from rto_teleop.keys import HELP, HeldKeys, Velocity
+from telepresence.ros_master import MasterWatch, master_answers
+
+PERIOD = 0.1
+"""Seconds between two velocities while a key is held."""
+PARTING_TIME = 0.1
+"""Seconds for the last zero to leave: rospy sends from a thread of its own."""
+
+
+def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
+    """Run the node called `name`, which publishes on `topic`; the exit code."""
+    stop = threading.Event()
+
+    def request_stop(_signal: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, request_stop)
+    uri = rosgraph.get_master_uri()
+    if not master_answers(uri, timeout=2.0):
+        print(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
+        return 1
+    # rospy's own handlers would leave no time for the last zero.
+    rospy.init_node(name, disable_signals=True)
+    try:
+        keys = HeldKeys(float(rospy.get_param("~scale_linear", 1.0)), float(rospy.get_param("~scale_angular", 1.0)))
+    except ValueError as error:
+        print(f"{name}: wrong parameter: {error}", file=sys.stderr)
+        return 1
+    KeyboardNode(keys, topic, stop).run()
+    rospy.signal_shutdown("keyboard driving ended")
+    return 0
+
+
+class KeyboardNode:
+    """Joins keys and topic. `stop` ends `run`."""
+
+    def __init__(self, keys: HeldKeys, topic: str, stop: threading.Event) -> None:
+        self._keys = keys
+        self._stop = stop
+        self._driving = False
+        self._master_lost = threading.Event()
+        self._publisher = rospy.Publisher(topic, Twist, queue_size=1)
+        rospy.on_shutdown(stop.set)
+        MasterWatch(rospy, on_lost=self._master_lost.set).start()
+
+    def run(self) -> None:
+        """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
+        if sys.stdin is None or not sys.stdin.isatty():
+            _say(f"There is no terminal here to read keys from. In a terminal:  rosrun {' '.join(_own_names())}")
+            self._stop.wait()
+            return
+        try:
+            with KeyTerminal(sys.stdin.fileno()) as terminal:
+                _say(f"{HELP}\n{self._keys.describe()}")
+                while not self._stop.is_set():
+                    self._turn(terminal)
+        except HungUp as error:
+            _say(f"{error}; the robot stops")
+        finally:
+            if self._driving:
+                self._publish(Velocity(0.0, 0.0, 0.0))
+                time.sleep(PARTING_TIME)
+
+    def _turn(self, terminal: KeyTerminal) -> None:
+        if not terminal.in_foreground():
+            self._keys.release(time.monotonic())
+            self._send()
+            self._stop.wait(PERIOD)
+            if terminal.in_foreground():
+                terminal.resume()
+            return
+        before = self._keys.describe()
+        for key in terminal.read_keys(PERIOD):
+            self._keys.press(key, time.monotonic())
+        if self._master_lost.is_set():
+            self._master_lost.clear()
+            self._keys.release(time.monotonic())
+            _say("The ROS master does not answer: the robot stops.")
+        if self._keys.describe() != before:
+            _say(self._keys.describe())
+        self._send()
+
+    def _send(self) -> None:
+        velocity = self._keys.command(time.monotonic())
+        self._driving = velocity is not None and any(velocity)
+        if velocity is not None:
+            self._publish(velocity)
+
+    def _publish(self, velocity: Velocity) -> None:
+        message = Twist()
+        message.linear.x, message.linear.y, message.angular.z = velocity
+        try:
+            self._publisher.publish(message)
+        except rospy.ROSException:
+            self._stop.set()  # the topic was closed: this node is being shut down
+
+
+def _own_names() -> tuple[str, str]:
+    program = rospy.get_name().strip("/")
+    return ("rto_safe_teleop" if program.startswith("safe") else "rto_teleop"), program
+
+
+def _say(text: str) -> None:
+    """Print for the pilot. A terminal that has gone away is no reason to die before the robot has its zero."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        return
