@@ -1,7 +1,8 @@
 """The two safety layers behind one face: velocities and readings in, the velocity for the robot out. No ROS, no clock.
 
-`GateLayer` is the project's gate (telepresence.safety), asked at a fixed rate. `BubbleLayer` is the filter of the Robotino
-guide exactly: it acts when a command comes, and only then. The guide's weaknesses come with it; it is here to be compared.
+`GateLayer` is the project's gate (telepresence.safety), asked at a fixed rate. `BubbleLayer` is the filter of the
+Robotino guide exactly: it acts when a command comes, and only then. The guide's weaknesses come with it; it is here to
+be compared.
 """
 
 from __future__ import annotations

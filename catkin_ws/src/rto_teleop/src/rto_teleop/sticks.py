@@ -1,7 +1,7 @@
 """Gamepad -> velocity. No ROS, no device, no clock: the time is an argument.
 
-Axes, buttons and scales: rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2), on an Xbox pad: left stick
-drives, right stick turns, RB held lets it drive, LB held with it drives twice as fast.
+Axes, buttons and scales: rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2), on an Xbox pad: left
+stick drives, right stick turns, RB held lets it drive, LB held with it drives twice as fast.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import NamedTuple
 MAX_AGE = 0.2
 """Seconds after which a pad that has fallen silent counts as let go; it has to repeat its state meanwhile."""
 STUCK_TIME = 2.0
-"""Seconds after which a deflected stick that has not moved by one count asks for a new press of the drive button: a hand
-trembles, a pad that has lost its radio does not."""
+"""Seconds after which a deflected stick that has not moved by one count asks for a new press of the drive button: a
+hand trembles, a pad that has lost its radio does not."""
 ZEROS_TIME = 0.3
 """Seconds for which zeros are sent after the pad was let go."""
 

@@ -1,0 +1,232 @@
+"""The client against the simulated robot, and against servers that do not behave."""
+
+import socket
+import threading
+import time
+
+import pytest
+from rto_node.client import (
+    LONGEST_BACK_OFF,
+    RequestRefused,
+    RobotinoClient,
+    RobotinoUnreachable,
+    parse_address,
+)
+
+from robotino_sim.simulation import Simulation
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    with Simulation(scene="empty", port=0, laser=True) as running:
+        yield running
+
+
+@pytest.fixture
+def client(simulation):
+    simulation.restart()
+    client = RobotinoClient(simulation.url, timeout=5.0)
+    yield client
+    client.close()
+
+
+class Clock:
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+class BadServer:
+    """Answers every request with the bytes given, or with silence; counts connections."""
+
+    def __init__(self, answer, close=False):
+        self.answer, self.connections = answer, 0
+        self._close = close
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self):
+        while True:
+            try:
+                near, _ = self._listener.accept()
+            except OSError:
+                return
+            self.connections += 1
+            threading.Thread(target=self._talk, args=(near,), daemon=True).start()
+
+    def _talk(self, near):
+        with near:
+            while near.recv(65536):
+                if self.answer is not None:
+                    near.sendall(self.answer)
+                if self._close:
+                    return
+
+    def close(self):
+        self._listener.close()
+
+
+@pytest.fixture
+def bad_server():
+    servers = []
+
+    def make(answer, close=False):
+        servers.append(BadServer(answer, close))
+        return servers[-1]
+
+    yield make
+    for server in servers:
+        server.close()
+
+
+def http_answer(body, status="200 OK"):
+    return f"HTTP/1.1 {status}\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body
+
+
+# --- a robot that behaves --------------------------------------------------------------------------------------------
+
+
+def test_reads_everything(client, simulation, wait_until):
+    assert client.odometry()[:6] == (0.0,) * 6
+    assert len(client.distances()) == 9 and client.bumper() is False
+    assert client.analog_inputs() == (0.0,) * 8
+    assert client.digital_inputs() == client.digital_outputs() == (False,) * 8
+    assert client.relays() == (False, False)
+    power = client.power()
+    assert 15.0 < power.voltage < 30.0 and power.kind == "NiMH" and not power.low
+    scan = wait_until(client.scan, "a scan")
+    assert len(scan.ranges) == 441 and scan.range_max == 20.0
+    assert client.picture().startswith(b"\xff\xd8")
+
+
+def test_drives_and_sets_outputs(client, simulation, wait_until):
+    wait_until(lambda: client.drive(0.2, 0.0, 0.0) or client.odometry().x > 0.02, "the robot drives")
+    client.set_digital_outputs([True] * 8)
+    client.set_relays([False, True])
+    client.set_power_output(10)
+    assert client.digital_outputs() == (True,) * 8 and client.relays() == (False, True)
+
+
+def test_no_laser_is_none(wait_until):
+    with Simulation(scene="empty", port=0) as simulation:
+        assert RobotinoClient(simulation.url).scan() is None
+
+
+def test_keeps_one_connection_open(bad_server):
+    server = bad_server(http_answer(b'{"value":false}'))
+    client = RobotinoClient(server.address)
+    for _ in range(5):
+        assert client.bumper() is False
+    assert server.connections == 1
+
+
+def test_opens_a_new_connection_when_the_robot_closed_the_old_one(bad_server):
+    server = bad_server(http_answer(b'{"value":true}'), close=True)
+    client = RobotinoClient(server.address)
+    for count in range(1, 5):
+        assert client.bumper() is True
+        assert server.connections == count
+
+
+@pytest.mark.parametrize("velocity", [(float("nan"), 0, 0), (0, float("inf"), 0)])
+def test_never_sends_what_is_not_a_number(client, velocity):
+    with pytest.raises(ValueError, match="finite"):
+        client.drive(*velocity)
+
+
+# --- robots that do not ----------------------------------------------------------------------------------------------
+
+
+def test_silence_is_an_error_with_address_and_cause(bad_server):
+    server = bad_server(None)
+    client = RobotinoClient(server.address, timeout=0.1)
+    with pytest.raises(RobotinoUnreachable, match=rf"{server.address} .*nothing within 0.1 s"):
+        client.odometry()
+
+
+def test_a_late_answer_is_not_taken_for_the_next_one(bad_server):
+    """After a timeout the connection is given up: its answer may still come."""
+    server = bad_server(None)
+    clock = Clock()
+    client = RobotinoClient(server.address, timeout=0.1, clock=clock)
+    with pytest.raises(RobotinoUnreachable):
+        client.bumper()
+    server.answer = http_answer(b'{"value":true}')
+    clock.now += 10.0
+    assert client.bumper() is True
+    assert server.connections == 2
+
+
+def test_backs_off_after_failures_and_comes_back(free_port, bad_server):
+    clock = Clock()
+    client = RobotinoClient(f"127.0.0.1:{free_port()}", timeout=0.5, clock=clock)
+    waits = []
+    for _ in range(6):
+        with pytest.raises(RobotinoUnreachable, match="connection refused"):
+            client.odometry()
+        begin = clock.now
+        while True:
+            clock.now += 0.01
+            started = time.monotonic()
+            with pytest.raises(RobotinoUnreachable, match="connection refused"):
+                client.odometry()
+            assert time.monotonic() - started < 5.0
+            if client._not_before > clock.now:
+                if client._not_before - clock.now > 0.99 * client._back_off:
+                    break  # a real attempt was made
+        waits.append(clock.now - begin)
+    assert waits == sorted(waits)
+    assert waits[0] < 0.3 and waits[-1] == pytest.approx(LONGEST_BACK_OFF, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"", b"[1,2,3]", b"hello", b'{"x":1}', b"[0,0,0,0,0,0,null]", b'[0,0,0,0,0,0,"7"]', b"[0,0,NaN,0,0,0,1]", b"\xff"],
+)
+def test_nonsense_is_refused(bad_server, body):
+    client = RobotinoClient(bad_server(http_answer(body)).address)
+    with pytest.raises(RequestRefused):
+        client.odometry()
+
+
+def test_refusals_carry_the_robots_reason(bad_server):
+    client = RobotinoClient(bad_server(http_answer(b"not today", "400 Bad Request")).address)
+    with pytest.raises(RequestRefused, match="400: not today"):
+        client.drive(0.1, 0.0, 0.0)
+
+
+def test_not_http_at_all(bad_server):
+    client = RobotinoClient(bad_server(b"SSH-2.0-OpenSSH\r\n", close=True).address)
+    with pytest.raises(RobotinoUnreachable):
+        client.bumper()
+
+
+def test_a_camera_that_wakes_up_has_no_picture_yet(bad_server):
+    body = http_answer(b"No camera connected", "500 Internal Server Error")
+    assert RobotinoClient(bad_server(body).address).picture() is None
+
+
+def test_millivolts_become_volts(bad_server):
+    assert RobotinoClient(bad_server(http_answer(b'{"voltage":19800}')).address).power().voltage == 19.8
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("192.168.0.1", ("192.168.0.1", 80)),
+        ("robotino:8080", ("robotino", 8080)),
+        ("http://10.0.0.7/", ("10.0.0.7", 80)),
+        ("http://10.0.0.7:81", ("10.0.0.7", 81)),
+    ],
+)
+def test_addresses(text, found):
+    assert parse_address(text) == found
+
+
+@pytest.mark.parametrize("text", ["", "tcp://10.0.0.7", "a b", "host:port", "host:0", "host:70000", "http://"])
+def test_wrong_addresses_are_explained(text):
+    with pytest.raises(ValueError):
+        parse_address(text)

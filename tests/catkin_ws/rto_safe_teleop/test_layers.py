@@ -1,0 +1,117 @@
+"""The guide's bubble to the letter, and the gate as this node uses it. Times are invented."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rto_safe_teleop.layers import BubbleLayer, GateLayer
+
+FREE = [0.41] * 9
+speeds = st.floats(-0.3, 0.3)
+
+
+def guide(ranges, velocity, radius=0.4):
+    """The rule as the fact sheet tells it, written down once more."""
+
+    def axis(value, most, least):
+        if abs(value) > most:
+            return math.copysign(most, value)
+        return math.copysign(least, value) if 0.0 < abs(value) < least else value
+
+    vx, vy, wz = (axis(velocity[0], 0.2, 0.05), axis(velocity[1], 0.2, 0.05), axis(velocity[2], 1.0, 0.1))
+    points = [((d + 0.2) * math.cos(0.698 * i), (d + 0.2) * math.sin(0.698 * i)) for i, d in enumerate(ranges)]
+    breach = any(x * x + y * y <= radius**2 for x, y in points)
+    predicted = any((x - 0.8 * vx) ** 2 + (y - 0.8 * vy) ** 2 <= radius**2 for x, y in points)
+    return (0.0, 0.0, wz) if breach and predicted else (vx, vy, wz)
+
+
+@given(st.lists(st.floats(0.04, 0.41), min_size=9, max_size=9), speeds, speeds, st.floats(-1.5, 1.5))
+def test_bubble_is_the_guides_rule(ranges, vx, vy, wz):
+    layer = BubbleLayer()
+    layer.hear_ranges(ranges, 0.0)
+    assert layer.hear_command(vx, vy, wz, 0.0).velocity == guide(ranges, (vx, vy, wz))
+
+
+def test_bubble_sends_nothing_before_the_first_reading():
+    assert BubbleLayer().hear_command(0.1, 0.0, 0.0, 0.0).velocity is None
+
+
+def test_bubble_acts_only_when_a_command_comes():
+    layer = BubbleLayer()
+    layer.hear_ranges(FREE, 0.0)
+    layer.hear_command(0.1, 0.0, 0.0, 0.0)
+    assert layer.tick(100.0) is None
+
+
+@pytest.mark.parametrize("radius", [0.0, -1.0, math.nan, math.inf])
+def test_bubble_needs_a_radius(radius):
+    with pytest.raises(ValueError, match="radius"):
+        BubbleLayer(radius)
+
+
+class Driven:
+    """A gate that is fed as the node feeds it, 20 times a second, from a robot that follows at once."""
+
+    def __init__(self, ranges=FREE):
+        self.layer = GateLayer()
+        self.now = 0.0
+        self.x = 0.0
+        self.ranges = list(ranges)
+        self.answer = None
+
+    def run(self, seconds, command=None):
+        for _ in range(round(seconds / 0.05)):
+            self.now += 0.05
+            self.layer.hear_ranges(self.ranges, self.now)
+            self.layer.hear_odometry(self.x, 0.0, 0.0, self.now)
+            if command is not None:
+                self.layer.hear_command(*command, self.now)
+            self.answer = self.layer.tick(self.now)
+            if self.answer.velocity is not None:
+                self.x += self.answer.velocity[0] * 0.05
+        return self.answer
+
+
+def test_gate_lets_a_free_robot_drive():
+    driven = Driven()
+    driven.run(0.5)
+    assert driven.answer.velocity is None  # nobody has commanded anything: others may drive
+    driven.run(2.0, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] == pytest.approx(0.2, abs=0.02)
+
+
+def test_gate_does_not_drive_into_what_it_sees():
+    driven = Driven([0.08, *FREE[1:]])
+    driven.run(0.5)
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] < 0.1
+    assert driven.answer.state in ("limited", "blocked")
+
+
+def test_gate_stops_when_commands_cease_and_then_is_silent():
+    driven = Driven()
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    driven.run(0.4)
+    assert driven.answer.velocity == (0.0, 0.0, 0.0)
+    driven.run(0.3)
+    assert driven.answer.velocity is None
+
+
+def test_gate_stops_without_readings():
+    driven = Driven()
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    for _ in range(20):
+        driven.now += 0.05
+        driven.layer.hear_odometry(driven.x, 0.0, 0.0, driven.now)
+        driven.layer.hear_command(0.2, 0.0, 0.0, driven.now)
+        answer = driven.layer.tick(driven.now)
+    assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "sensor stale"
+
+
+def test_gate_stops_on_the_bumper():
+    driven = Driven()
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    driven.layer.hear_bumper(True, driven.now)
+    driven.run(0.1, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] <= 0.0
