@@ -79,6 +79,7 @@ class JoystickNode:
             except OSError as error:
                 rospy.logwarn("%s; the robot stops", error)
                 self._lose()
+                self._stop.wait(LOOK_PERIOD)
             finally:
                 pad.close()
 
