@@ -15,12 +15,12 @@ from PyQt5.QtCore import QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication
 
 from gui.controller import Attach, Controller
+from gui.profiles import PROFILES
 from gui.ros_link import RosLink, without_remappings
 from gui.terminal import TerminalView
 from gui.window import OperatorWindow, style_sheet, themes
 from gui.x11 import hold_display
 
-DEFAULT_FEED = "/pepper_robot/camera/front/image_raw"
 SCREENSHOT_DELAY = 1000
 """ms after the first picture: time for the terminal to show what it runs."""
 
@@ -42,8 +42,9 @@ def main(argv: list[str] | None = None) -> int:
     terminal = TerminalView()
     window = OperatorWindow(terminal)
     window.address.setText(arguments.robot)
-    link = RosLink(arguments.feed)
-    Controller(window, link, terminal, arguments.attach)
+    profile = PROFILES[arguments.profile]
+    link = RosLink(arguments.feed or profile.feed, profile.cmd_vel)
+    Controller(window, link, terminal, arguments.attach, profile)
     link.ended.connect(lambda reason: _end_by_ros(window, reason))
     window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
     if arguments.screenshot:
@@ -68,7 +69,8 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--robot", metavar="ADDRESS", default=os.environ.get("NAO_IP", "127.0.0.1"), help="the robot; default NAO_IP"
     )
-    parser.add_argument("--feed", metavar="TOPIC", default=DEFAULT_FEED, help="camera topic; default %(default)s")
+    parser.add_argument("--profile", choices=PROFILES, default="pepper", help="kind of robot; default %(default)s")
+    parser.add_argument("--feed", metavar="TOPIC", help="camera topic; default the profile's")
     attach = parser.add_mutually_exclusive_group()
     attach.add_argument(
         "--attach", dest="attach", action="store_const", const=Attach.ALWAYS, default=Attach.AUTO,

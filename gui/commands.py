@@ -9,8 +9,8 @@ from typing import NamedTuple
 from urllib.parse import urlparse
 
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
-SECOND_KEYBOARD = f"{KEYBOARD} name:=window_keyboard"
-"""Beside one that runs elsewhere: of two nodes with one name the older is thrown out."""
+SECOND_NAME = "name:=window_keyboard"
+"""For a keyboard beside one that runs elsewhere: of two nodes with one name the older is thrown out."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_NAOQI_PORT = 9559
@@ -52,13 +52,19 @@ def roscore(master_uri: str) -> str:
     return "roscore" if port == DEFAULT_MASTER_PORT else f"roscore -p {port}"
 
 
-def session(address: Address, own_address: str) -> str:
-    """Start the robot's programs."""
+def pepper_session(address: Address, own_address: str) -> str:
+    """Start Pepper's programs."""
     words = ["roslaunch", "pepper_bringup", "tele_pepper.launch"]
     words += [f"nao_ip:={address.host}", f"roscore_ip:={own_address}"]
     if address.port not in (None, DEFAULT_NAOQI_PORT):
         words.append(f"nao_port:={address.port}")
     return shlex.join(words)
+
+
+def robotino_session(address: Address, _own_address: str) -> str:
+    """Start Robotino's programs."""
+    port = f":{address.port}" if address.port else ""
+    return shlex.join(["roslaunch", "rto_bringup", "rto.launch", f"hostname:={address.host}{port}"])
 
 
 def own_address_towards(host: str) -> str:

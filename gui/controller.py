@@ -11,6 +11,7 @@ from gui import commands
 from gui.drive_pad import SEND_PERIOD
 from gui.link_state import LinkState
 from gui.picture import Picture
+from gui.profiles import PROFILES, Profile
 
 if TYPE_CHECKING:
     from gui.ros_link import RosLink
@@ -40,11 +41,17 @@ class Controller(QObject):
     """
 
     def __init__(
-        self, window: OperatorWindow, link: RosLink, terminal: TerminalView, attach: Attach = Attach.AUTO
+        self,
+        window: OperatorWindow,
+        link: RosLink,
+        terminal: TerminalView,
+        attach: Attach = Attach.AUTO,
+        profile: Profile = PROFILES["pepper"],
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
+        self._profile = profile
         self._zeros_left = 0
         self._zeros = QTimer(self, interval=SEND_PERIOD)
         self._zeros.timeout.connect(self._send_zero)
@@ -96,11 +103,12 @@ class Controller(QObject):
             self._mark_address(valid=False)
             self._say(str(error), "bad")
             return
-        self._terminal.type_line(lambda: commands.session(address, commands.own_address_towards(address.host)))
+        self._terminal.type_line(lambda: self._profile.session(address, commands.own_address_towards(address.host)))
         self._terminal.take_keyboard()
 
     def _start_keyboard(self, state: LinkState) -> None:
-        self._terminal.type_line(commands.SECOND_KEYBOARD if state.keyboard else commands.KEYBOARD)
+        keyboard = self._profile.keyboard
+        self._terminal.type_line(f"{keyboard} {commands.SECOND_NAME}" if state.keyboard else keyboard)
 
     def show_feed(self, wanted: bool) -> None:
         """Show the robot's camera, or stop doing so."""

@@ -45,6 +45,7 @@ class RosLink(QObject):
 
     Args:
         feed: The camera topic, sensor_msgs/Image.
+        cmd_vel: The topic to drive on, geometry_msgs/Twist.
     """
 
     state_changed = pyqtSignal(object)
@@ -59,9 +60,10 @@ class RosLink(QObject):
     _looked = pyqtSignal(object)
     _arrived = pyqtSignal()
 
-    def __init__(self, feed: str) -> None:
+    def __init__(self, feed: str, cmd_vel: str = "cmd_vel") -> None:
         super().__init__()
         self.feed = feed
+        self._cmd_vel = cmd_vel
         self.state = LinkState(rosgraph.get_master_uri())
         self._closing = threading.Event()
         self._wake = threading.Event()
@@ -142,7 +144,7 @@ class RosLink(QObject):
         if code != 1:
             return LinkState(uri)
         publishers, subscribers, _ = (dict(group) for group in graph)
-        cmd_vel = rosgraph.names.resolve_name("cmd_vel", f"/{NODE}")
+        cmd_vel = rosgraph.names.resolve_name(self._cmd_vel, f"/{NODE}")
         # Keyboards listen as well, to know when another input drives; a driver only listens.
         drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
         return LinkState(
@@ -157,7 +159,7 @@ class RosLink(QObject):
     def _join(self) -> None:
         rospy.init_node(NODE, disable_signals=True)
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self._publisher = rospy.Publisher(self._cmd_vel, Twist, queue_size=1)
         MasterWatch(rospy).start()
         self._joined = True
 

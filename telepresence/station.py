@@ -22,7 +22,12 @@ from telepresence.ros_master import master_answers
 from telepresence.virtual_display import VirtualDisplay, display_answers
 
 LAUNCH = Path(__file__).resolve().parent.parent / "launch"
-DEFAULT_PORTS = {"nao_port": 9559, "page_port": 10002, "screen_port": 10003}
+PAGE_PORT, SCREEN_PORT = 10002, 10003
+ROBOTS = {
+    "pepper": ("nao_ip", "nao_port", 9559, "tcp"),
+    "robotino": ("robotino_ip", "robotino_port", 8080, "http"),
+}
+"""Robot -> its launch arguments for address and port, the port of the simulated one, and the scheme of its wire."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -83,19 +88,21 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     settings = arguments.settings
     simulated = settings.get("sim", "true").lower() in ("true", "1")
     window = settings.get("gui", "true").lower() in ("true", "1")
-    ports = {name: int(settings.get(name, default)) for name, default in DEFAULT_PORTS.items()}
+    _, port_name, default_port, _ = ROBOTS[arguments.robot]
     if simulated:
-        require_free(ports["nao_port"], "nao_port", "the simulated robot")
-    require_free(ports["page_port"], "page_port", "the tablet's page")
+        require_free(port_setting(settings, port_name, default_port), port_name, "the simulated robot")
+    if arguments.robot == "pepper":
+        require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
+    screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
     keeper = screen = display = None
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
-            require_free(ports["screen_port"], "screen_port", "the picture of the window")
+            require_free(screen_port, "screen_port", "the picture of the window")
             display = VirtualDisplay()
             os.environ["DISPLAY"] = display.name
-            screen = serve_screen(display, ports["screen_port"])
+            screen = serve_screen(display, screen_port)
         # roslaunch reads its files while roscore starts.
         launch = processes.start(
             ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
@@ -105,7 +112,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             print(f"Using the ROS master that runs at {master_uri}")
         else:
             keeper = MasterKeeper(master_uri)
-        print(banner(arguments.robot, settings, ports, simulated, display, master_uri), flush=True)
+        print(banner(arguments.robot, settings, master_uri, simulated, display, screen_port), flush=True)
         while not stop.wait(0.2):
             if launch.poll() is not None:
                 print("roslaunch ended", file=sys.stderr)
@@ -143,25 +150,35 @@ def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
     )
 
 
+def port_setting(settings: dict[str, str], name: str, default: int) -> int:
+    """The port that the person chose. Raises RuntimeError when it is none."""
+    text = settings.get(name, str(default))
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 65536):
+        raise RuntimeError(f"{name}:={text} is not a port: a number from 1 to 65535 is needed")
+    return int(text)
+
+
 def banner(
     robot: str,
     settings: dict[str, str],
-    ports: dict[str, int],
+    master_uri: str,
     simulated: bool,
     display: VirtualDisplay | None,
-    master_uri: str,
+    screen_port: int,
 ) -> str:
     """What runs where, for the person at the terminal."""
-    kind = "simulated" if simulated else "real"
+    address_name, port_name, default_port, scheme = ROBOTS[robot]
+    address, port = settings.get(address_name, "127.0.0.1"), settings.get(port_name, default_port)
     lines = [
         "",
-        f"  robot        {robot}, {kind}, tcp://{settings.get('nao_ip', '127.0.0.1')}:{ports['nao_port']}",
+        f"  robot        {robot}, {'simulated' if simulated else 'real'}, {scheme}://{address}:{port}",
         f"  ROS master   {master_uri}",
-        f"  tablet page  http://127.0.0.1:{ports['page_port']}/",
     ]
+    if robot == "pepper":
+        lines.append(f"  tablet page  http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/")
     if display is not None:
         lines += [
-            f"  window       http://127.0.0.1:{ports['screen_port']}/",
+            f"  window       http://127.0.0.1:{screen_port}/",
             f"               There is no display here, so the window is on a virtual one ({display.name}).",
         ]
     lines += ["", "  Ctrl-C ends all of it.", ""]

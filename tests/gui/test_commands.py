@@ -52,19 +52,19 @@ def test_no_address_smuggles_a_command_into_the_shell(text):
         address = parse_address(text)
     except ValueError:
         return
-    line = commands.session(address, "10.0.0.1")
+    line = commands.pepper_session(address, "10.0.0.1")
     assert shlex.split(line) == line.split()
     assert set(line) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 ._:=-")
 
 
 def test_session_is_the_documented_command_line():
-    line = commands.session(Address("192.168.1.10"), "192.168.1.2")
+    line = commands.pepper_session(Address("192.168.1.10"), "192.168.1.2")
     assert line == "roslaunch pepper_bringup tele_pepper.launch nao_ip:=192.168.1.10 roscore_ip:=192.168.1.2"
 
 
 def test_session_names_an_unusual_port():
-    assert commands.session(Address("127.0.0.1", 41000), "127.0.0.1").endswith(" nao_port:=41000")
-    assert "nao_port" not in commands.session(Address("127.0.0.1", 9559), "127.0.0.1")
+    assert commands.pepper_session(Address("127.0.0.1", 41000), "127.0.0.1").endswith(" nao_port:=41000")
+    assert "nao_port" not in commands.pepper_session(Address("127.0.0.1", 9559), "127.0.0.1")
 
 
 @pytest.mark.parametrize(

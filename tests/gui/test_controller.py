@@ -7,7 +7,7 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
-from gui.commands import KEYBOARD, SECOND_KEYBOARD
+from gui.commands import KEYBOARD, SECOND_NAME
 from gui.controller import STOP_REPEATS, Attach, Controller
 from gui.picture import Picture
 from gui.window import OperatorWindow, style_sheet
@@ -124,7 +124,7 @@ def test_session_start_beside_running_programs_starts_the_keyboard(open_window, 
 def test_a_keyboard_that_runs_elsewhere_is_not_thrown_out(open_window, link, terminal):
     open_window()
     link.become(**RUNNING, keyboard=True)
-    assert terminal.lines == [("session", SECOND_KEYBOARD)]
+    assert terminal.lines == [("session", f"{KEYBOARD} {SECOND_NAME}")]
 
 
 def test_robot_feed_switches_the_picture_on_and_off(open_window, link):
