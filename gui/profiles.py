@@ -31,7 +31,7 @@ PROFILES = {
         keyboard=commands.KEYBOARD,
     ),
     "robotino": Profile(
-        feed="/rto3/img_raw",
+        feed="/rto3/image_raw",
         cmd_vel="/rto3/safe_cmd_vel",
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
