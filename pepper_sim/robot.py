@@ -341,6 +341,7 @@ class Pepper:
             laser=dict(sensors.laser),
             shovel=sensors.ground["Shovel"],
             vertical={side: sensors.ground[side][0] for side in ("Left", "Right")},
+            infrared=dict(sensors.infrared),
             bumpers=dict(sensors.bumpers),
             touch=dict(sensors.touch),
             battery=self._power.battery,

@@ -9,6 +9,8 @@ import mujoco
 import numpy as np
 
 from pepper_sim.robot_description import (
+    INFRARED_PERIOD,
+    INFRARED_RANGE,
     LASER_ANGLES,
     LASER_MAX,
     LASER_MIN,
@@ -48,12 +50,13 @@ _GROUND_LASERS = {
     "Right": ("laser_vertical_right", (0.0,)),
 }
 _GROUND_FRAME = "SurroundingFrontLaser_frame"
+_INFRARED = {"Left": "infrared_left", "Right": "infrared_right"}
 
 See = Callable[[str, np.ndarray], None]
 
 
 class Sensors:
-    """Newest readings of sonars, lasers and bumpers."""
+    """Newest readings of sonars, lasers, infrared spots and bumpers."""
 
     def __init__(self, world: World, prefix: str, see: See, rng: np.random.Generator) -> None:
         """`see(sensor, points)` receives what an obstacle sensor hit, in base_footprint, shape (n, 2) [m]."""
@@ -76,6 +79,10 @@ class Sensors:
             name: RayBundle(model, prefix + site, fan(np.array(angles)), group, LASER_MISS)
             for name, (site, angles) in _GROUND_LASERS.items()
         }
+        straight = np.array([[1.0, 0.0, 0.0]])
+        self._infrared = {
+            name: RayBundle(model, prefix + site, straight, group, INFRARED_RANGE) for name, site in _INFRARED.items()
+        }
         # All three lasers as one array of rays, seen from above: in the device's own frame and in base_footprint.
         self._laser_rows = {name: i * SEGMENTS for i, name in enumerate(_LASERS)}
         poses = [_pose_on_floor(model, prefix + site) for site in _LASERS.values()]
@@ -85,11 +92,13 @@ class Sensors:
         self.sonar = dict.fromkeys(_SONARS, SONAR_MAX)
         self.laser = {name: _frozen(LASER_MISS * rays[:, :2]) for name in _LASERS}
         self.ground = {name: np.zeros((len(angles), 2)) for name, (_, angles) in _GROUND_LASERS.items()}
+        self.infrared = dict.fromkeys(_INFRARED, False)
         self.bumpers = dict.fromkeys(BUMPER_PARTS.values(), False)
         self.touch = dict.fromkeys(TOUCH_PARTS, False)
         self._held: set[str] = set()
         world.every(LASER_PERIOD, self._read_lasers, phase=0.02)
         world.every(SONAR_PERIOD, self._read_sonars, phase=0.03)
+        world.every(INFRARED_PERIOD, self._read_infrared, phase=0.04)
         world.every(BUMPER_PERIOD, self._read_bumpers)
 
     def press(self, part: str, pressed: bool) -> None:
@@ -154,6 +163,12 @@ class Sensors:
                 else:
                     self.sonar[name] = SONAR_MAX
                     self._see("Sonar" + name, np.zeros((0, 2)))
+
+    def _read_infrared(self, now: float) -> None:
+        """A spot knows no distance, so the base's protection makes nothing of it."""
+        with self._world.locked() as data:
+            for name, bundle in self._infrared.items():
+                self.infrared[name] = bool(np.isfinite(bundle.cast(data)[0]))
 
     def _read_bumpers(self, now: float) -> None:
         with self._world.locked() as data:

@@ -72,6 +72,7 @@ class Snapshot:
             Seg01 (leftmost) first; a point 5.6 m away where nothing is within 3 m.
         shovel: (3, 2) float, x and y [m] in the frame of the front laser: where the sloping light meets a surface.
         vertical: "Left", "Right": (2,) float, as shovel, one point each.
+        infrared: "Left", "Right": something is nearer than 0.4 m, 45 degrees to that side of straight ahead.
         bumpers: "FrontLeft", "FrontRight", "Back".
         touch: "FrontTactil", "MiddleTactil", "RearTactil", "HandRightBack", "HandLeftBack", "ChestButton".
         temperatures: Motor temperature per joint [°C].
@@ -97,6 +98,7 @@ class Snapshot:
     laser: Mapping[str, np.ndarray]
     shovel: np.ndarray
     vertical: Mapping[str, np.ndarray]
+    infrared: Mapping[str, bool]
     bumpers: Mapping[str, bool]
     touch: Mapping[str, bool]
     battery: Battery

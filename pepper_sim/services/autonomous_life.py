@@ -45,7 +45,8 @@ class ALAutonomousLife(Module):
         memory.declare(("AutonomousLife/CompletedActivity", "AutonomousLife/NextActivity"), self.name)
         memory.declare(("AutonomousLife/State", "AutonomousLife/FocusedActivity"), self.name)
         memory.store("AutonomousLife/State", self._state)
-        memory.store("AutonomousLife/FocusedActivity", "")
+        for activity in ("FocusedActivity", "CompletedActivity", "NextActivity"):
+            memory.store(f"AutonomousLife/{activity}", "")
         memory.store("AutonomousLife/LaunchSuggestions", [])
 
     # --- state -------------------------------------------------------------------------------------------------------

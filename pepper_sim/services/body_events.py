@@ -17,11 +17,14 @@ log = logging.getLogger(__name__)
 PERIOD = 0.02
 """How often the body is looked at [s]."""
 _SLOW = 50  # posture and battery are looked at once a second
+_HAND_SIDES = ("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched")
+"""Documented, although only the backs of Pepper's hands can feel."""
 _EVENTS = (
     *(event for _, event in TOUCH_SENSORS.values()),
     *(event for _, event, _ in BUMPERS.values()),
-    *("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched"),
+    *_HAND_SIDES,
     *("TouchChanged", "ALMotion/MoveFailed", "ALMotion/RobotIsFalling", "robotHasFallen", "ALMotion/RobotIsStand"),
+    *("ALMotion/Safety/ChainVelocityClipped", "ALMotion/Protection/DisabledDevicesChanged"),
     *("PostureChanged", "PostureFamilyChanged", "BodyStiffnessChanged", "ALChestButton/SimpleClickOccurred"),
     *("BatteryChargeChanged", "BatteryPowerPluggedChanged", "BatteryChargingFlagChanged"),
 )
@@ -41,6 +44,8 @@ class BodyEvents:
         for _, event in TOUCH_SENSORS.values():
             memory.store(event, 0.0)
         for _, event, _ in BUMPERS.values():
+            memory.store(event, 0.0)
+        for event in _HAND_SIDES:
             memory.store(event, 0.0)
         for key, value in (
             ("BatteryPowerPluggedChanged", False),

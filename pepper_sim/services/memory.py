@@ -111,9 +111,10 @@ class ALMemory(Module):
             self._call_back(key, topic, callback, value)
 
     def declare(self, events: Iterable[str], extractor: str = "") -> None:
-        """Make events known before they are first raised."""
+        """Make events known before they are first raised; until then their value is void, unless it is stored."""
         with self._lock:
             for event in events:
+                self._entry(event)
                 self._topics.setdefault(event, _Topic()).extractor = extractor
 
     # --- data --------------------------------------------------------------------------------------------------------

@@ -6,10 +6,11 @@ as ros-naoqi/naoqi_driver reads them. Values are computed when somebody reads th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
-from pepper_sim.robot_description import BATTERY_VOLTAGE, WHEEL_RADIUS
+from pepper_sim.robot_description import BATTERY_VOLTAGE, LASER_ANGLES, LASER_MISS, LASER_PERIOD, WHEEL_RADIUS
 from pepper_sim.robot_power import DRIVE_POWER, ELECTRONICS_RISE, ROOM
 from pepper_sim.services.identity import IDENTITY_KEYS
 
@@ -17,7 +18,9 @@ Reader = Callable[[Any], Any]
 """A robot's snapshot -> the key's value."""
 
 _DEVICE = "Device/SubDeviceList/"
+_LASER = _DEVICE + "Platform/LaserSensor/"
 _AXES = "XYZ"
+_SIDES = ("Front", "Left", "Right")
 _HORIZONTAL_SEGMENTS = range(1, 16)
 _SHOVEL_SEGMENTS = range(1, 4)
 
@@ -53,6 +56,10 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
     keys.update(_inertial("InertialSensorBase", "imu_base"))
     keys.update(_inertial("InertialSensor", "imu_torso"))
     keys.update(_lasers())
+    keys.update(_doubtful_laser_points())
+    keys.update(_laser_registers())
+    for side in ("Left", "Right"):
+        keys[f"{_DEVICE}Platform/InfraredSpot/{side}/Sensor/Value"] = lambda s, side=side: float(s.infrared[side])
     for side in ("Front", "Back"):
         keys[f"{_DEVICE}Platform/{side}/Sonar/Sensor/Value"] = lambda s, side=side: float(s.sonar[side])
     for name, (device, _) in TOUCH_SENSORS.items():
@@ -154,23 +161,54 @@ def _inertial(device: str, field: str) -> dict[str, Reader]:
 
 def _lasers() -> dict[str, Reader]:
     """Points where the laser planes hit, on the ground, in a frame under each camera: x ahead of it, y left [m]."""
-    base = _DEVICE + "Platform/LaserSensor/"
     keys: dict[str, Reader] = {}
     for axis_index, axis in enumerate("XY"):
-        for side in ("Front", "Left", "Right"):
+        for side in _SIDES:
             for segment in _HORIZONTAL_SEGMENTS:
-                keys[f"{base}{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"] = (
+                keys[f"{_LASER}{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"] = (
                     lambda s, side=side, row=segment - 1, at=axis_index: float(s.laser[side][row, at])
                 )
         for segment in _SHOVEL_SEGMENTS:
-            keys[f"{base}Front/Shovel/Seg{segment:02d}/{axis}/Sensor/Value"] = (
+            keys[f"{_LASER}Front/Shovel/Seg{segment:02d}/{axis}/Sensor/Value"] = (
                 lambda s, row=segment - 1, at=axis_index: float(s.shovel[row, at])
             )
         for side in ("Left", "Right"):
-            keys[f"{base}Front/Vertical/{side}/Seg01/{axis}/Sensor/Value"] = lambda s, side=side, at=axis_index: float(
-                s.vertical[side][at]
+            keys[f"{_LASER}Front/Vertical/{side}/Seg01/{axis}/Sensor/Value"] = (
+                lambda s, side=side, at=axis_index: float(s.vertical[side][at])
             )
-    for side in ("Front", "Left", "Right"):
-        keys[f"{base}{side}/Reg/OperationMode/Sensor/Value"] = lambda s, side=side: 7.0 if side == "Front" else 1.0
-        keys[f"{base}{side}/Reg/FrameCount/Sensor/Value"] = lambda s: float(int(s.time * 6.25) % 65536)
+    return keys
+
+
+def _doubtful_laser_points() -> dict[str, Reader]:
+    """Points the lasers are not sure of, or take for reflections: x ahead, y left, per horizontal segment [m].
+
+    The simulated light always tells whether it meets something, and nothing mirrors it. So there are no such points,
+    which reads as every empty segment does: the far point.
+    """
+    keys: dict[str, Reader] = {}
+    for segment, angle in zip(_HORIZONTAL_SEGMENTS, LASER_ANGLES, strict=True):
+        for axis, far in (("X", LASER_MISS * math.cos(angle)), ("Y", LASER_MISS * math.sin(angle))):
+            for side in _SIDES:
+                for kind in ("UncertainObstacle", "AnnoyingReflection"):
+                    keys[f"{_LASER}{side}/{kind}/Seg{segment:02d}/{axis}/Sensor/Value"] = lambda s, far=far: far
+    return keys
+
+
+def _laser_registers() -> dict[str, Reader]:
+    """Registers of the three laser boards.
+
+    OperationMode is the sum of 1 horizontal, 2 verticals and 4 shovel: every laser a board has is always on. FrameCount
+    counts readings and wraps at 65535, BoardTemp is that of all simulated electronics [°C]. Nothing simulated stands
+    behind Status, AssertFailCount, RunMode and CalibrDataVer: they are zero, as a register that nobody has written.
+    """
+    keys: dict[str, Reader] = {}
+    for side in _SIDES:
+        base = f"{_LASER}{side}/Reg/"
+        mode = 7.0 if side == "Front" else 1.0
+        for part in ("Sensor", "Actuator"):
+            keys[f"{base}OperationMode/{part}/Value"] = lambda s, mode=mode: mode
+        keys[f"{base}FrameCount/Sensor/Value"] = lambda s: float(int(s.time / LASER_PERIOD) % 65536)
+        keys[f"{base}BoardTemp/Sensor/Value"] = lambda s: ROOM + ELECTRONICS_RISE
+        for name in ("Status", "AssertFailCount", "RunMode", "CalibrDataVer"):
+            keys[f"{base}{name}/Sensor/Value"] = lambda s: 0.0
     return keys

@@ -21,6 +21,7 @@ from pepper_sim.services.tasks import MotionTasks, Workers
 
 _WAKE_SPEED = 0.4
 _REST_SPEED = 0.35
+_EVENTS = ("wakeUpStarted", "wakeUpFinished", "restStarted", "restFinished")
 _STIFFNESS_PERIOD = 0.02
 
 
@@ -37,6 +38,7 @@ class MotionStiffness:
         self._joints = joints
         self._changing = threading.Lock()
         self.awake = True
+        memory.declare(("robotIsWakeUp", *(f"ALMotion/Stiffness/{event}" for event in _EVENTS)), "ALMotion")
         memory.store("robotIsWakeUp", True)
 
     def restart(self) -> None:

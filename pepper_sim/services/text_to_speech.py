@@ -12,6 +12,7 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import qi
 
@@ -36,7 +37,17 @@ _PARAMETERS = {
     "pitch": (50.0, 200.0, 100.0),
 }
 """Name -> (least, greatest, default)."""
-_EVENTS = ("TextStarted", "TextDone", "TextInterrupted", "CurrentSentence", "CurrentWord", "CurrentBookMark")
+_SILENCE: dict[str, Any] = {
+    "TextStarted": False,
+    "TextDone": True,
+    "TextInterrupted": False,
+    "CurrentSentence": "",
+    "CurrentWord": "",
+    "CurrentBookMark": 0,
+    "PositionOfCurrentWord": 0,
+    "Status": [0, "done"],
+}
+"""Event -> its value before anything was said."""
 
 
 class ALTextToSpeech(Module):
@@ -56,9 +67,8 @@ class ALTextToSpeech(Module):
         self._number = 0
         self.synchroTTS = qi.Signal("(m)")
         self.languageTTS = qi.Signal("(s)")
-        memory.declare((f"ALTextToSpeech/{event}" for event in _EVENTS), self.name)
-        memory.declare(("ALTextToSpeech/PositionOfCurrentWord", "ALTextToSpeech/Status"), self.name)
-        for event, value in (("TextStarted", False), ("TextDone", True), ("CurrentSentence", ""), ("CurrentWord", "")):
+        memory.declare((f"ALTextToSpeech/{event}" for event in _SILENCE), self.name)
+        for event, value in _SILENCE.items():
             memory.store(f"ALTextToSpeech/{event}", value)
         voice.on_begin, voice.on_word, voice.on_end = self._begun, self._word, self._ended
 

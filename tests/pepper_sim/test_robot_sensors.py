@@ -112,6 +112,21 @@ def test_ground_lasers_see_the_floor_and_what_stands_on_it(pepper):
 
 
 @pytest.mark.parametrize(
+    ("x", "yaw", "seen"),
+    [
+        (3.5, 0.0, set()),  # along either ray the wall is 0.64 m away,
+        (3.75, 0.0, {"Left", "Right"}),  # 0.28 m,
+        (3.45, -45.0, set()),  # along the left one 0.46 m,
+        (3.6, -45.0, {"Left"}),  # 0.31 m,
+        (3.6, 45.0, {"Right"}),
+    ],
+)
+def test_infrared_spots_see_what_is_near_at_45_degrees(pepper, x, yaw, seen):
+    stand_at(pepper, x, 0.0, math.radians(yaw))
+    assert {side for side, near in pepper.snapshot().infrared.items() if near} == seen
+
+
+@pytest.mark.parametrize(
     ("velocity", "pressed"),
     [
         ((0.35, 0.0), {"FrontLeft", "FrontRight"}),

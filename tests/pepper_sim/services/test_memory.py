@@ -106,6 +106,10 @@ def test_a_dead_callback_is_dropped(naoqi, connect, wait_until):
 def test_keys_and_events_are_listed(naoqi):
     memory = naoqi.ALMemory
     memory.declareEvent("Test/Declared", "TestExtractor")
+    assert memory.getData("Test/Declared") is None
+    memory.raiseEvent("Test/Declared", 1)
+    memory.declareEvent("Test/Declared", "TestExtractor")
+    assert memory.getData("Test/Declared") == 1, "declaring it again keeps the value"
     assert "Test/Declared" in memory.getEventList()
     assert memory.getExtractorEvent("TestExtractor") == ["Test/Declared"]
     assert set(memory.getDataList("HeadYaw/Position")) == {
@@ -137,3 +141,6 @@ def test_the_memory_cannot_be_filled(monkeypatch):
     with pytest.raises(module.ServiceError, match="full"):
         for number in range(20):
             memory.insertData(f"k{number}", number)
+    with pytest.raises(module.ServiceError, match="full"):
+        for number in range(20):
+            memory.declareEvent(f"e{number}")
