@@ -114,8 +114,8 @@ LASER_MISS = 5.6
 that cut at 3 m see nothing."""
 INFRARED_PERIOD = 0.1
 INFRARED_RANGE = 0.4
-"""An infrared spot sees what is nearer than this [m]. No document gives a range: this one ends 0.24 m beyond the edge of
-the base, between the lasers, where nothing else sees; a stop from MAX_XY takes 0.11 m."""
+"""An infrared spot sees what is nearer than this [m]. No document gives a range: this one ends 0.24 m beyond the edge
+of the base, between the lasers, where nothing else sees; a stop from MAX_XY takes 0.11 m."""
 
 # --- power (page battery_pep) ---
 BATTERY_ENERGY = 795.0 * 3600.0
