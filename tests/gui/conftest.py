@@ -11,9 +11,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-os.environ["QT_QPA_PLATFORM"] = "offscreen"  # before Qt is imported; programs under test get their own environment
-
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
@@ -26,7 +23,8 @@ from telepresence.virtual_display import VirtualDisplay, grab
 
 @pytest.fixture(scope="session")
 def qt() -> QApplication:
-    return QApplication.instance() or QApplication(["tests"])
+    # Not by QT_QPA_PLATFORM: programs that other tests start would inherit it.
+    return QApplication.instance() or QApplication(["tests", "-platform", "offscreen"])
 
 
 @pytest.fixture
@@ -133,7 +131,6 @@ class Screen:
 
     def __init__(self, display: VirtualDisplay, run_program: Callable, wait_until: Callable) -> None:
         self.environment = dict(os.environ, DISPLAY=display.name)
-        del self.environment["QT_QPA_PLATFORM"]
         self._folder = display.folder
         self._windows: list[Window] = []
         self._run_program, self._wait_until = run_program, wait_until

@@ -32,11 +32,12 @@ def test_events_tell_what_is_said(naoqi, speech, wait_until):
         subscriber.signal.connect(lambda value, event=event: heard.append((event, value)))
         subscribers.append(subscriber)
     speech.say("Hello Pepper")
+    states = ["started", "done"]
+    wait_until(lambda: [value[1] for event, value in heard if event == "Status"] == states, "both states were told")
     wait_until(lambda: ("TextDone", True) in heard, "the end was told")
     assert ("TextStarted", True) in heard and ("CurrentSentence", "Hello Pepper") in heard
     words = [value for event, value in heard if event == "CurrentWord" and value]
     assert words == ["Hello", "Pepper"]
-    assert [value[1] for event, value in heard if event == "Status"] == ["started", "done"]
 
 
 def test_stop_all_interrupts_what_is_said_and_what_waits(naoqi, speech, wait_until):
