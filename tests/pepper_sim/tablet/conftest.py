@@ -96,6 +96,12 @@ class Site(http.server.ThreadingHTTPServer):
 
 
 @pytest.fixture
+def other_threads() -> set[threading.Thread]:
+    """Those that run before the test: other tests keep a robot with a tablet of its own."""
+    return set(threading.enumerate())
+
+
+@pytest.fixture
 def site() -> Iterator[Site]:
     site = Site()
     yield site
