@@ -5,7 +5,8 @@ c = n·v/|v| of its length is allowed if
 
     c (|v| tau + |v|²/2a) + (m_ahead - m_beside) c²  <=  d - m_beside
 
-Something that comes nearer by itself at a speed w takes w (tau + |v|/a) more: the robot stands when it arrives.
+or if the strip that the outline sweeps along v passes it at m_passing or more. Something that comes nearer by itself at a speed
+w takes w (tau + |v|/a) more: the robot stands when it arrives.
 
 Left: what reacting and then braking along v takes off the distance, and the wider margin for driving straight at
 something. The distance to a convex outline along a straight line is convex, so its slope at the start bounds what is
@@ -21,8 +22,8 @@ import numpy as np
 
 _STRAIGHT = 1e-9
 """Closing shares below this are motion along the obstacle."""
-MOST_CONSTRAINTS = 48
-"""Obstacles considered for the direction; the tightest ones. The speed is always checked against all."""
+MOST_CUTS = 6
+"""So many obstacles may bend the direction. The speed is always checked against all."""
 
 
 def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, braking: float) -> np.ndarray | float:
@@ -42,22 +43,29 @@ def stopping_distance(speed: float, reaction: float, braking: float) -> float:
 
 @dataclass(frozen=True)
 class Guard:
-    """Obstacles around the robot as bounds on its velocity.
+    """Obstacles around the robot as bounds on its velocity, in base_link.
 
     Args:
-        room: (n,) distance of each obstacle from the outline, less the margin beside and its uncertainty [m].
-        normals: (n, 2) unit vectors from the outline to the obstacles, base_link.
+        points: (n, 2) obstacles [m].
+        normals: (n, 2) unit vectors from the outline to them.
+        room: (n,) their distance from the outline less margin beside and uncertainty of the place [m].
+        passing: (n,) room to leave when the way leads past them [m]; infinity where that is no excuse.
         coming: (n,) speed at which they come nearer by themselves [m/s].
         extra: Margin ahead less margin beside [m], not negative.
         reaction, braking: tau [s], a [m/s²].
+        corners, radius: The outline: a convex polygon (k, 2), grown by a radius [m].
     """
 
-    room: np.ndarray
+    points: np.ndarray
     normals: np.ndarray
+    room: np.ndarray
+    passing: np.ndarray
     coming: np.ndarray
     extra: float
     reaction: float
     braking: float
+    corners: np.ndarray
+    radius: float
 
     def speed_towards(self, directions: np.ndarray) -> np.ndarray:
         """Fastest straight driving in each direction [m/s], infinity where nothing is in the way.
@@ -67,54 +75,72 @@ class Guard:
         """
         if not len(self.room):
             return np.full(directions.shape[1], math.inf)
-        share = self.normals @ directions
-        ahead = share > _STRAIGHT
+        share, ahead = self._in_the_way(directions)
         share = np.where(ahead, share, 1.0)
-        # share (v tau + v²/2a) + coming (tau + v/a) = left, solved for v: as for a distance and a longer reaction.
-        left = self.room[:, None] - self.extra * share * share - (self.coming * self.reaction)[:, None]
-        distance = np.where(ahead, left / share, math.inf)
-        if not self.coming.any():
-            return stopping_speed(np.maximum(distance.min(axis=0), 0.0), self.reaction, self.braking)
-        reaction = self.reaction + self.coming[:, None] / (self.braking * share)
-        return stopping_speed(np.maximum(distance, 0.0), reaction, self.braking).min(axis=0)
+        left = self.room[:, None] - self.extra * share * share
+        come = self.coming > 0.0
+        if not come.any():
+            distance = np.where(ahead, left / share, math.inf).min(axis=0)
+            return stopping_speed(np.maximum(distance, 0.0), self.reaction, self.braking)
+        # share (v tau + v²/2a) + coming (tau + v/a) = left: as for a distance left/share and a longer reaction.
+        coming = self.coming[:, None]
+        distance = np.where(ahead, np.maximum(left - coming * self.reaction, 0.0) / share, math.inf)
+        reaction = self.reaction + coming / (self.braking * share)
+        return stopping_speed(distance, reaction, self.braking).min(axis=0)
 
     def nearest_allowed(self, vx: float, vy: float) -> tuple[float, float]:
         """The allowed velocity nearest to (vx, vy): towards obstacles it is cut, along them and away it stays."""
         speed = math.hypot(vx, vy)
         if speed < _STRAIGHT or not len(self.room):
             return vx, vy
-        wanted = np.array([vx, vy])
-        velocity = wanted
-        # The bounds depend on the speed that results: start with the fastest, close in on where both agree.
-        bound_at = speed
-        for _ in range(3):
-            velocity = self._project(wanted, speed, bound_at)
-            found = math.hypot(velocity[0], velocity[1])
-            if found > 0.98 * bound_at:
+        wanted = velocity = np.array([vx, vy])
+        cuts: list[int] = []
+        for _ in range(MOST_CUTS):
+            broken = self._broken_by(velocity)
+            broken[cuts] = False
+            if not broken.any():
                 break
-            bound_at = 0.5 * (bound_at + found)
+            # The nearest one first: of a wall that is its foot, and what is left goes along the wall.
+            cuts.append(int(np.where(broken, self.room, math.inf).argmin()))
+            bound_at = math.hypot(velocity[0], velocity[1])
+            velocity = project(wanted, self.normals[cuts], self._bounds(cuts, bound_at))
+            if math.hypot(velocity[0], velocity[1]) < _STRAIGHT:
+                return 0.0, 0.0
         length = math.hypot(velocity[0], velocity[1])
-        if length < _STRAIGHT:
-            return 0.0, 0.0
         ux, uy = float(velocity[0]) / length, float(velocity[1]) / length
         fastest = float(self.speed_towards(np.array([[ux], [uy]]))[0])
         length = min(fastest, ux * vx + uy * vy)
         return (ux * length, uy * length) if length > 0.0 else (0.0, 0.0)
 
-    def _project(self, wanted: np.ndarray, speed: float, bound_at: float) -> np.ndarray:
-        """Nearest velocity under the half planes that the law gives for driving at `bound_at`."""
-        distance = stopping_distance(bound_at, self.reaction, self.braking)
-        taken = self.coming * (self.reaction + bound_at / self.braking)
-        room = np.maximum(self.room - taken, 0.0)
+    def _in_the_way(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Closing share of every obstacle for every direction, and which of them the swept strip doesn't pass."""
+        share = self.normals @ directions
+        across = np.stack([-directions[1], directions[0]])
+        corners = self.corners @ across
+        aside = self.points @ across
+        passing = self.passing[:, None] + self.radius
+        inside = (aside < corners.max(axis=0) + passing) & (aside > corners.min(axis=0) - passing)
+        return share, (share > _STRAIGHT) & (inside | (self.coming > 0.0)[:, None])
+
+    def _broken_by(self, velocity: np.ndarray) -> np.ndarray:
+        """(n,) obstacles that forbid a velocity."""
+        speed = math.hypot(velocity[0], velocity[1])
+        share, ahead = self._in_the_way((velocity / speed)[:, None])
+        share = share[:, 0]
+        taken = self.coming * (self.reaction + speed / self.braking) + self.extra * share * share
+        lost = share * stopping_distance(speed, self.reaction, self.braking) + taken
+        return ahead[:, 0] & (lost > np.maximum(self.room, 0.0) + 1e-9)
+
+    def _bounds(self, which: list[int], speed: float) -> np.ndarray:
+        """Fastest closing on some obstacles when driving at `speed` (m,) [m/s]."""
+        distance = stopping_distance(speed, self.reaction, self.braking)
+        taken = self.coming[which] * (self.reaction + speed / self.braking)
+        room = np.maximum(self.room[which] - taken, 0.0)
         if self.extra > 0.0:
             share = (np.sqrt(distance * distance + 4.0 * self.extra * room) - distance) / (2.0 * self.extra)
         else:
             share = room / distance
-        bounds = bound_at * share
-        matter = np.flatnonzero(bounds < speed)
-        if len(matter) > MOST_CONSTRAINTS:
-            matter = matter[np.argpartition(bounds[matter], MOST_CONSTRAINTS)[:MOST_CONSTRAINTS]]
-        return project(wanted, self.normals[matter], bounds[matter])
+        return speed * share
 
 
 def project(wanted: np.ndarray, normals: np.ndarray, bounds: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from .outline import Outline
+from .plane import from_base
 from .scan import Scan
 
 CELL = 0.04
@@ -44,8 +45,12 @@ class SeenFloor:
         self._marked[:] = math.inf
 
     def look(self, scan: Scan, clock: float) -> None:
-        """Mark what the beams of a scan (odometry frame) pass."""
-        reach = scan.free[:, None] > self._steps
+        """Mark what the beams of a scan (odometry frame) pass, and what lies behind their returns.
+
+        The way there leads through an obstacle, which is the guard's business.
+        """
+        looks = (scan.free >= LOOK) | np.isfinite(scan.ranges)
+        reach = (scan.free[:, None] > self._steps) | looks[:, None]
         beam, step = np.nonzero(reach)
         self._mark(scan.origins[beam] + self._steps[step, None] * scan.directions[beam], clock)
 
@@ -53,13 +58,13 @@ class SeenFloor:
         """Mark the floor under the robot: it is there, so it is free."""
         if math.hypot(x - self._marked[0], y - self._marked[1]) > 0.5 * CELL:
             self._marked[:] = x, y
-            self._mark(_place(self._body, x, y, theta), clock)
+            self._mark(from_base(self._body, x, y, theta), clock)
 
     def strip_seen(self, pose: tuple[float, float, float], ux: float, uy: float, length: float, clock: float) -> bool:
         """True if the floor that driving `length` [m] along (ux, uy) (base_link) would sweep has been seen."""
         ahead = self._rim + self._ahead * (length - CELL)
         strip = np.stack([ahead * ux - self._across * uy, ahead * uy + self._across * ux], axis=1)
-        index, place = _cells(_place(strip, *pose))
+        index, place = _cells(from_base(strip, *pose))
         seen = (self._place[index] == place) & (self._when[index] > clock - LASTING)
         return int(np.count_nonzero(seen)) >= ENOUGH * len(seen)
 
@@ -67,11 +72,6 @@ class SeenFloor:
         index, place = _cells(points)
         self._place[index] = place
         self._when[index] = clock
-
-
-def _place(points: np.ndarray, x: float, y: float, theta: float) -> np.ndarray:
-    c, s = math.cos(theta), math.sin(theta)
-    return points @ np.array([[c, s], [-s, c]]) + (x, y)
 
 
 def _cells(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

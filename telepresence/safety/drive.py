@@ -48,7 +48,7 @@ class Drive:
         self.forget_heading()
         if view is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
-        return Decision(0.0, 0.0, 0.0, state, reason, view.allowed(), view.gap, command_age=command_age)
+        return Decision(0.0, 0.0, 0.0, state, reason, view.allowed(), view.obstacles.gap, command_age=command_age)
 
     def decide(
         self, now: float, dt: float, command: Command, command_age: float, theta: float, view: View, careful: bool
@@ -75,12 +75,14 @@ class Drive:
             turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
-        safe_turn, room = turning_rate(turn, view.room, view.levers, limits.reaction, limits.braking_turn)
+        safe_turn, room = turning_rate(
+            turn, view.obstacles.room, view.obstacles.levers, limits.reaction, limits.braking_turn
+        )
         turned = safe_turn / turn if turn else 1.0
         capped, cause = self._cap(vx, vy, view)
         turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
         self._output_turn = safe_turn
-        free = view.guard_with(room, turns).nearest_allowed(*capped)
+        free = view.guard(room, turns).nearest_allowed(*capped)
         given, second_cause = self._cap(*free, view)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""
@@ -98,7 +100,7 @@ class Drive:
         self._speed, self._turn = math.hypot(*given), pilot_turn * turned
         if self._speed > 0.0:
             self.heading = now, math.atan2(given[1], given[0])
-        sector = None if index is None else sector_of(math.atan2(view.points[index, 1], view.points[index, 0]))
+        sector = None if index is None else sector_of(view.bearing(index))
         return Decision(
             given[0],
             given[1],
@@ -106,7 +108,7 @@ class Drive:
             state,
             reason,
             view.allowed(),
-            view.gap,
+            view.obstacles.gap,
             sector,
             command_age,
             scanning,

@@ -84,7 +84,7 @@ class VelocityGate:
             return
         heading = self._drive.heading
         motion = heading[1] if heading is not None and now - heading[0] <= RECENT else None
-        bearing = self._place.bump(bearing, motion)
+        bearing = self._place.bump(now, bearing, motion)
         pose = self._place.poses.newest
         self._bumper.press(None if bearing is None or pose is None else bearing + pose.theta)
 

@@ -12,6 +12,7 @@ from collections import deque
 import numpy as np
 
 from .memory import ObstacleMemory
+from .plane import squared_distances, squared_lengths
 from .scan import Scan
 
 REACH = 2.5
@@ -74,12 +75,9 @@ class Movers:
         there = _away_from(scan.hits, _unexplained(before.hits, robot, memory))
         if not len(there):
             return
-        way = here[:, None] - there
-        squared = (way**2).sum(axis=2)
-        nearest = squared.argmin(axis=1)
-        index = np.arange(len(here))
-        velocity = way[index, nearest] / (stamp - then)
-        walks = squared[index, nearest] <= (FASTEST * (stamp - then)) ** 2
+        way = here - there[squared_distances(here, there).argmin(axis=1)]
+        velocity = way / (stamp - then)
+        walks = squared_lengths(velocity) <= FASTEST * FASTEST
         guesses = self._guesses.setdefault(name, deque())
         while guesses and stamp - guesses[0][0] > PERSISTS:
             guesses.popleft()
@@ -119,7 +117,7 @@ def _go_on(
 
 def _unexplained(hits: np.ndarray, robot: np.ndarray, memory: ObstacleMemory) -> np.ndarray:
     """Returns near the robot that no well known obstacle explains."""
-    hits = hits[((hits - robot) ** 2).sum(axis=1) < REACH * REACH]
+    hits = hits[squared_lengths(hits - robot) < REACH * REACH]
     return _away_from(memory.points[memory.sightings >= WELL_KNOWN], hits)
 
 
@@ -127,8 +125,7 @@ def _away_from(known: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Those points that have none of `known` beside them."""
     if not len(points) or not len(known):
         return points
-    squared = (points**2).sum(axis=1)[:, None] + (known**2).sum(axis=1) - 2.0 * (points @ known.T)
-    return points[squared.min(axis=1) > KNOWN * KNOWN]
+    return points[squared_distances(points, known).min(axis=1) > KNOWN * KNOWN]
 
 
 def _was_free(points: np.ndarray, scan: Scan) -> np.ndarray:
@@ -136,7 +133,7 @@ def _was_free(points: np.ndarray, scan: Scan) -> np.ndarray:
     if not len(scan.free):
         return np.zeros(len(points), bool)
     offset = points - scan.origins[0]
-    distance = np.sqrt((offset**2).sum(axis=1))
+    distance = np.sqrt(squared_lengths(offset))
     along = offset @ scan.directions.T
     aside = offset[:, 1:] * scan.directions[:, 0] - offset[:, :1] * scan.directions[:, 1]
     angle = np.arctan2(aside, along)

@@ -8,6 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .plane import squared_lengths
+
 
 @dataclass(frozen=True)
 class Outline:
@@ -53,12 +55,12 @@ class Outline:
                 point [m/s].
         """
         if len(self.vertices) == 1:
-            nearest = np.broadcast_to(self._corners[0], points.shape)
+            nearest = np.broadcast_to(self.corners[0], points.shape)
             inside = np.zeros(len(points), bool)
         else:
             nearest, inside = self._nearest(points)
         away = points - nearest
-        distance = np.sqrt(away[:, 0] ** 2 + away[:, 1] ** 2)
+        distance = np.sqrt(squared_lengths(away))
         touching = distance < 1e-9
         normal = away / np.where(touching, 1.0, distance)[:, None]
         if touching.any():
@@ -79,19 +81,20 @@ class Outline:
         return high
 
     @cached_property
-    def _corners(self) -> np.ndarray:
+    def corners(self) -> np.ndarray:
+        """The vertices as an array (k, 2) [m]."""
         return np.array(self.vertices, float)
 
     @cached_property
     def _edges(self) -> np.ndarray:
-        return np.roll(self._corners, -1, axis=0) - self._corners
+        return np.roll(self.corners, -1, axis=0) - self.corners
 
     def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nearest place of the polygon's border for every point, and which points lie inside."""
-        offset = points[:, None, :] - self._corners
+        offset = points[:, None, :] - self.corners
         edges = self._edges
         along = (offset * edges).sum(2) / (edges**2).sum(1)
-        foot = self._corners + np.clip(along, 0.0, 1.0)[:, :, None] * edges
+        foot = self.corners + np.clip(along, 0.0, 1.0)[:, :, None] * edges
         squared = ((points[:, None, :] - foot) ** 2).sum(2)
         best = squared.argmin(1)
         inside = np.zeros(len(points), bool)

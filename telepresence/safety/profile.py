@@ -36,6 +36,10 @@ class RangeSource:
         speed: Fastest driving that this source alone is good for [m/s].
         cone: A reading is an arc of `spread` to either side instead of a point.
         frozen_after: Unchanged readings for this long while the robot moves mean that the device hangs [s].
+    Attributes:
+        directions: (n, 2) unit vectors along the beams.
+        serves: (72, n) which sectors each beam stands for.
+        sectors: (72,) which sectors any beam stands for.
     """
 
     name: str
@@ -50,6 +54,7 @@ class RangeSource:
     cone: bool = False
     frozen_after: float = 2.0
     directions: np.ndarray = field(init=False)
+    serves: np.ndarray = field(init=False)
     sectors: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -64,7 +69,8 @@ class RangeSource:
         set_field(self, "origins", origins)
         set_field(self, "bearings", bearings)
         set_field(self, "directions", np.stack([np.cos(bearings), np.sin(bearings)], axis=1))
-        set_field(self, "sectors", (away <= self.spread + math.pi / SECTORS).any(axis=1))
+        set_field(self, "serves", away <= self.spread + math.pi / SECTORS)
+        set_field(self, "sectors", self.serves.any(axis=1))
 
     @property
     def beams(self) -> int:
@@ -84,7 +90,9 @@ class Limits:
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
         acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
-        margin_beside: Room left when passing something.
+        margin_beside: Room left between the outline and something beside it.
+        margin_passing: Room that is enough where the way leads past; less than margin_beside, so that one measured a
+            little too near doesn't stop a robot that slides along a wall.
         drift, max_drift: Odometry's error per metre driven since an obstacle was seen, and its cap [m].
         command_timeout: Without a new valid command for this long the robot stops.
         command_max_age: A command older than this by its own stamp is refused.
@@ -106,6 +114,7 @@ class Limits:
     acceleration_turn: float = 1.0
     margin_ahead: float = 0.04
     margin_beside: float = 0.03
+    margin_passing: float = 0.02
     drift: float = 0.02
     max_drift: float = 0.02
     command_timeout: float = 0.30
@@ -195,7 +204,9 @@ def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np
     return order[first]
 
 
-INFRARED = ring("infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, period=0.05, speed=0.20)
+INFRARED = ring(
+    "infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, period=0.05, speed=0.20, frozen_after=1.0
+)
 """Robotino's nine distance sensors, 40 degrees apart, 4 to 30 cm; 0.41 m means nothing there (vendor's api2 table).
 Good for 0.20 m/s: at that speed the robot stops within 12 cm, and touching what no beam saw costs 0.5 J."""
 

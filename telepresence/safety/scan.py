@@ -18,6 +18,8 @@ class Scan:
         origins, directions: (n, 2) [m] and unit vectors.
         ranges: (n,) reading where something was hit, infinity elsewhere [m].
         free: (n,) how far each beam is known to pass [m].
+        sure_range: A single return farther than this may be noise [m].
+        known: (beams,) which beams of the source said something.
         min_range: Nearer than this the beams see nothing [m].
     """
 
@@ -25,21 +27,22 @@ class Scan:
     directions: np.ndarray
     ranges: np.ndarray
     free: np.ndarray
+    known: np.ndarray
     min_range: float
+    sure_range: float
 
     @property
     def hits(self) -> np.ndarray:
         """Places of the returns, shape (m, 2) [m]."""
-        hit = np.isfinite(self.ranges)
+        hit = self.ranges < math.inf
         return self.origins[hit] + self.ranges[hit, None] * self.directions[hit]
 
     def seen_from(self, x: float, y: float, theta: float) -> Scan:
         """The same beams in the frame in which the present one has this pose."""
         c, s = math.cos(theta), math.sin(theta)
         rotation = np.array([[c, s], [-s, c]])
-        return Scan(
-            self.origins @ rotation + (x, y), self.directions @ rotation, self.ranges, self.free, self.min_range
-        )
+        origins, directions = self.origins @ rotation + (x, y), self.directions @ rotation
+        return Scan(origins, directions, self.ranges, self.free, self.known, self.min_range, self.sure_range)
 
 
 def scan_of_ranges(source: RangeSource, ranges: np.ndarray) -> Scan | None:
@@ -74,4 +77,5 @@ def _scan(source: RangeSource, origins: np.ndarray, directions: np.ndarray, rang
         origins, directions, ranges = origins[known], directions[known], ranges[known]
     hit = ranges < source.max_range
     free = np.where(hit, ranges, source.clear_range)
-    return Scan(origins, directions, np.where(hit, ranges, math.inf), free, source.min_range)
+    ranges = np.where(hit, ranges, math.inf)
+    return Scan(origins, directions, ranges, free, known, source.min_range, source.clear_range)

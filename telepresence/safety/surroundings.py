@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from .coverage import SeenFloor
-from .memory import ObstacleMemory
+from .memory import Moment, ObstacleMemory
 from .messages import Odometry
 from .movers import Movers
+from .plane import from_base, into_base, squared_lengths
 from .poses import PoseHistory
 from .profile import RobotProfile
 from .scan import Scan
@@ -24,6 +25,8 @@ LONGEST_TICK = 0.25
 """A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
 OVERRUN = 0.03
 """What is remembered farther inside the outline than this isn't there: the robot is [m]."""
+MOVED, TURNED = 0.03, 0.02
+"""Seen floor is noted again once the robot has come this far [m, rad]."""
 FASTEST = 2.0
 """Odometry that moves faster than this has been reset [m/s]."""
 BUMP_WIDTH = math.radians(45.0)
@@ -47,6 +50,7 @@ class Surroundings:
         limits = profile.limits
         self._floor = SeenFloor(profile.outline) if limits.unseen_speed < limits.max_speed else None
         self._waiting: dict[str, tuple[float, Scan]] = {}
+        self._looked: dict[str, Odometry] = {}
         self._clock = 0.0
 
     def put(self, name: str, stamp: float, scan: Scan) -> None:
@@ -75,6 +79,7 @@ class Surroundings:
         self._arcs.clear()
         self._movers.clear()
         self._waiting.clear()
+        self._looked.clear()
         if self._floor:
             self._floor.clear()
 
@@ -82,6 +87,7 @@ class Surroundings:
         """Take in the scans that wait, and drop what stale cones said."""
         pose = self.poses.newest
         position = np.array([pose.x, pose.y])
+        moment = Moment(now, self._clock, self.poses.driven)
         for name, (stamp, scan) in self._waiting.items():
             watch = watches[name]
             watch.compare(stamp, scan, self.poses.moved)
@@ -93,24 +99,23 @@ class Surroundings:
                 continue
             if watch.source.spread <= NARROW:
                 self._movers.look(name, stamp, placed, position, self._memory)
-            self._memory.integrate(placed, position, self._clock, self.poses.driven)
-            if self._floor:
+            self._memory.integrate(placed, position, moment)
+            if self._floor and self._has_moved(name, pose):
                 self._floor.look(placed, self._clock)
         self._waiting.clear()
-        self._memory.limit(position, self._clock)
-        if len(self._memory):
-            distance, _, _ = self._profile.outline.measure(_into_base(self._memory.points, pose))
-            self._memory.drop(distance < -OVERRUN)
+        self._memory.limit(position, moment)
+        self._drop_overrun(pose, position)
         if self._floor:
             self._floor.stand(pose.x, pose.y, pose.theta, self._clock)
         for name, watch in watches.items():
             if watch.source.cone and watch.health(now) is not Health.LIVE:
                 self._arcs.forget(name)
 
-    def bump(self, bearing: float | None, motion: float | None) -> float | None:
+    def bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
         """Remember what a bumper has felt.
 
         Args:
+            now: [s].
             bearing: Where the bumper says it was, in base_link [rad]; None if it doesn't tell.
             motion: Where the robot was driving [rad]; None if it stood.
         Returns:
@@ -130,14 +135,34 @@ class Surroundings:
         reach = self._profile.outline.reach(bearings) + BUMP_OUTSIDE
         felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         lifetime = self._profile.limits.bumper_memory
-        self._memory.add(_from_base(felt, pose), self._clock, self.poses.driven, lifetime)
+        moment = Moment(now, self._clock, self.poses.driven)
+        self._memory.add(from_base(felt, pose.x, pose.y, pose.theta), moment, lifetime)
         return bearing
+
+    def _has_moved(self, name: str, pose: Odometry) -> bool:
+        """True if a source sees new floor; one scan of a place is enough."""
+        last = self._looked.get(name)
+        if last is not None and math.hypot(pose.x - last.x, pose.y - last.y) < MOVED:
+            if abs(math.remainder(pose.theta - last.theta, math.tau)) < TURNED:
+                return False
+        self._looked[name] = pose
+        return True
+
+    def _drop_overrun(self, pose: Odometry, position: np.ndarray) -> None:
+        """Take back what is remembered where the robot stands."""
+        outline = self._profile.outline
+        inside = squared_lengths(self._memory.points - position) < outline.outer_radius**2
+        if inside.any():
+            which = np.flatnonzero(inside)
+            distance = outline.measure(into_base(self._memory.points[which], pose.x, pose.y, pose.theta))[0]
+            inside[which] = distance < -OVERRUN
+            self._memory.drop(inside)
 
     def _touching(self, pose: Odometry) -> float | None:
         """Bearing of the known obstacle that may have been hit."""
         if not len(self._memory):
             return None
-        distance, normals, _ = self._profile.outline.measure(_into_base(self._memory.points, pose))
+        distance, normals, _ = self._profile.outline.measure(into_base(self._memory.points, pose.x, pose.y, pose.theta))
         nearest = int(distance.argmin())
         if distance[nearest] > BUMP_KNOWN:
             return None
@@ -152,26 +177,21 @@ class Surroundings:
             velocities: (n, 2) how they move over the floor [m/s].
         """
         pose, limits = self.poses.newest, self._profile.limits
-        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
+        sure = ~self._memory.doubtful
+        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven[sure]), limits.max_drift)
         moving, velocity = self._movers.now(now)
         arcs = self._arcs.points()
         still = len(drift) + len(arcs)
-        points = np.concatenate([self._memory.points, arcs, moving])
+        points = np.concatenate([self._memory.points[sure], arcs, moving])
         velocities = np.zeros((len(points), 2))
-        velocities[still:] = _into_base(velocity, Odometry(0.0, 0.0, pose.theta, 0.0))
-        return _into_base(points, pose), np.concatenate([drift, np.zeros(len(points) - len(drift))]), velocities
+        velocities[still:] = into_base(velocity, 0.0, 0.0, pose.theta)
+        return (
+            into_base(points, pose.x, pose.y, pose.theta),
+            np.concatenate([drift, np.zeros(len(points) - len(drift))]),
+            velocities,
+        )
 
     def strip_seen(self, ux: float, uy: float, length: float) -> bool:
         """True if the floor that driving `length` [m] along (ux, uy) in base_link would sweep has been looked at."""
         pose = self.poses.newest
         return self._floor is None or self._floor.strip_seen((pose.x, pose.y, pose.theta), ux, uy, length, self._clock)
-
-
-def _from_base(points: np.ndarray, pose: Odometry) -> np.ndarray:
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
-    return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
-
-
-def _into_base(points: np.ndarray, pose: Odometry) -> np.ndarray:
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
-    return (points - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])

@@ -70,6 +70,7 @@ class Health(Enum):
     LIVE = "live"
     NEVER = "has not been heard yet"
     SILENT = "is silent"
+    BLIND = "says of no beam what it sees"
     REFUSED = "sends values that can't be used"
     FROZEN = "repeats itself although the robot moves"
 
@@ -85,22 +86,29 @@ class SourceWatch:
     def forget(self) -> None:
         """Nothing heard yet."""
         self.newest = -math.inf
-        self.refused = False
+        self._refused = -math.inf
         self._frozen = False
         self._values = np.empty(0)
         self._since = -math.inf
         self._moved_then = 0.0
+        self._known_at = np.full(self.source.beams, -math.inf)
 
     def accept(self, now: float, stamp: float, scan: Scan | None) -> bool:
         """True if the scan is news and can be used."""
         if scan is None or not math.isfinite(stamp) or stamp > now + AHEAD_OF_TIME:
-            self.refused = True
+            self._refused = now
             return False
         if stamp <= self.newest:
             return False
-        self.refused = False
+        self._refused = -math.inf
         self.newest = stamp
+        self._known_at[scan.known] = stamp
         return True
+
+    def watched(self, now: float) -> np.ndarray:
+        """(72,) sectors in which some beam has said something lately."""
+        fresh = now - self._known_at <= self._timeout
+        return self.source.sectors if fresh.all() else self.source.serves[:, fresh].any(axis=1)
 
     def compare(self, stamp: float, scan: Scan, moved: float) -> None:
         """Look whether anything changes while the robot moves.
@@ -116,12 +124,14 @@ class SourceWatch:
         self._frozen = stamp - self._since > self.source.frozen_after and moved - self._moved_then > MOVED
 
     def health(self, now: float) -> Health:
-        if self.refused:
+        if now - self._refused <= self._timeout:
             return Health.REFUSED
         if self.newest == -math.inf:
             return Health.NEVER
         if now - self.newest > self._timeout:
             return Health.SILENT
+        if now - self._known_at.max() > self._timeout:
+            return Health.BLIND
         return Health.FROZEN if self._frozen else Health.LIVE
 
     def complaint(self, now: float) -> str:

@@ -1,0 +1,132 @@
+"""Obstacles of one tick, measured against the outline."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .braking import Guard
+from .outline import Outline
+from .plane import into_base, squared_lengths
+from .profile import Limits, RobotProfile
+
+FASTEST_PERSON = 1.6
+"""Walking speed to count with (ISO 13855) [m/s]."""
+SWERVE = math.radians(30.0)
+"""The direction of a walking person is known, and kept, no better than this [rad]."""
+BRIDGED = (0.08, 0.30)
+"""Neighbours this far apart are joined by a surface: no robot fits between them [m]. So a wall that is seen only where
+beams hit it is a wall between the beams too, and a robot that is pushed into it slides instead of standing."""
+ON_A_BRIDGE = np.array([0.25, 0.5, 0.75])[:, None, None]
+BRIDGES_WITHIN = 0.25
+"""Only obstacles nearer to base_link than the outline and this are joined [m]."""
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Those that can limit something, in base_link; first axis: obstacle.
+
+    Attributes:
+        points: (n, 2) [m].
+        normals, levers: As from `Outline.measure`.
+        room: (n,) distance from the outline less margin beside and uncertainty of the place [m].
+        passing: (n,) room to leave when passing [m]; infinity where passing is no excuse.
+        coming: (n,) speed at which they come nearer by themselves [m/s].
+        gap: Distance from the outline to the nearest [m]; infinity if there is none.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    levers: np.ndarray
+    room: np.ndarray
+    passing: np.ndarray
+    coming: np.ndarray
+    gap: float
+
+    @classmethod
+    def around(cls, profile: RobotProfile, points: np.ndarray, drift: np.ndarray, velocities: np.ndarray) -> Obstacles:
+        """Measure obstacles.
+
+        Args:
+            points: (n, 2) base_link [m].
+            drift: (n,) how far odometry may have misplaced them [m].
+            velocities: (n, 2) base_link [m/s].
+        """
+        limits = profile.limits
+        bridges, bridge_drift = _bridges(points, drift, velocities, profile.outline.outer_radius + BRIDGES_WITHIN)
+        if len(bridges):
+            points, drift = np.concatenate([points, bridges]), np.concatenate([drift, bridge_drift])
+            velocities = np.concatenate([velocities, np.zeros_like(bridges)])
+        distance, normals, levers = profile.outline.measure(points)
+        gap = float(distance.min()) if len(distance) else math.inf
+        room = distance - limits.margin_beside - drift
+        coming = _coming(normals, velocities)
+        rest = limits.reaction + limits.max_speed / limits.braking
+        near = room < profile.farthest_room + coming * rest
+        passing = limits.margin_passing + drift
+        return cls(points[near], normals[near], levers[near], room[near], passing[near], coming[near], gap)
+
+    def with_contact(self, normal: tuple[float, float]) -> Obstacles:
+        """These and something that touches the robot in a direction; nothing passes it."""
+        return Obstacles(
+            np.concatenate([self.points, [normal]]),
+            np.concatenate([self.normals, [normal]]),
+            np.append(self.levers, 0.0),
+            np.append(self.room, -1.0),
+            np.append(self.passing, math.inf),
+            np.append(self.coming, 0.0),
+            self.gap,
+        )
+
+    def guard(
+        self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
+    ) -> Guard:
+        """The guard for driving.
+
+        Args:
+            room: What turning has left of `self.room`.
+            turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
+        """
+        points, normals, passing, coming = self.points, self.normals, self.passing, self.coming
+        room = self.room if room is None else room
+        if len(turns) > 1:
+            points, normals = _turned_back(points, turns), _turned_back(normals, turns)
+            room, passing, coming = (np.tile(values, len(turns)) for values in (room, passing, coming))
+        extra = limits.margin_ahead - limits.margin_beside
+        return Guard(
+            points, normals, room, passing, coming, extra, limits.reaction, limits.braking,
+            outline.corners, outline.radius,
+        )  # fmt: skip
+
+
+def _bridges(
+    points: np.ndarray, drift: np.ndarray, velocities: np.ndarray, within: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points between neighbours that belong together, and their drift."""
+    which = np.flatnonzero((squared_lengths(points) < within * within) & ~velocities.any(axis=1))
+    if len(which) < 2:
+        return np.empty((0, 2)), np.empty(0)
+    which = which[np.argsort(np.arctan2(points[which, 1], points[which, 0]), kind="stable")]
+    here, there = points[which], points[np.roll(which, -1)]
+    apart = squared_lengths(there - here)
+    low, high = BRIDGED
+    joined = (apart > low * low) & (apart < high * high)
+    here, there = here[joined], there[joined]
+    drift = np.maximum(drift[which], drift[np.roll(which, -1)])[joined]
+    return (here + ON_A_BRIDGE * (there - here)).reshape(-1, 2), np.tile(drift, len(ON_A_BRIDGE))
+
+
+def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+    """Speed at which movers near the robot, if they turned towards it by up to `SWERVE` (n,) [m/s]."""
+    speed = np.sqrt(squared_lengths(velocities))
+    if not speed.any():
+        return speed
+    cosine = np.clip(-np.einsum("ij,ij->i", normals, velocities) / np.maximum(speed, 1e-9), -1.0, 1.0)
+    return np.clip(speed * np.cos(np.maximum(np.arccos(cosine) - SWERVE, 0.0)), 0.0, FASTEST_PERSON)
+
+
+def _turned_back(vectors: np.ndarray, angles: tuple[float, ...]) -> np.ndarray:
+    """Vectors as seen by a body that has turned by each of the angles [rad], one after the other."""
+    return np.concatenate([into_base(vectors, 0.0, 0.0, angle) for angle in angles])
