@@ -12,7 +12,7 @@ speeds = st.floats(-0.3, 0.3)
 
 
 def guide(ranges, velocity, radius=0.4):
-    """The rule as the fact sheet tells it, written down once more."""
+    """The rule as the guide tells it, written down once more."""
 
     def axis(value, most, least):
         if abs(value) > most:
@@ -51,7 +51,8 @@ def test_bubble_needs_a_radius(radius):
 
 
 class Driven:
-    """A gate that is fed as the node feeds it, 20 times a second, from a robot that follows at once."""
+    """A gate that is fed as the node feeds it, 20 times a second, from a robot that follows at once; what the first beam sees
+    comes nearer as it drives."""
 
     def __init__(self, ranges=FREE):
         self.layer = GateLayer()
@@ -63,7 +64,8 @@ class Driven:
     def run(self, seconds, command=None):
         for _ in range(round(seconds / 0.05)):
             self.now += 0.05
-            self.layer.hear_ranges(self.ranges, self.now)
+            ahead = self.ranges[0] if self.ranges[0] >= FREE[0] else max(0.04, self.ranges[0] - self.x)
+            self.layer.hear_ranges([ahead, *self.ranges[1:]], self.now)
             self.layer.hear_odometry(self.x, 0.0, 0.0, self.now)
             if command is not None:
                 self.layer.hear_command(*command, self.now)
