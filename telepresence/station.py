@@ -88,8 +88,9 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     settings = arguments.settings
     simulated = settings.get("sim", "true").lower() in ("true", "1")
     window = settings.get("gui", "true").lower() in ("true", "1")
-    _, port_name, default_port, _ = ROBOTS[arguments.robot]
+    address_name, port_name, default_port, _ = ROBOTS[arguments.robot]
     if simulated:
+        require_loopback(settings, address_name)
         require_free(port_setting(settings, port_name, default_port), port_name, "the simulated robot")
     if arguments.robot == "pepper":
         require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
@@ -127,6 +128,13 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             keeper.close()
         if display is not None:
             display.close()
+
+
+def require_loopback(settings: dict[str, str], name: str) -> None:
+    """Raises RuntimeError when the drivers would drive a real robot while a simulated one starts beside it."""
+    address = settings.get(name, "127.0.0.1")
+    if address not in ("127.0.0.1", "localhost"):
+        raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
 
 
 def require_free(port: int, argument: str, purpose: str) -> None:

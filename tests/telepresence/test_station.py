@@ -1,6 +1,7 @@
 """The arguments of `./stack up`, and what it says when it cannot start."""
 
 import os
+import shutil
 import socket
 import subprocess
 
@@ -38,6 +39,23 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
             station.require_free(port, "nao_port", "the simulated robot")
+
+
+@pytest.mark.parametrize("name", ["nao_ip", "robotino_ip"])
+def test_the_address_of_a_real_robot_needs_word_that_it_is_real(name):
+    station.require_loopback({}, name)
+    station.require_loopback({name: "localhost"}, name)
+    with pytest.raises(RuntimeError, match=f"{name}:=10.0.0.7.*sim:=false"):
+        station.require_loopback({name: "10.0.0.7"}, name)
+
+
+def test_a_folder_with_a_space_is_refused_with_the_reason(request, tmp_path):
+    folder = tmp_path / "two words"
+    folder.mkdir()
+    shutil.copy(request.config.rootpath / "stack", folder)
+    answer = subprocess.run([folder / "stack", "build"], capture_output=True, text=True, timeout=30)
+    assert answer.returncode == 1
+    assert "space in its path" in answer.stderr
 
 
 def test_stack_names_its_commands(request):
