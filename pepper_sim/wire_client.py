@@ -38,6 +38,16 @@ _CAPABILITIES = {
 }
 
 
+def knock(endpoint: str, timeout: float) -> None:
+    """Connect and authenticate as a client does, then leave.
+
+    Raises:
+        OSError, WireError: Nobody answers within `timeout` [s], or not as qi services do.
+    """
+    with contextlib.closing(_Wire(endpoint, timeout)) as wire:
+        wire.authenticate()
+
+
 class WireClient:
     """One method of one remote service.
 
@@ -51,16 +61,13 @@ class WireClient:
 
     def __init__(self, endpoint: str, service: int, method: str, arity: int, timeout: float = 2.0) -> None:
         self._service = service
-        self._numbers = itertools.count(1)
-        address = urlsplit(endpoint)
-        self._socket = socket.create_connection((address.hostname, address.port), timeout)
+        self._wire = _Wire(endpoint, timeout)
         try:
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._ask(0, 0, _AUTHENTICATE, Encoder().put("{sm}", _CAPABILITIES))
-            reply = self._ask(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
+            self._wire.authenticate()
+            reply = self._wire.ask(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
             self._action, self._parameters = _find(Decoder(reply).get(METAOBJECT)[0], method, arity)
         except BaseException:
-            self._socket.close()
+            self._wire.close()
             raise
 
     def post(self, *arguments: Any) -> None:
@@ -69,15 +76,31 @@ class WireClient:
         Raises: OSError, WireError: The connection is gone or an argument does not fit.
         """
         encoder = Encoder().put(self._parameters, list(arguments))
-        self._send(POST, self._service, _OBJECT, self._action, encoder)
+        self._wire.send(POST, self._service, _OBJECT, self._action, encoder)
+
+    def close(self) -> None:
+        self._wire.close()
+
+
+class _Wire:
+    """A connection that sends messages and waits for their answers, one at a time."""
+
+    def __init__(self, endpoint: str, timeout: float) -> None:
+        self._numbers = itertools.count(1)
+        address = urlsplit(endpoint)
+        self._socket = socket.create_connection((address.hostname, address.port), timeout)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def authenticate(self) -> None:
+        self.ask(0, 0, _AUTHENTICATE, Encoder().put("{sm}", _CAPABILITIES))
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def _ask(self, service: int, obj: int, action: int, arguments: Encoder) -> bytes:
-        number = self._send(CALL, service, obj, action, arguments)
+    def ask(self, service: int, obj: int, action: int, arguments: Encoder) -> bytes:
+        number = self.send(CALL, service, obj, action, arguments)
         while True:
             header = Header.unpack(self._receive(HEADER.size))
             if header.size > _MAX_REPLY:
@@ -88,7 +111,7 @@ class WireClient:
             if header.identity == number and header.kind == ERROR:
                 raise WireError(str(Decoder(payload).get("m")))
 
-    def _send(self, kind: int, service: int, obj: int, action: int, arguments: Encoder) -> int:
+    def send(self, kind: int, service: int, obj: int, action: int, arguments: Encoder) -> int:
         buffers = arguments.buffers()
         number = next(self._numbers)
         header = Header(number, sum(len(part) for part in buffers), kind, service, obj, action)

@@ -1,0 +1,37 @@
+import socket
+
+import pytest
+
+from pepper_sim.door_watch import DoorWatch
+
+
+@pytest.fixture
+def watched(request):
+    """A quick watch on an endpoint, closed after the test."""
+
+    def make(endpoint):
+        watch = DoorWatch(endpoint, period=0.05, timeout=0.5)
+        request.addfinalizer(watch.close)
+        return watch
+
+    return make
+
+
+def test_a_robot_that_lets_clients_in_is_not_stuck(watched, simulation, wait_until):
+    watch = watched(simulation.url)
+    wait_until(lambda: watch.knocks >= 5, "five knocks were answered")
+    assert not watch.stuck
+
+
+def test_a_port_that_takes_connections_and_never_answers_is_stuck(watched, wait_until, caplog):
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        watch = watched(f"tcp://127.0.0.1:{door.getsockname()[1]}")
+        wait_until(lambda: watch.stuck, "the watch gives up")
+    assert "new clients are not served" in caplog.text
+
+
+def test_a_port_that_nobody_listens_on_is_stuck(watched, wait_until):
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        port = door.getsockname()[1]
+    watch = watched(f"tcp://127.0.0.1:{port}")
+    wait_until(lambda: watch.stuck, "the watch gives up")
