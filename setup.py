@@ -32,4 +32,12 @@ setup(
     },
     install_requires=CORE,
     extras_require=EXTRAS,
+    entry_points={
+        # Kinds of robots that a simulated world can hold, see telepresence.sim.simulated_robot.
+        "telepresence.robots": [
+            "pepper = pepper_sim.simulation:SimulatedPepper",
+            "robotino = robotino_sim.simulation:SimulatedRobotino",
+            "walker = telepresence.sim.walker:SimulatedWalker",
+        ],
+    },
 )

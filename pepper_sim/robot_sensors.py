@@ -68,20 +68,18 @@ class Sensors:
         self._base = model.body(prefix + "base_footprint").id
         self._hull = model.geom(prefix + "base_hull").id
         self._ground = model.site(prefix + _GROUND_FRAME).pos.copy()
-        group = int(model.geom_group[self._hull])
         self._sonars = {
-            name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), group, SONAR_MAX)
-            for name, site in _SONARS.items()
+            name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), SONAR_MAX) for name, site in _SONARS.items()
         }
         rays = fan(np.array(LASER_ANGLES))
-        self._lasers = {name: RayBundle(model, prefix + site, rays, group, LASER_MAX) for name, site in _LASERS.items()}
+        self._lasers = {name: RayBundle(model, prefix + site, rays, LASER_MAX) for name, site in _LASERS.items()}
         self._ground_lasers = {
-            name: RayBundle(model, prefix + site, fan(np.array(angles)), group, LASER_MISS)
+            name: RayBundle(model, prefix + site, fan(np.array(angles)), LASER_MISS)
             for name, (site, angles) in _GROUND_LASERS.items()
         }
         straight = np.array([[1.0, 0.0, 0.0]])
         self._infrared = {
-            name: RayBundle(model, prefix + site, straight, group, INFRARED_RANGE) for name, site in _INFRARED.items()
+            name: RayBundle(model, prefix + site, straight, INFRARED_RANGE) for name, site in _INFRARED.items()
         }
         # All three lasers as one array of rays, seen from above: in the device's own frame and in base_footprint.
         self._laser_rows = {name: i * SEGMENTS for i, name in enumerate(_LASERS)}

@@ -72,13 +72,9 @@ class InfraredRing:
         rng: Draws the noise; None for none.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, prefix: str, own_group: int, rng: np.random.Generator | None = None
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         self._rng = rng
-        self._beams = [
-            RayBundle(model, f"{prefix}infrared_{i}", _beam(), own_group, _DARK + RAY_START) for i in range(COUNT)
-        ]
+        self._beams = [RayBundle(model, f"{prefix}infrared_{i}", _beam(), _DARK + RAY_START) for i in range(COUNT)]
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Voltages [V] as digitised and readings [m], shape (9,) each."""

@@ -43,11 +43,9 @@ class LaserScanner:
         rng: Draws the noise; None for none.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, prefix: str, own_group: int, rng: np.random.Generator | None = None
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         angles = ANGLE_MIN + ANGLE_INCREMENT * np.arange(COUNT)
-        self._rays = RayBundle(model, prefix + "laser", fan(angles), own_group, RANGE_MAX)
+        self._rays = RayBundle(model, prefix + "laser", fan(angles), RANGE_MAX)
         self._rng = rng
         self._seq = 0
 

@@ -96,10 +96,9 @@ class Robotino:
         first = model.actuator(prefix + "drive_x").id
         self._actuators = slice(first, first + 3)
         self._bumper = model.geom(prefix + "bumper").id
-        group = int(model.geom_group[self._bumper])
-        self._infrared = infrared.InfraredRing(model, prefix, group, rng)
+        self._infrared = infrared.InfraredRing(model, prefix, rng)
         carries_laser = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + "laser_scanner") >= 0
-        self._laser = laser.LaserScanner(model, prefix, group, rng) if carries_laser else None
+        self._laser = laser.LaserScanner(model, prefix, rng) if carries_laser else None
         self._held_bumper = False
         self._reset()
         world.on_reset(self._reset)

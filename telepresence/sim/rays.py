@@ -1,6 +1,8 @@
 """Distance sensors: a bundle of rays from one point, cast in one call when the sensor is due.
 
-Rays skip the robot's own group of geoms (a robot has many bodies, MuJoCo can leave out only one) and invisible geoms.
+Rays pass through the robot that carries them and through invisible geoms. A robot has many bodies and MuJoCo leaves out
+only one, or groups of geoms, of which there are six for any number of robots; so a robot's geoms are put into a group of
+their own for the length of a cast.
 """
 
 from __future__ import annotations
@@ -11,6 +13,8 @@ import mujoco
 import numpy as np
 
 GROUPS = 6
+BLIND_GROUP = 5
+"""Rays pass through geoms of this group; no scene uses it for geoms."""
 FEW_RAYS = 3
 """Up to so many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
 
@@ -37,16 +41,13 @@ def cone(half_angle: float, rings: int = 2) -> np.ndarray:
 
 
 class RayBundle:
-    """Rays fixed to a site. `cast` needs the world's lock."""
+    """Rays fixed to a site of a robot; they do not see that robot. `cast` needs the world's lock."""
 
-    def __init__(
-        self, model: mujoco.MjModel, site: str, directions: np.ndarray, own_group: int, max_range: float
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, site: str, directions: np.ndarray, max_range: float) -> None:
         """
         Args:
             site: Name of the site; rays start there.
             directions: Unit vectors in the site's frame, shape (n, 3).
-            own_group: Group of geoms that the rays pass through.
             max_range: Hits beyond this distance [m] count as misses.
         """
         self.directions = np.ascontiguousarray(directions, float)
@@ -54,7 +55,9 @@ class RayBundle:
         self._model = model
         self._site = model.site(site).id
         self._mask = np.ones(GROUPS, np.uint8)
-        self._mask[own_group] = 0
+        self._mask[BLIND_GROUP] = 0
+        self._own_groups = _groups_of_robot(model, self._site)
+        self._usual_groups = self._own_groups.copy()
         count = len(directions)
         self._geoms = np.empty(count, np.int32)
         self._distances = np.empty(count)
@@ -85,9 +88,17 @@ class RayBundle:
 
     def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
         vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
-        if normals is None and len(vectors) <= FEW_RAYS:
-            self._shoot_singly(data, vectors)
-            return vectors
+        self._own_groups[:] = BLIND_GROUP
+        try:
+            if normals is None and len(vectors) <= FEW_RAYS:
+                self._shoot_singly(data, vectors)
+            else:
+                self._shoot_together(data, vectors, normals)
+        finally:
+            self._own_groups[:] = self._usual_groups
+        return vectors
+
+    def _shoot_together(self, data: mujoco.MjData, vectors: np.ndarray, normals: np.ndarray | None) -> None:
         mujoco.mj_multiRay(
             self._model,
             data,
@@ -102,7 +113,6 @@ class RayBundle:
             len(vectors),
             self.max_range,
         )
-        return vectors
 
     def _shoot_singly(self, data: mujoco.MjData, vectors: np.ndarray) -> None:
         origin = data.site_xpos[self._site]
@@ -114,6 +124,16 @@ class RayBundle:
         distances = self._distances.copy()
         distances[(self._geoms < 0) | (distances > self.max_range)] = np.inf
         return distances
+
+
+def _groups_of_robot(model: mujoco.MjModel, site: int) -> np.ndarray:
+    """The groups of all geoms of the robot that carries `site`, as a view into the model; empty for the scene's own
+    sites. MuJoCo numbers the geoms of one tree of bodies in a row."""
+    robot = model.body_rootid[model.site_bodyid[site]]
+    if robot == 0:
+        return model.geom_group[:0]
+    own = np.flatnonzero(model.body_rootid[model.geom_bodyid] == robot)
+    return model.geom_group[own[0] : own[-1] + 1] if len(own) else model.geom_group[:0]
 
 
 def add_noise(

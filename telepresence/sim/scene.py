@@ -1,8 +1,7 @@
 """Scenes: a place by name, with robots put into it.
 
-A scene is an MJCF file `scenes/<name>.xml`. It offers a site or frame per robot kind (`spawn_pepper`, ...) where a
-robot stands at the start, with x forward, and a camera `overview`. Its geoms are in the groups 0 and 1. Each robot gets
-a group of its own, from 3 on, so that its distance sensors can look past its own body.
+A scene is an MJCF file `scenes/<name>.xml`. It offers a site per robot kind (`spawn_pepper`, ...) where a robot stands
+at the start, with x forward, and a camera `overview`. Its geoms are in the groups 0 and 1, those of robots in group 3.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ import numpy as np
 from telepresence.sim.world import World
 
 SCENES = Path(__file__).parent / "scenes"
-ROBOT_GROUPS = (3, 4, 5)
-"""Geom groups of the first, second, third robot; MuJoCo has six groups, so the fourth robot shares the first's."""
+ROBOT_GROUP = 3
+"""Geom group of robots."""
 
 PICTURE_WIDTH, PICTURE_HEIGHT = 1280, 960
 """Largest picture that can be drawn [px]."""
@@ -31,8 +30,8 @@ class RobotModel:
     Args:
         load: Returns a fresh MjSpec whose root body is the robot's base with a free joint, origin on the floor.
         prefix: Put before every name of the robot, e.g. `"pepper/"`; different for every robot of a world.
-        spawn: Site or frame of the scene where the robot starts.
-        offset: Where it stands relative to `spawn` (x, y [m]); for several robots at one spawn point.
+        spawn: Site of the scene where the robot starts.
+        offset: Where it stands relative to `spawn`, along that site's axes (x, y [m]); for several robots at one.
     """
 
     load: Callable[[], mujoco.MjSpec]
@@ -69,23 +68,22 @@ def build_world(scene: str = "apartment", robots: Sequence[RobotModel] = (), see
     spec = load_scene(scene)
     if len({robot.prefix for robot in robots}) != len(robots):
         raise ValueError(f"robots in one world need different prefixes, got {[robot.prefix for robot in robots]}")
-    for index, robot in enumerate(robots):
-        _attach(spec, robot, ROBOT_GROUPS[index % len(ROBOT_GROUPS)], scene)
+    for robot in robots:
+        _attach(spec, robot, scene)
     return World(spec, seed=seed)
 
 
-def _attach(spec: mujoco.MjSpec, robot: RobotModel, group: int, scene: str) -> None:
-    spawn = spec.site(robot.spawn) or spec.frame(robot.spawn)
+def _attach(spec: mujoco.MjSpec, robot: RobotModel, scene: str) -> None:
+    spawn = spec.site(robot.spawn)
     if spawn is None:
         sites = sorted(site.name for site in spec.sites if site.name.startswith("spawn"))
-        raise ValueError(f"scene {scene!r} has no site or frame {robot.spawn!r}; it has: {', '.join(sites) or 'none'}")
+        raise ValueError(f"scene {scene!r} has no site {robot.spawn!r}; it has: {', '.join(sites) or 'none'}")
     child = robot.load()
     for geom in child.geoms:
-        geom.group = group
+        geom.group = ROBOT_GROUP
     for body in child.worldbody.bodies:
         body.pos = np.add(body.pos, (*robot.offset, 0.0))
-    where = {"site": spawn} if isinstance(spawn, mujoco.MjsSite) else {"frame": spawn}
-    spec.attach(child, prefix=robot.prefix, **where)
+    spec.attach(child, prefix=robot.prefix, site=spawn)
 
 
 def _set_picture_quality(spec: mujoco.MjSpec) -> None:

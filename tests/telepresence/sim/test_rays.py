@@ -50,28 +50,47 @@ def test_a_cone_is_filled_and_bounded(rings, count):
 def test_measures_the_distance_to_a_wall_past_its_own_body(room):
     model, data = room
     angles = np.radians([40.0, 0.0, -40.0])
-    bundle = RayBundle(model, "eye", fan(angles), own_group=3, max_range=5.0)
+    bundle = RayBundle(model, "eye", fan(angles), max_range=5.0)
     assert bundle.cast(data) == pytest.approx(1.9 / np.cos(angles))
 
 
-def test_without_the_mask_the_robot_would_see_itself(room):
-    model, data = room
-    bundle = RayBundle(model, "eye", fan(np.zeros(1)), own_group=5, max_range=5.0)
-    assert bundle.cast(data)[0] < 0.5
+@pytest.mark.parametrize("rays", [1, 9])
+def test_any_number_of_robots_see_each_other_and_none_itself(rays):
+    body = (
+        '<body name="r{0}" pos="{0} 0 0"><freejoint/><geom size=".2"/><site name="eye{0}"/>'
+        '<body><geom size=".25"/></body></body>'
+    )
+    robots = "".join(body.format(i) for i in range(9))
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{robots}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for i in range(8):
+        bundle = RayBundle(model, f"eye{i}", fan(np.zeros(rays)), max_range=5.0)
+        assert bundle.cast(data) == pytest.approx(0.75)
+    assert (model.geom_group == 0).all(), "the groups are as they were"
+
+
+def test_a_sensor_of_the_scene_sees_the_scene():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><site name="eye" pos="-1 0 0"/><geom size=".2"/></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert RayBundle(model, "eye", fan(np.zeros(1)), 5.0).cast(data) == pytest.approx(0.8)
 
 
 def test_beyond_the_range_is_a_miss(room):
     model, data = room
-    bundle = RayBundle(model, "eye", fan(np.radians([0.0, 180.0])), own_group=3, max_range=1.5)
+    bundle = RayBundle(model, "eye", fan(np.radians([0.0, 180.0])), max_range=1.5)
     assert np.isinf(bundle.cast(data)).all()
 
 
 def test_sound_is_not_heard_from_a_surface_that_is_grazed(room):
     model, data = room
-    bundle = RayBundle(model, "down", cone(math.radians(30.0)), own_group=3, max_range=5.0)
+    bundle = RayBundle(model, "down", cone(math.radians(30.0)), max_range=5.0)
     # The lowest ray of the cone points 60 degrees down: 30 degrees from the floor's normal.
     assert bundle.cast_echo(data, math.radians(65.0)).min() == pytest.approx(0.5 / math.sin(math.radians(60.0)))
-    level = RayBundle(model, "eye", cone(math.radians(20.0)), own_group=3, max_range=5.0)
+    level = RayBundle(model, "eye", cone(math.radians(20.0)), max_range=5.0)
     assert level.cast(data).min() == pytest.approx(0.5 / math.sin(math.radians(20.0)))
     assert level.cast_echo(data, math.radians(65.0)).min() == pytest.approx(1.9)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import pytest
 
-from telepresence.sim.scene import ROBOT_GROUPS, RobotModel, build_world, load_scene, scene_names
+from telepresence.sim.scene import ROBOT_GROUP, RobotModel, build_world, load_scene, scene_names
 
 PUCK = """
 <mujoco model="puck">
@@ -36,13 +36,20 @@ def test_pictures_are_cheap_by_default():
     assert (model.vis.global_.offwidth, model.vis.global_.offheight) == (1280, 960)
 
 
-def test_robots_stand_at_their_spawn_points_in_groups_of_their_own():
+def test_robots_stand_at_their_spawn_points_in_their_own_group():
     world = build_world("empty", [puck("a/"), puck("b/", "spawn_robotino"), puck("c/", offset=(1.0, 0.5))])
     with world.locked() as data:
         places = [data.body(name + "/base").xpos[:2].tolist() for name in "abc"]
     assert places == [[0.0, 0.0], [0.0, -1.5], [1.0, 0.5]]
-    assert [int(world.model.geom(name + "/body").group[0]) for name in "abc"] == list(ROBOT_GROUPS)
+    assert [int(world.model.geom(name + "/body").group[0]) for name in "abc"] == [ROBOT_GROUP] * 3
     assert int(world.model.geom("floor").group[0]) == 0
+
+
+def test_an_offset_is_along_the_axes_of_the_spawn_point():
+    world = build_world("apartment", [puck("a/"), puck("b/", offset=(1.0, 0.25))])
+    with world.locked() as data:
+        a, b = (data.body(name + "/base").xpos[:2] for name in "ab")
+        assert (b - a).tolist() == pytest.approx([-0.25, 1.0]), "the apartment's Pepper looks along y"
 
 
 def test_two_robots_need_two_prefixes():

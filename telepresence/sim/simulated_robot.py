@@ -1,0 +1,159 @@
+"""SimulatedRobot: what a kind of robot provides so that worlds can hold it, alone or among others.
+
+A kind is a subclass, found by name through the entry point group `telepresence.robots` (see setup.py), so that this
+package imports none of them. A robot's life, in this order, always by `telepresence.sim.simulation.Simulation`:
+
+    robot = SimulatedPepper(prefix="anna/", offset=(0.0, 1.0))     its model is known, nothing runs
+    robot.enter(world, cameras, seed)                               the world is built and stands still
+    robot.serve("127.0.0.1", 9559)                                  the world runs; the wire answers when this returns
+    robot.close()                                                   before cameras and world end
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from importlib.metadata import entry_points
+from typing import Any, ClassVar, Protocol
+
+from telepresence.images import LatestImage
+from telepresence.sim.camera import Cameras, Feed
+from telepresence.sim.scene import RobotModel
+from telepresence.sim.world import World
+
+ENTRY_POINTS = "telepresence.robots"
+
+
+class Movement(IntEnum):
+    """The values of the topic `movement_command`."""
+
+    STOP = 0
+    FORWARD = 1
+    BACKWARD = 2
+
+
+class Controls(Protocol):
+    """What `robot_control_node` needs of a robot that has no wire of its own. Any thread may call."""
+
+    def move(self, movement: Movement) -> None:
+        """Go on like this until told otherwise; a restart of the world stops it."""
+
+    def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
+        """Pictures of the robot's own camera; the reader closes the feed."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a robot's base really is and how it moves.
+
+    Args:
+        x, y, z: In the world [m].
+        roll, pitch, yaw: [rad].
+        velocity: Of the base along its own axes x, y, z [m/s].
+        turning: Angular velocity about its own axes [rad/s].
+    """
+
+    x: float
+    y: float
+    z: float
+    roll: float
+    pitch: float
+    yaw: float
+    velocity: tuple[float, float, float]
+    turning: tuple[float, float, float]
+
+
+class SimulatedRobot(ABC):
+    """One robot of a world and the wire in front of it.
+
+    Args:
+        prefix: Put before every name of the robot in the world, e.g. `"pepper/"`.
+        offset: Where it starts relative to the scene's spawn point of its kind (x, y [m]).
+        options: Settings of the kind; each subclass names its own.
+    """
+
+    DEFAULT_PORT: ClassVar[int | None] = None
+    """Where its wire listens on a real robot; None for a kind without a wire."""
+    BASE_FRAME: ClassVar[str] = "base_link"
+    """The frame whose pose is the robot's pose; the model's free joint `root` moves it."""
+
+    controls: Controls | None = None
+    """Set by kinds without a wire; the others are driven and seen through theirs."""
+
+    @abstractmethod
+    def __init__(self, prefix: str, offset: tuple[float, float] = (0.0, 0.0), **options: Any) -> None: ...
+
+    @property
+    @abstractmethod
+    def model(self) -> RobotModel:
+        """What to build the world with."""
+
+    @abstractmethod
+    def enter(self, world: World, cameras: Cameras, seed: int) -> None:
+        """Take over one's body in `world`, which was built with `model` and does not run yet."""
+
+    def serve(self, address: str, port: int) -> None:
+        """Answer the wire; port 0 takes a free one.
+
+        Raises:
+            OSError: The port is taken or the address is not this machine's.
+        """
+
+    @property
+    def urls(self) -> list[str]:
+        """Where clients connect, once `serve` has returned."""
+        return []
+
+    @property
+    def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
+        """Pictures that the robot itself shows, by name: Pepper's tablet."""
+        return {}
+
+    def close(self) -> None:
+        """End the wire and everything else of this robot. Calling it again does nothing."""
+
+
+def kinds() -> list[str]:
+    """Names of the kinds of robots that are installed."""
+    return sorted(entry_points(group=ENTRY_POINTS).names)
+
+
+def find_kind(name: str) -> type[SimulatedRobot]:
+    """The kind called `name`.
+
+    Raises:
+        ValueError: There is none; the message names those that exist.
+    """
+    for entry in entry_points(group=ENTRY_POINTS, name=name):
+        return entry.load()
+    raise ValueError(f"there is no kind of robot {name!r}; kinds: {', '.join(kinds()) or 'none'}")
+
+
+def read_pose(world: World, prefix: str) -> Pose:
+    """Pose and velocity of the robot's base by physics, not by its sensors."""
+    joint = world.model.joint(prefix + "root")
+    place, motion = int(joint.qposadr[0]), int(joint.dofadr[0])
+    with world.locked() as data:
+        x, y, z, qw, qx, qy, qz = data.qpos[place : place + 7].tolist()
+        linear = data.qvel[motion : motion + 3].copy()
+        turning = data.qvel[motion + 3 : motion + 6].tolist()
+    # MuJoCo gives a free joint's linear velocity in the world and its angular velocity in the body.
+    rows = (
+        (1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qw * qz), 2.0 * (qx * qz - qw * qy)),
+        (2.0 * (qx * qy - qw * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz + qw * qx)),
+        (2.0 * (qx * qz + qw * qy), 2.0 * (qy * qz - qw * qx), 1.0 - 2.0 * (qx * qx + qy * qy)),
+    )
+    velocity = tuple(float(sum(a * b for a, b in zip(row, linear, strict=True))) for row in rows)
+    return Pose(
+        x,
+        y,
+        z,
+        roll=math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy)),
+        pitch=math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx)))),
+        yaw=math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)),
+        velocity=velocity,
+        turning=tuple(turning),
+    )
