@@ -16,7 +16,7 @@ from PyQt5.QtWidgets import QApplication
 
 from gui.controller import Attach, Controller
 from gui.profiles import PROFILES
-from gui.ros_link import RosLink, without_remappings
+from gui.ros_link import RosLink, RosNode, without_remappings
 from gui.terminal import TerminalView
 from gui.window import OperatorWindow, style_sheet, themes
 from gui.x11 import hold_display
@@ -43,9 +43,13 @@ def main(argv: list[str] | None = None) -> int:
     window = OperatorWindow(terminal)
     window.address.setText(arguments.robot)
     profile = PROFILES[arguments.profile]
-    link = RosLink(arguments.feed or profile.feed, profile.cmd_vel)
+    if arguments.feed:
+        profile = profile.with_feed(arguments.feed)
+    node = RosNode()
+    link = RosLink(node, profile)
     Controller(window, link, terminal, arguments.attach, profile)
-    link.ended.connect(lambda reason: _end_by_ros(window, reason))
+    node.trouble.connect(link.trouble)
+    node.ended.connect(lambda reason: _end_by_ros(window, reason))
     window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
     if arguments.screenshot:
         window.video.first_picture.connect(
@@ -54,13 +58,13 @@ def main(argv: list[str] | None = None) -> int:
     signals = _close_on_signals(window)
     window.show_on_screen()
     terminal.start()
-    link.start()
+    node.start()
     try:
         return application.exec_()
     finally:
         signals.setEnabled(False)
         window.pad.release_all()
-        link.close()
+        node.close()
         terminal.close_terminal()
 
 

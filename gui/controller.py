@@ -68,7 +68,7 @@ class Controller(QObject):
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
         link.state_changed.connect(self._on_state)
-        link.picture.connect(self._on_picture)
+        link.channel("picture").arrived.connect(self._on_picture)
         link.trouble.connect(lambda text: window.status.say(text, "bad"))
         terminal.refused.connect(lambda text: window.status.say(text, "warn"))
         terminal.typed.connect(lambda line: window.status.say(f"Typed into the terminal:  {line}"))
@@ -112,7 +112,7 @@ class Controller(QObject):
 
     def show_feed(self, wanted: bool) -> None:
         """Show the robot's camera, or stop doing so."""
-        self._link.watch(wanted)
+        self._link.watch("picture", wanted)
         self._clear_video()
         self._show_links()
         self._advise()
@@ -129,10 +129,10 @@ class Controller(QObject):
 
     def _drive(self, vx: float, vy: float, wz: float) -> None:
         self._zeros.stop()
-        self._link.drive(vx, vy, wz)
+        self._link.send("drive", vx, vy, wz)
 
     def _send_zero(self) -> None:
-        self._link.drive(0.0, 0.0, 0.0)
+        self._link.send("drive", 0.0, 0.0, 0.0)
         self._zeros_left -= 1
         if self._zeros_left <= 0:
             self._zeros.stop()

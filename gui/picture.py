@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from PyQt5.QtGui import QImage
+
+from telepresence.images import read_image_message
 
 _FORMATS = {
     "rgb8": QImage.Format_RGB888,
@@ -25,6 +28,15 @@ class Picture:
     encoding: str
     stamp: float
     arrived: float
+
+
+def read_picture(message: Any, arrived: float) -> Picture:
+    """The picture in a sensor_msgs/Image that came at `arrived` [monotonic s].
+
+    Raises:
+        ValueError: It can't be read; the text says why.
+    """
+    return Picture(read_image_message(message), message.encoding, message.header.stamp.to_sec(), arrived)
 
 
 def as_qimage(picture: Picture) -> QImage:

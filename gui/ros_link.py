@@ -1,7 +1,7 @@
 """The window's node in the ROS graph: topics become Qt signals and the other way round.
 
-The only file here that imports ROS. Nothing in it makes Qt wait: a thread looks for the master and joins the graph when
-there is one; pictures wait in a slot that holds one.
+The only file here that imports ROS. Nothing in it makes Qt wait: a thread looks for the master, joins the graph when
+there is one and does everything that asks the master; each service call has a thread of its own.
 """
 
 from __future__ import annotations
@@ -13,17 +13,16 @@ import re
 import threading
 import time
 import xmlrpc.client
-from dataclasses import replace
+from collections.abc import Callable
 
 import rosgraph
+import roslib.message
 import rospy
-from geometry_msgs.msg import Twist
-from PyQt5.QtCore import QObject, Qt, pyqtSignal
-from sensor_msgs.msg import Image
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
+from gui.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.link_state import LinkState
-from gui.picture import Picture
-from telepresence.images import read_image_message
+from gui.profiles import Profile
 from telepresence.ros_master import MasterWatch, master_proxy
 
 log = logging.getLogger(__name__)
@@ -32,6 +31,10 @@ NODE = "gui_ros_node"
 KEYBOARD_NODE = "/teleop_twist_keyboard"
 LOOK_PERIOD = 0.5
 LOOK_TIMEOUT = 1.0
+FIND_TIMEOUT = 1.0
+"""Seconds that a service may take to be found."""
+BUFFER = 1 << 22
+"""Bytes; above one picture, or old pictures wait in the socket."""
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
 
 
@@ -40,149 +43,251 @@ def without_remappings(argv: list[str]) -> list[str]:
     return rospy.myargv(argv)
 
 
-class RosLink(QObject):
-    """Joins the graph when there is one.
+class RosNode(QObject):
+    """This window's place in the graph, shared by the links to its robots, which are made before `start`."""
 
-    Args:
-        feed: The camera topic, sensor_msgs/Image.
-        cmd_vel: The topic to drive on, geometry_msgs/Twist.
-    """
-
-    state_changed = pyqtSignal(object)
-    """LinkState, on every change."""
-    picture = pyqtSignal(object)
-    """Picture: the newest, never one that was overtaken."""
     trouble = pyqtSignal(str)
     """A sentence for the pilot."""
     ended = pyqtSignal(str)
-    """ROS wants this node to end (rosnode kill, a second window); why."""
+    """ROS wants this node to end (rosnode kill); why."""
 
-    _looked = pyqtSignal(object)
-    _arrived = pyqtSignal()
-
-    def __init__(self, feed: str, cmd_vel: str = "cmd_vel") -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.feed = feed
-        self._cmd_vel = cmd_vel
-        self.state = LinkState(rosgraph.get_master_uri())
+        self.master_uri = rosgraph.get_master_uri()
+        self.name = f"/{NODE}"
+        self.joined = False
+        self.links: list[RosLink] = []
+        self._sent_at = -math.inf
         self._closing = threading.Event()
         self._wake = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ros-link", daemon=True)
-        self._joined = False
-        self._watching = False
-        self._driven_at = -math.inf
-        self._publisher: rospy.Publisher | None = None
-        self._subscriber: rospy.Subscriber | None = None
-        self._lock = threading.Lock()
-        self._newest: tuple[Image, float] | None = None
-        self._complaint = ""
-        self._looked.connect(self._on_looked, Qt.QueuedConnection)
-        self._arrived.connect(self._on_arrived, Qt.QueuedConnection)
 
     def start(self) -> None:
         self._thread.start()
 
-    def watch(self, wanted: bool) -> None:
-        """Subscribe to the camera topic as soon as possible, or stop doing so."""
-        self._watching = wanted
+    def hurry(self) -> None:
+        """A wish has changed: look now."""
         self._wake.set()
 
-    def drive(self, vx: float, vy: float, wz: float) -> None:
-        """Publish one command on cmd_vel, if the graph has been joined.
-
-        Args:
-            vx, vy: Forward and left [m/s].
-            wz: Counter-clockwise [rad/s].
-        """
-        if self._publisher is None:
-            return
-        message = Twist()
-        message.linear.x, message.linear.y, message.angular.z = vx, vy, wz
-        try:
-            self._publisher.publish(message)
-            self._driven_at = time.monotonic()
-        except rospy.ROSException as error:
-            log.warning("the command was not sent: %s", error)
+    def note_sent(self) -> None:
+        self._sent_at = time.monotonic()
 
     def close(self) -> None:
         """Leave the graph; at most a few seconds, also when the master hangs."""
         self._closing.set()
         self._wake.set()
         self._thread.join(timeout=2.0 * LOOK_TIMEOUT)
-        if not self._joined:
+        if not self.joined:
             return
-        if time.monotonic() - self._driven_at < 0.5:
+        if time.monotonic() - self._sent_at < 0.5:
             time.sleep(0.05)  # rospy sends from a thread of its own; the last command is a zero
         farewell = threading.Thread(target=rospy.signal_shutdown, args=["the window was closed"], daemon=True)
         farewell.start()
         farewell.join(timeout=2.0)
 
-    # --- the link's own thread ---
+    # --- the node's own thread ---
 
     def _run(self) -> None:
         while not self._closing.is_set():
-            state = self._look()
-            if state.master and not self._joined:
+            graph = self._look()
+            if graph is not None and not self.joined:
                 try:
                     self._join()
                 except rospy.ROSException as error:
                     self.trouble.emit(f"The window cannot join the ROS graph: {error}. Start it again.")
                     return
-                state = replace(state, joined=True)
-            if state.master:
-                self._follow_wish()
-            self._looked.emit(state)
+            for link in self.links:
+                link.follow(graph)
             self._wake.wait(LOOK_PERIOD)
             self._wake.clear()
 
-    def _look(self) -> LinkState:
-        uri = self.state.master_uri
+    def _look(self) -> list | None:
+        """Publishers, subscribers and services as the master knows them; None without a master."""
         try:
-            code, _, graph = master_proxy(uri, LOOK_TIMEOUT).getSystemState(f"/{NODE}")
+            code, _, graph = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
-            return LinkState(uri)
-        if code != 1:
-            return LinkState(uri)
-        publishers, subscribers, _ = (dict(group) for group in graph)
-        cmd_vel = rosgraph.names.resolve_name(self._cmd_vel, f"/{NODE}")
-        # Keyboards listen as well, to know when another input drives; a driver only listens.
-        drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
-        return LinkState(
-            uri,
-            master=True,
-            joined=self._joined,
-            driver=any(not _TOOL.search(name) for name in drivers),
-            keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
-            feed=bool(publishers.get(rosgraph.names.resolve_name(self.feed, f"/{NODE}"))),
-        )
+            return None
+        return [dict(group) for group in graph] if code == 1 else None
 
     def _join(self) -> None:
-        rospy.init_node(NODE, disable_signals=True)
+        # Of two nodes with one name ROS ends the older: a second window calls itself something else.
+        rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
+        self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        self._publisher = rospy.Publisher(self._cmd_vel, Twist, queue_size=1)
         MasterWatch(rospy).start()
-        self._joined = True
+        for link in self.links:
+            link.advertise()
+        self.joined = True
 
-    def _follow_wish(self) -> None:
-        """Registering asks the master and so may wait for it: not for Qt's thread."""
-        if self._watching and self._subscriber is None:
-            self._subscriber = rospy.Subscriber(self.feed, Image, self._on_image, queue_size=1)
-        elif not self._watching and self._subscriber is not None:
-            self._subscriber.unregister()
-            self._subscriber = None
-
-    # --- rospy's threads ---
-
-    def _on_image(self, message: Image) -> None:
-        with self._lock:
-            announced = self._newest is not None
-            self._newest = (message, time.monotonic())
-        if not announced:
-            self._arrived.emit()
+    def _is_taken(self) -> bool:
+        """Whether a node of our name lives; a killed one may still be registered."""
+        try:
+            code, _, uri = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
+            return code == 1 and master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)[0] == 1
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            return False
 
     def _on_ros_shutdown(self, reason: str) -> None:
         if not self._closing.is_set():
             self.ended.emit(reason)
+
+
+class RosLink(QObject):
+    """One robot in the graph.
+
+    Args:
+        node: The window's node.
+        profile: The robot's topics and services.
+    """
+
+    state_changed = pyqtSignal(object)
+    """LinkState, on every change."""
+    trouble = pyqtSignal(str)
+    """A sentence for the pilot."""
+
+    _looked = pyqtSignal(object)
+    _answered = pyqtSignal(object, object)
+
+    def __init__(self, node: RosNode, profile: Profile) -> None:
+        super().__init__()
+        self.profile = profile
+        self.state = LinkState(node.master_uri)
+        self._node = node
+        self._channels = {row.channel: Channel(row) for row in profile.incoming}
+        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in profile.outgoing}
+        self._offered: dict[str, Offered] = {row.name: row for row in profile.services}
+        self._publishers: dict[str, rospy.Publisher] = {}
+        self._subscribers: dict[str, rospy.Subscriber] = {}
+        self._unknown: set[str] = set()
+        self._looked.connect(self._on_looked, Qt.QueuedConnection)
+        self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
+        for channel in self._channels.values():
+            channel.trouble.connect(self.trouble)
+        node.links.append(self)
+
+    @property
+    def feed(self) -> str:
+        """The camera topic."""
+        return self._resolve(self.channel("picture").row.topic)
+
+    def channel(self, name: str) -> Channel:
+        """What comes in under this name of the profile's table.
+
+        Raises:
+            KeyError: The profile has none.
+        """
+        return self._channels[name]
+
+    def has(self, name: str) -> bool:
+        """Whether the profile's tables know a channel or service of this name."""
+        return name in self._channels or name in self._outgoing or name in self._offered
+
+    def watch(self, name: str, wanted: bool) -> None:
+        """Subscribe to a channel as soon as possible, or stop doing so."""
+        self._channels[name].wanted = wanted
+        self._node.hurry()
+
+    def send(self, name: str, *values: object) -> bool:
+        """Publish; whether the graph has been joined."""
+        publisher = self._publishers.get(name)
+        if publisher is None:
+            return False
+        message = publisher.data_class()
+        self._outgoing[name].fill(message, *values)
+        try:
+            publisher.publish(message)
+        except rospy.ROSException as error:
+            log.warning("%s was not sent: %s", name, error)
+            return False
+        self._node.note_sent()
+        return True
+
+    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
+        """Call a service; `then` gets the answer on Qt's thread, at the latest after the row's timeout."""
+        row = self._offered[name]
+        settled = []
+
+        def settle(answer: Answer) -> None:
+            if not settled:
+                settled.append(answer)
+                then(answer)
+
+        if not self._node.joined:
+            QTimer.singleShot(0, lambda: settle(Answer(False, "There is no ROS master. Press Roscore start.")))
+            return
+        late = Answer(False, f"{row.service} did not answer within {row.timeout:g} s.")
+        QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
+        work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
+        threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
+
+    def _call(self, row: Offered, values: tuple) -> Answer:
+        """On a thread of its own."""
+        service, kind = self._resolve(row.service), roslib.message.get_service_class(row.kind)
+        if kind is None:
+            return Answer(False, f"The service type {row.kind} is not built. Run  ./stack build")
+        try:
+            rospy.wait_for_service(service, timeout=FIND_TIMEOUT)
+            request = kind._request_class()
+            row.fill(request, *values)
+            return row.read(rospy.ServiceProxy(service, kind)(request))
+        except rospy.ServiceException as error:
+            return Answer(False, f"{service} failed: {error}.")
+        except rospy.ROSException:
+            return Answer(False, f"Nobody offers {service}: its program does not run, or not yet.")
+
+    def _resolve(self, name: str) -> str:
+        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.profile.namespace, NODE))
+
+    # --- the node's thread ---
+
+    def advertise(self) -> None:
+        """The graph has been joined."""
+        for row in self._outgoing.values():
+            kind = self._message_class(row.kind)
+            if kind is not None:
+                self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
+
+    def follow(self, graph: list | None) -> None:
+        """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
+        not for Qt's thread."""
+        if graph is not None:
+            for name, channel in self._channels.items():
+                if channel.wanted and name not in self._subscribers:
+                    self._subscribe(name, channel)
+                elif not channel.wanted and name in self._subscribers:
+                    self._subscribers.pop(name).unregister()
+        self._looked.emit(self._state_of(graph))
+
+    def _subscribe(self, name: str, channel: Channel) -> None:
+        row: Incoming = channel.row
+        kind = self._message_class(row.kind)
+        if kind is not None:
+            self._subscribers[name] = rospy.Subscriber(
+                self._resolve(row.topic), kind, channel.post, queue_size=1, buff_size=BUFFER, tcp_nodelay=True
+            )
+
+    def _message_class(self, name: str) -> type | None:
+        kind = roslib.message.get_message_class(name)
+        if kind is None and name not in self._unknown:
+            self._unknown.add(name)
+            log.warning("the message type %s is not built; run  ./stack build", name)
+        return kind
+
+    def _state_of(self, graph: list | None) -> LinkState:
+        if graph is None:
+            return LinkState(self._node.master_uri)
+        publishers, subscribers, _ = graph
+        cmd_vel = self._resolve(self.profile.cmd_vel)
+        # Keyboards listen as well, to know when another input drives; a driver only listens.
+        drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
+        return LinkState(
+            self._node.master_uri,
+            master=True,
+            joined=self._node.joined,
+            driver=any(not _TOOL.search(name) for name in drivers),
+            keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
+            feed=bool(publishers.get(self.feed)),
+        )
 
     # --- Qt's thread ---
 
@@ -190,21 +295,3 @@ class RosLink(QObject):
         if state != self.state:
             self.state = state
             self.state_changed.emit(state)
-
-    def _on_arrived(self) -> None:
-        with self._lock:
-            newest, self._newest = self._newest, None
-        if newest is None or not self._watching:
-            return
-        message, arrived = newest
-        try:
-            pixels = read_image_message(message)
-        except ValueError as error:
-            self._complain(f"{self.feed} sends pictures that cannot be read: {error}.")
-            return
-        self.picture.emit(Picture(pixels, message.encoding, message.header.stamp.to_sec(), arrived))
-
-    def _complain(self, text: str) -> None:
-        if text != self._complaint:
-            self._complaint = text
-            self.trouble.emit(text)

@@ -14,7 +14,9 @@ import pytest
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
+from gui.channels import Answer, Channel
 from gui.link_state import LinkState
+from gui.profiles import PROFILES
 from gui.tmux import Tmux
 from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
@@ -45,26 +47,50 @@ class FakeLink(QObject):
     """The signals of RosLink, and what was asked of it."""
 
     state_changed = pyqtSignal(object)
-    picture = pyqtSignal(object)
     trouble = pyqtSignal(str)
-    ended = pyqtSignal(str)
 
     def __init__(self) -> None:
         super().__init__()
+        self.profile = PROFILES["pepper"]
         self.feed = "/robot/image"
         self.state = LinkState("http://127.0.0.1:11311")
-        self.watching = False
-        self.driven: list[tuple[float, float, float]] = []
+        self.channels = {row.channel: Channel(row) for row in self.profile.incoming}
+        self.sent: list[tuple] = []
+        self.called: list[tuple] = []
 
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
         self.state_changed.emit(self.state)
 
-    def watch(self, wanted: bool) -> None:
-        self.watching = wanted
+    @property
+    def picture(self) -> object:
+        """Emit here what the camera shows."""
+        return self.channels["picture"].arrived
 
-    def drive(self, vx: float, vy: float, wz: float) -> None:
-        self.driven.append((vx, vy, wz))
+    @property
+    def watching(self) -> bool:
+        return self.channels["picture"].wanted
+
+    @property
+    def driven(self) -> list[tuple[float, float, float]]:
+        return [tuple(values) for name, *values in self.sent if name == "drive"]
+
+    def channel(self, name: str) -> Channel:
+        return self.channels[name]
+
+    def has(self, name: str) -> bool:
+        return name in self.channels or any(name == row.channel for row in self.profile.outgoing)
+
+    def watch(self, name: str, wanted: bool) -> None:
+        self.channels[name].wanted = wanted
+
+    def send(self, name: str, *values: object) -> bool:
+        self.sent.append((name, *values))
+        return True
+
+    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
+        self.called.append((name, *values))
+        then(Answer(True))
 
 
 class FakeTerminal(QFrame):

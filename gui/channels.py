@@ -1,0 +1,121 @@
+"""What goes between the window and the robot's ROS graph, as data. No ROS here: types go by their names.
+
+A profile lists its rows (`Incoming`, `Outgoing`, `Offered`); `ros_link` subscribes, advertises and calls as they say.
+Names are resolved in the profile's namespace. Messages are read and written by field name, so that the functions in the
+rows can be tested without ROS.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
+
+
+@dataclass(frozen=True)
+class Incoming:
+    """A topic that the window hears.
+
+    Args:
+        channel: What the window calls it.
+        topic, kind: Name, and type such as "sensor_msgs/Image".
+        convert: Message and arrival [monotonic s] to what the window works with. A ValueError says why it can't.
+        on_wish: Subscribe only while `RosLink.watch(channel, True)` holds; for what is large.
+    """
+
+    channel: str
+    topic: str
+    kind: str
+    convert: Callable[[Any, float], object]
+    on_wish: bool = False
+
+
+@dataclass(frozen=True)
+class Outgoing:
+    """A topic that the window writes: `fill(message, *values)`."""
+
+    channel: str
+    topic: str
+    kind: str
+    fill: Callable[..., None]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a call. `text` is a sentence for the pilot when `ok` is false, and may be one when it is true."""
+
+    ok: bool
+    text: str = ""
+    value: object = None
+
+
+def read_trigger(response: Any) -> Answer:
+    """The answer of std_srvs/Trigger and SetBool."""
+    return Answer(bool(response.success), str(response.message))
+
+
+def fill_data(message: Any, value: object) -> None:
+    """The one field of a std_msgs wrapper, or of std_srvs/SetBool."""
+    message.data = value
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A service that the window calls: `fill(request, *values)`, then `read(response)`.
+
+    Args:
+        timeout: Seconds after which it counts as failed.
+    """
+
+    name: str
+    service: str
+    kind: str = "std_srvs/Trigger"
+    fill: Callable[..., None] = lambda request: None
+    read: Callable[[Any], Answer] = read_trigger
+    timeout: float = 5.0
+
+
+class Channel(QObject):
+    """One incoming topic on Qt's side: the newest message only, converted on Qt's thread."""
+
+    arrived = pyqtSignal(object)
+    """What `Incoming.convert` made of a message; never of one that was overtaken."""
+    trouble = pyqtSignal(str)
+    """Messages that can't be used; a sentence, once."""
+
+    _posted = pyqtSignal()
+
+    def __init__(self, row: Incoming) -> None:
+        super().__init__()
+        self.row = row
+        self.wanted = not row.on_wish
+        self._lock = threading.Lock()
+        self._waiting: tuple[object, float] | None = None
+        self._complaint = ""
+        self._posted.connect(self._deliver, Qt.QueuedConnection)
+
+    def post(self, message: object) -> None:
+        """A message has come; from any thread."""
+        with self._lock:
+            announced = self._waiting is not None
+            self._waiting = (message, time.monotonic())
+        if not announced:
+            self._posted.emit()
+
+    def _deliver(self) -> None:
+        with self._lock:
+            newest, self._waiting = self._waiting, None
+        if newest is None or not self.wanted:
+            return
+        try:
+            value = self.row.convert(*newest)
+        except ValueError as error:
+            if str(error) != self._complaint:
+                self._complaint = str(error)
+                self.trouble.emit(f"{self.row.topic} sends what can't be used: {error}.")
+            return
+        self.arrived.emit(value)
