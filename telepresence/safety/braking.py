@@ -50,6 +50,7 @@ class Guard:
         normals: (n, 2) unit vectors from the outline to them.
         room: (n,) their distance from the outline less margin beside and uncertainty of the place [m].
         passing: (n,) room to leave when the way leads past them [m]; infinity where that is no excuse.
+        least_share: (n,) obstacles on which a motion closes with a smaller share don't concern it.
         coming: (n,) speed at which they come nearer by themselves [m/s].
         extra: Margin ahead less margin beside [m], not negative.
         reaction, braking: tau [s], a [m/s²].
@@ -60,6 +61,7 @@ class Guard:
     normals: np.ndarray
     room: np.ndarray
     passing: np.ndarray
+    least_share: np.ndarray
     coming: np.ndarray
     extra: float
     reaction: float
@@ -120,7 +122,9 @@ class Guard:
         aside = self.points @ across
         passing = self.passing[:, None] + self.radius
         inside = (aside < corners.max(axis=0) + passing) & (aside > corners.min(axis=0) - passing)
-        return share, (share > _STRAIGHT) & (inside | (self.coming > 0.0)[:, None])
+        return share, (share > np.maximum(self.least_share, _STRAIGHT)[:, None]) & (
+            inside | (self.coming > 0.0)[:, None]
+        )
 
     def _broken_by(self, velocity: np.ndarray) -> np.ndarray:
         """(n,) obstacles that forbid a velocity."""

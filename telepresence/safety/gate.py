@@ -104,6 +104,12 @@ class VelocityGate:
         """State of every range source."""
         return {name: watch.health(now) for name, watch in self._watches.items()}
 
+    def obstacles(self) -> np.ndarray:
+        """Places of the known obstacles in base_link as of the last tick, shape (n, 2) [m]."""
+        if self._place.poses.newest is None:
+            return np.empty((0, 2))
+        return self._place.obstacles(self._now)[0]
+
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
         """Decide. Call it at a fixed rate and send every result to the base, zeros too.
 

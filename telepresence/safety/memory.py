@@ -10,18 +10,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .plane import squared_lengths
+from .plane import squared_distances, squared_lengths
 from .scan import Scan
 
 FIRST_LIFETIME = 3.0
 """How long a single sighting is kept; each further one doubles it, up to the lifetime. Things that stand are seen again;
-noise, and what somebody's legs leave behind, isn't. Longer than a to and fro of the careful scan [s]."""
+noise, and what somebody's legs leave behind, isn't: up to `BELIEVED` sightings it ages at a standstill too. Longer than
+a to and fro of the careful scan [s]."""
+BELIEVED = 3
+"""So many sightings at the end of a sensor's range make an obstacle; a nearer one does at once."""
 CAPACITY = 128
 REACH = 1.5
 """Sightings farther from the robot than this are not kept [m]."""
 SAME_ALONG, SAME_ACROSS = 0.05, 0.02
-"""Sightings this near to each other, along and across the beam, are one obstacle [m]. They are averaged along the beam
-only: across, a beam that wanders over a surface would drag the point along and leave the corner it stood for."""
+"""Sightings this near to the first of an obstacle, along and across the beam, are the same one [m]. Near to the first,
+not to the average: a beam that wanders over a surface would drag that along, away from the corner it stood for."""
 NEWEST = 0.3
 """Least weight of a new sighting in the average."""
 THROUGH = 0.005
@@ -48,16 +51,15 @@ class Moment(NamedTuple):
     driven: float
 
 
+_X, _Y, _FIRST_X, _FIRST_Y, _DRIVEN, _UNTIL, _YOUNG_UNTIL, _SIGHTINGS, _MISSES, _WIDTH, _DOUBTFUL = range(11)
+_PLACE, _FIRST = slice(_X, _Y + 1), slice(_FIRST_X, _FIRST_Y + 1)
+
+
 class ObstacleMemory:
     """At most `CAPACITY` points near the robot.
 
     Args:
         lifetime: After the last of many sightings [s].
-    Attributes:
-        points: (n, 2) odometry frame [m].
-        driven: (n,) path length at the last sighting [m].
-        sightings: (n,) how often each was seen.
-        doubtful: (n,) those seen once, from so far away that it may have been noise.
     """
 
     def __init__(self, lifetime: float) -> None:
@@ -65,17 +67,30 @@ class ObstacleMemory:
         self.clear()
 
     def clear(self) -> None:
-        self.points = np.empty((0, 2))
-        self.driven = np.empty(0)
-        self.doubtful = np.empty(0, bool)
-        self._single_until = np.empty(0)
-        self._until = np.empty(0)
-        self.sightings = np.empty(0)
-        self._misses = np.empty(0)
-        self._width = np.empty(0)
+        self._table = np.empty((0, 11))
 
     def __len__(self) -> int:
-        return len(self.points)
+        return len(self._table)
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 2) odometry frame [m]."""
+        return self._table[:, _PLACE]
+
+    @property
+    def driven(self) -> np.ndarray:
+        """(n,) path length at the last sighting [m]."""
+        return self._table[:, _DRIVEN]
+
+    @property
+    def sightings(self) -> np.ndarray:
+        """(n,) how often each was seen."""
+        return self._table[:, _SIGHTINGS]
+
+    @property
+    def sure(self) -> np.ndarray:
+        """(n,) false for those only seen a few times from so far away that it may have been noise."""
+        return self._table[:, _DOUBTFUL] == 0.0
 
     def integrate(self, scan: Scan, robot: np.ndarray, moment: Moment) -> None:
         """Take in one scan.
@@ -89,96 +104,93 @@ class ObstacleMemory:
 
     def add(self, points: np.ndarray, moment: Moment, lifetime: float) -> None:
         """Put in obstacles that were felt, not seen. Shape (n, 2), odometry frame [m]."""
-        self._append(points, moment, lifetime, THROUGH_FELT)
-        self._single_until[-len(points) :] = np.inf
+        rows = _rows(points, moment, lifetime, THROUGH_FELT)
+        rows[:, _YOUNG_UNTIL] = np.inf
+        self._table = np.concatenate([self._table, rows])
 
     def drop(self, which: np.ndarray) -> None:
         """Forget the points of a mask (n,)."""
-        self._keep(~which)
+        if which.any():
+            self._table = self._table[~which]
 
     def limit(self, robot: np.ndarray, moment: Moment) -> None:
         """Forget what is old, far or contradicted, and the farthest if there are too many. Call it every tick."""
-        if not len(self.points):
+        table = self._table
+        if not len(table):
             return
-        away = squared_lengths(self.points - robot)
-        young = (self._until > moment.age) & (self._single_until > moment.now)
-        keep = young & (self._misses < MISSES) & (away < REACH * REACH)
-        if np.count_nonzero(keep) > CAPACITY:
-            nearest = np.argpartition(np.where(keep, away, np.inf), CAPACITY)[:CAPACITY]
-            keep = np.zeros(len(keep), bool)
-            keep[nearest] = True
-        self._keep(keep)
+        away = squared_lengths(table[:, _PLACE] - robot)
+        young = (table[:, _UNTIL] > moment.age) & (table[:, _YOUNG_UNTIL] > moment.now)
+        keep = young & (table[:, _MISSES] < MISSES) & (away < REACH * REACH)
+        count = np.count_nonzero(keep)
+        if count > CAPACITY:
+            self._table = table[np.argpartition(np.where(keep, away, np.inf), CAPACITY)[:CAPACITY]]
+        elif count < len(table):
+            self._table = table[keep]
 
     def _merge(self, scan: Scan, robot: np.ndarray, moment: Moment) -> np.ndarray:
         """Average returns into known points, append the others. Returns which of the known points were seen."""
-        seen = np.zeros(len(self.points), bool)
-        hit = scan.ranges < np.inf
-        hits, beams, far = scan.hits, scan.directions[hit], scan.ranges[hit] > scan.sure_range
+        table = self._table
+        seen = np.zeros(len(table), bool)
+        hits, beams, far = scan.hits, scan.directions[scan.hit], scan.ranges[scan.hit] > scan.sure_range
         near = squared_lengths(hits - robot) < REACH * REACH
-        hits, beams, far = hits[near], beams[near], far[near]
+        if not near.all():
+            hits, beams, far = hits[near], beams[near], far[near]
         if not len(hits):
             return seen
         new = np.ones(len(hits), bool)
-        if len(self.points):
-            along, across = _along_and_across(self.points, hits, beams)
-            fit = (along / SAME_ALONG) ** 2 + (across / SAME_ACROSS) ** 2
-            nearest = fit.argmin(axis=0)
-            known = fit[nearest, np.arange(len(hits))] < 1.0
-            which = nearest[known]
-            self.sightings[which] += 1.0
-            weight = np.maximum(1.0 / self.sightings[which], NEWEST)
-            step = weight * along[which, np.flatnonzero(known)]
-            self.points[which] -= step[:, None] * beams[known]
-            kept = np.minimum(FIRST_LIFETIME * 2.0 ** (self.sightings[which] - 1.0), self._lifetime)
-            self._until[which] = np.maximum(self._until[which], moment.age + kept)
-            self._single_until[which] = np.inf
-            self.doubtful[which] = False
-            self.driven[which] = moment.driven
-            self._misses[which] = 0.0
-            seen[which] = True
+        if len(table):
+            nearest = squared_distances(hits, table[:, _FIRST]).argmin(axis=1)
+            offset = hits - table[nearest, _FIRST]
+            along = offset[:, 0] * beams[:, 0] + offset[:, 1] * beams[:, 1]
+            across = offset[:, 1] * beams[:, 0] - offset[:, 0] * beams[:, 1]
+            known = (along / SAME_ALONG) ** 2 + (across / SAME_ACROSS) ** 2 < 1.0
+            self._see(nearest[known], hits[known], far[known], moment)
+            seen[nearest[known]] = True
             new = ~known
         if new.any():
-            self._append(hits[new], moment, self._lifetime, THROUGH)
-            self.doubtful[len(self.doubtful) - np.count_nonzero(new) :] = far[new]
+            rows = _rows(hits[new], moment, self._lifetime, THROUGH)
+            rows[:, _DOUBTFUL] = far[new]
+            self._table = np.concatenate([table, rows])
         return seen
 
-    def _append(self, points: np.ndarray, moment: Moment, lifetime: float, width: float) -> None:
-        count = len(points)
-        self.points = np.concatenate([self.points, points])
-        self.driven = np.concatenate([self.driven, np.full(count, moment.driven)])
-        self.doubtful = np.concatenate([self.doubtful, np.zeros(count, bool)])
-        self._until = np.concatenate([self._until, np.full(count, moment.age + lifetime)])
-        self._single_until = np.concatenate([self._single_until, np.full(count, moment.now + FIRST_LIFETIME)])
-        self.sightings = np.concatenate([self.sightings, np.ones(count)])
-        self._misses = np.concatenate([self._misses, np.zeros(count)])
-        self._width = np.concatenate([self._width, np.full(count, width)])
+    def _see(self, which: np.ndarray, hits: np.ndarray, far: np.ndarray, moment: Moment) -> None:
+        """Known points are seen again, at `hits`."""
+        rows = self._table[which]
+        rows[:, _SIGHTINGS] += 1.0
+        sightings = rows[:, _SIGHTINGS]
+        better = (rows[:, _DOUBTFUL] > 0.0) & ~far
+        weight = np.where(better, 1.0, np.maximum(1.0 / sightings, NEWEST))
+        rows[:, _PLACE] += weight[:, None] * (hits - rows[:, _PLACE])
+        rows[better | (sightings >= BELIEVED), _DOUBTFUL] = 0.0
+        kept = np.minimum(FIRST_LIFETIME * 2.0 ** (sightings - 1.0), self._lifetime)
+        rows[:, _UNTIL] = np.maximum(rows[:, _UNTIL], moment.age + kept)
+        rows[:, _YOUNG_UNTIL] = np.where(sightings <= BELIEVED, moment.now + kept, np.inf)
+        rows[:, _DRIVEN] = moment.driven
+        rows[:, _MISSES] = 0.0
+        self._table[which] = rows
 
     def _contradict(self, scan: Scan, seen: np.ndarray) -> None:
         """Count beams that go through points that this scan has not seen."""
         doubted = np.flatnonzero(~seen)
         if not len(doubted) or not len(scan.free):
             return
-        along, across = _along_and_across(self.points[doubted], scan.origins, scan.directions)
-        through = (
-            (np.abs(across) < self._width[doubted, None]) & (along > scan.min_range) & (along + FARTHER < scan.free)
-        )
-        self._misses[doubted] += through.any(axis=1)
-
-    def _keep(self, keep: np.ndarray) -> None:
-        if keep.all():
-            return
-        self.points = self.points[keep]
-        self.driven = self.driven[keep]
-        self.doubtful = self.doubtful[keep]
-        self._single_until = self._single_until[keep]
-        self._until = self._until[keep]
-        self.sightings = self.sightings[keep]
-        self._misses = self._misses[keep]
-        self._width = self._width[keep]
+        points, ahead = self._table[doubted, _PLACE], scan.directions
+        aside = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+        across = np.abs(points @ aside.T - np.einsum("ij,ij->i", scan.origins, aside))
+        # Few beams come near to any point: the rest is worked out for those only.
+        point, beam = np.nonzero(across < self._table[doubted, _WIDTH, None])
+        offset = points[point] - scan.origins[beam]
+        along = np.einsum("ij,ij->i", offset, ahead[beam])
+        through = (along > scan.min_range) & (along + FARTHER < scan.free[beam])
+        missed = np.zeros(len(doubted), bool)
+        missed[point[through]] = True
+        self._table[doubted[missed], _MISSES] += 1.0
 
 
-def _along_and_across(points: np.ndarray, origins: np.ndarray, beams: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Offset of points (n, 2) from origins (m, 2) along and to the left of the unit vectors `beams`, (n, m) each [m]."""
-    aside = np.stack([-beams[:, 1], beams[:, 0]], axis=1)
-    along = points @ beams.T - np.einsum("ij,ij->i", origins, beams)
-    return along, points @ aside.T - np.einsum("ij,ij->i", origins, aside)
+def _rows(points: np.ndarray, moment: Moment, lifetime: float, width: float) -> np.ndarray:
+    rows = np.empty((len(points), 11))
+    rows[:, _PLACE] = rows[:, _FIRST] = points
+    rows[:, _DRIVEN:] = (
+        moment.driven, moment.age + lifetime, moment.now + FIRST_LIFETIME, 1.0, 0.0, width, 0.0,
+    )  # fmt: skip
+    return rows

@@ -11,11 +11,14 @@ from .braking import Guard
 from .outline import Outline
 from .plane import into_base, squared_lengths
 from .profile import Limits, RobotProfile
+from .sonar import Echo
 
 FASTEST_PERSON = 1.6
 """Walking speed to count with (ISO 13855) [m/s]."""
 SWERVE = math.radians(30.0)
 """The direction of a walking person is known, and kept, no better than this [rad]."""
+INTO_CONE = math.cos(math.radians(50.0))
+"""Driving within this angle of a sonar's axis is driving into its cone."""
 BRIDGED = (0.08, 0.30)
 """Neighbours this far apart are joined by a surface: no robot fits between them [m]. So a wall that is seen only where
 beams hit it is a wall between the beams too, and a robot that is pushed into it slides instead of standing."""
@@ -33,6 +36,7 @@ class Obstacles:
         normals, levers: As from `Outline.measure`.
         room: (n,) distance from the outline less margin beside and uncertainty of the place [m].
         passing: (n,) room to leave when passing [m]; infinity where passing is no excuse.
+        least_share: (n,) motion that closes on it with less than this share of its speed doesn't concern it.
         coming: (n,) speed at which they come nearer by themselves [m/s].
         gap: Distance from the outline to the nearest [m]; infinity if there is none.
     """
@@ -42,6 +46,7 @@ class Obstacles:
     levers: np.ndarray
     room: np.ndarray
     passing: np.ndarray
+    least_share: np.ndarray
     coming: np.ndarray
     gap: float
 
@@ -66,16 +71,27 @@ class Obstacles:
         rest = limits.reaction + limits.max_speed / limits.braking
         near = room < profile.farthest_room + coming * rest
         passing = limits.margin_passing + drift
-        return cls(points[near], normals[near], levers[near], room[near], passing[near], coming[near], gap)
+        none = np.zeros(np.count_nonzero(near))
+        return cls(points[near], normals[near], levers[near], room[near], passing[near], none, coming[near], gap)
 
     def with_contact(self, normal: tuple[float, float]) -> Obstacles:
         """These and something that touches the robot in a direction; nothing passes it."""
+        return self._with(np.asarray(normal), np.asarray(normal), -1.0, 0.0)
+
+    def with_echo(self, echo: Echo, profile: RobotProfile) -> Obstacles:
+        """These and something right across a sonar's cone, which concerns those who drive into the cone."""
+        rim = float((profile.outline.corners @ echo.axis).max()) + profile.outline.radius
+        room = float(echo.place @ echo.axis) - rim - profile.limits.margin_beside
+        return self._with(echo.place, echo.axis, room, INTO_CONE)
+
+    def _with(self, point: np.ndarray, normal: np.ndarray, room: float, least_share: float) -> Obstacles:
         return Obstacles(
-            np.concatenate([self.points, [normal]]),
+            np.concatenate([self.points, [point]]),
             np.concatenate([self.normals, [normal]]),
             np.append(self.levers, 0.0),
-            np.append(self.room, -1.0),
+            np.append(self.room, room),
             np.append(self.passing, math.inf),
+            np.append(self.least_share, least_share),
             np.append(self.coming, 0.0),
             self.gap,
         )
@@ -89,14 +105,16 @@ class Obstacles:
             room: What turning has left of `self.room`.
             turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
         """
-        points, normals, passing, coming = self.points, self.normals, self.passing, self.coming
+        points, normals, coming = self.points, self.normals, self.coming
+        passing, least_share = self.passing, self.least_share
         room = self.room if room is None else room
         if len(turns) > 1:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)
-            room, passing, coming = (np.tile(values, len(turns)) for values in (room, passing, coming))
+            room, coming = np.tile(room, len(turns)), np.tile(coming, len(turns))
+            passing, least_share = np.tile(passing, len(turns)), np.tile(least_share, len(turns))
         extra = limits.margin_ahead - limits.margin_beside
         return Guard(
-            points, normals, room, passing, coming, extra, limits.reaction, limits.braking,
+            points, normals, room, passing, least_share, coming, extra, limits.reaction, limits.braking,
             outline.corners, outline.radius,
         )  # fmt: skip
 

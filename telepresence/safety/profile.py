@@ -34,6 +34,8 @@ class RangeSource:
         period: Time between measurements [s].
         spread: Half the angle that a beam stands for [rad]; for a cone its half angle.
         speed: Fastest driving that this source alone is good for [m/s].
+        sure_range: Returns from farther away may be noise, and must be seen again to count [m].
+        near_range: Where a cone's "nearer than min_range" is taken to be [m].
         cone: A reading is an arc of `spread` to either side instead of a point.
         frozen_after: Unchanged readings for this long while the robot moves mean that the device hangs [s].
     Attributes:
@@ -51,6 +53,8 @@ class RangeSource:
     period: float
     spread: float
     speed: float
+    sure_range: float = math.inf
+    near_range: float = 0.0
     cone: bool = False
     frozen_after: float = 2.0
     directions: np.ndarray = field(init=False)
@@ -205,8 +209,9 @@ def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np
 
 
 INFRARED = ring(
-    "infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, period=0.05, speed=0.20, frozen_after=1.0
-)
+    "infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, sure_range=0.35, period=0.05, speed=0.20,
+    frozen_after=1.0,
+)  # fmt: skip
 """Robotino's nine distance sensors, 40 degrees apart, 4 to 30 cm; 0.41 m means nothing there (vendor's api2 table).
 Good for 0.20 m/s: at that speed the robot stops within 12 cm, and touching what no beam saw costs 0.5 J."""
 
@@ -241,8 +246,9 @@ PEPPER = RobotProfile(
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("right laser", (-0.018, -0.0899), -1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
-        sonar("front sonar", (0.0699, 0.0), 0.0, 30 * _DEGREE, **_PEPPER_SONAR),
-        sonar("back sonar", (-0.0718, 0.0), math.pi, 30 * _DEGREE, **_PEPPER_SONAR),
+        # Taken to be 3 cm off the outline: no way into the cone, but every way past it.
+        sonar("front sonar", (0.0699, 0.0), 0.0, 30 * _DEGREE, near_range=0.135, **_PEPPER_SONAR),
+        sonar("back sonar", (-0.0718, 0.0), math.pi, 30 * _DEGREE, near_range=0.215, **_PEPPER_SONAR),
     ),
 )
 """Pepper with its own sensors; blind from 30 to 71 degrees on both sides and behind 131, but for the back sonar.

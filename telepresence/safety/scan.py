@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ class Scan:
         origins, directions: (n, 2) [m] and unit vectors.
         ranges: (n,) reading where something was hit, infinity elsewhere [m].
         free: (n,) how far each beam is known to pass [m].
-        sure_range: A single return farther than this may be noise [m].
+        sure_range: A return from farther than this may be noise [m].
         known: (beams,) which beams of the source said something.
         min_range: Nearer than this the beams see nothing [m].
     """
@@ -31,11 +32,15 @@ class Scan:
     min_range: float
     sure_range: float
 
-    @property
+    @cached_property
+    def hit(self) -> np.ndarray:
+        """(n,) which beams hit something."""
+        return self.ranges < math.inf
+
+    @cached_property
     def hits(self) -> np.ndarray:
         """Places of the returns, shape (m, 2) [m]."""
-        hit = self.ranges < math.inf
-        return self.origins[hit] + self.ranges[hit, None] * self.directions[hit]
+        return self.origins[self.hit] + self.ranges[self.hit, None] * self.directions[self.hit]
 
     def seen_from(self, x: float, y: float, theta: float) -> Scan:
         """The same beams in the frame in which the present one has this pose."""
@@ -78,4 +83,4 @@ def _scan(source: RangeSource, origins: np.ndarray, directions: np.ndarray, rang
     hit = ranges < source.max_range
     free = np.where(hit, ranges, source.clear_range)
     ranges = np.where(hit, ranges, math.inf)
-    return Scan(origins, directions, ranges, free, known, source.min_range, source.clear_range)
+    return Scan(origins, directions, ranges, free, known, source.min_range, source.sure_range)

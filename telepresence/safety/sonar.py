@@ -2,39 +2,45 @@
 
 A doorway returns an echo from its posts although the way between them is free. So a reading is believed to come from
 an obstacle that a narrower sensor has already placed at that distance inside the cone. Only a reading that nothing
-known explains (glass, a table top) becomes an arc across the whole cone.
+known explains (glass, a table top) counts, as an obstacle right across the cone for whoever drives into it.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from .plane import squared_lengths
 from .profile import RangeSource
 from .scan import Scan
 
 EXPLAINS = 0.10
 """A known obstacle explains a reading that differs by no more than this [m]."""
-SPACING = 0.05
-"""Distance between points of an arc [m]."""
 
 
-class ConeArcs:
-    """The arcs of the newest unexplained readings, odometry frame."""
+class Echo(NamedTuple):
+    """An unexplained reading: its place on the cone's axis and the axis as a unit vector, (2,) each, same frame [m]."""
+
+    place: np.ndarray
+    axis: np.ndarray
+
+
+class Echoes:
+    """The newest unexplained reading of every cone, odometry frame."""
 
     def __init__(self) -> None:
-        self._arcs: dict[str, np.ndarray] = {}
+        self._echoes: dict[str, Echo] = {}
 
     def clear(self) -> None:
-        self._arcs.clear()
+        self._echoes.clear()
 
     def forget(self, name: str) -> None:
-        self._arcs.pop(name, None)
+        self._echoes.pop(name, None)
 
-    def points(self) -> np.ndarray:
-        """(n, 2) [m]."""
-        return np.concatenate(list(self._arcs.values())) if self._arcs else np.empty((0, 2))
+    def __iter__(self):
+        return iter(self._echoes.values())
 
     def look(self, source: RangeSource, scan: Scan, known: np.ndarray) -> None:
         """Take in one reading.
@@ -43,27 +49,19 @@ class ConeArcs:
             scan: In the odometry frame.
             known: (n, 2) obstacles, odometry frame [m].
         """
-        arcs = [np.empty((0, 2))]
-        for index in np.flatnonzero(np.isfinite(scan.ranges)):
-            origin, direction, distance = scan.origins[index], scan.directions[index], float(scan.ranges[index])
-            near = distance <= source.min_range
-            if not _explained(origin, direction, source.spread, 0.0 if near else distance, distance, known):
-                arcs.append(_arc(origin, direction, source.spread, 0.5 * source.min_range if near else distance))
-        self._arcs[source.name] = np.concatenate(arcs)
+        self.forget(source.name)
+        if not np.isfinite(scan.ranges).any():
+            return
+        origin, axis, distance = scan.origins[0], scan.directions[0], float(scan.ranges[0])
+        near = distance <= source.min_range
+        if not _explained(origin, axis, source.spread, 0.0 if near else distance, distance, known):
+            self._echoes[source.name] = Echo(origin + (source.near_range if near else distance) * axis, axis)
 
 
-def _explained(
-    origin: np.ndarray, direction: np.ndarray, spread: float, low: float, high: float, known: np.ndarray
-) -> bool:
+def _explained(origin: np.ndarray, axis: np.ndarray, spread: float, low: float, high: float, known: np.ndarray) -> bool:
     if not len(known):
         return False
     offset = known - origin
-    distance = np.hypot(offset[:, 0], offset[:, 1])
-    inside = offset @ direction >= distance * math.cos(spread)
+    distance = np.sqrt(squared_lengths(offset))
+    inside = offset @ axis >= distance * math.cos(spread)
     return bool((inside & (distance > low - EXPLAINS) & (distance < high + EXPLAINS)).any())
-
-
-def _arc(origin: np.ndarray, direction: np.ndarray, spread: float, distance: float) -> np.ndarray:
-    count = 2 + int(2.0 * spread * distance / SPACING)
-    angles = math.atan2(direction[1], direction[0]) + np.linspace(-spread, spread, count)
-    return origin + distance * np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -14,7 +14,7 @@ from .plane import from_base, into_base, squared_lengths
 from .poses import PoseHistory
 from .profile import RobotProfile
 from .scan import Scan
-from .sonar import ConeArcs
+from .sonar import Echo, Echoes
 from .watchdogs import Health, SourceWatch
 
 NARROW = math.radians(3.0)
@@ -45,7 +45,7 @@ class Surroundings:
         self._profile = profile
         self.poses = PoseHistory()
         self._memory = ObstacleMemory(profile.limits.memory)
-        self._arcs = ConeArcs()
+        self._echoes = Echoes()
         self._movers = Movers()
         limits = profile.limits
         self._floor = SeenFloor(profile.outline) if limits.unseen_speed < limits.max_speed else None
@@ -76,7 +76,7 @@ class Surroundings:
         """Drop all memory."""
         self.poses.clear()
         self._memory.clear()
-        self._arcs.clear()
+        self._echoes.clear()
         self._movers.clear()
         self._waiting.clear()
         self._looked.clear()
@@ -95,7 +95,7 @@ class Surroundings:
                 continue
             placed = scan.seen_from(*self.poses.at(stamp))
             if watch.source.cone:
-                self._arcs.look(watch.source, placed, self._memory.points)
+                self._echoes.look(watch.source, placed, self._memory.points)
                 continue
             if watch.source.spread <= NARROW:
                 self._movers.look(name, stamp, placed, position, self._memory)
@@ -109,7 +109,7 @@ class Surroundings:
             self._floor.stand(pose.x, pose.y, pose.theta, self._clock)
         for name, watch in watches.items():
             if watch.source.cone and watch.health(now) is not Health.LIVE:
-                self._arcs.forget(name)
+                self._echoes.forget(name)
 
     def bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
         """Remember what a bumper has felt.
@@ -177,19 +177,25 @@ class Surroundings:
             velocities: (n, 2) how they move over the floor [m/s].
         """
         pose, limits = self.poses.newest, self._profile.limits
-        sure = ~self._memory.doubtful
+        sure = self._memory.sure
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven[sure]), limits.max_drift)
         moving, velocity = self._movers.now(now)
-        arcs = self._arcs.points()
-        still = len(drift) + len(arcs)
-        points = np.concatenate([self._memory.points[sure], arcs, moving])
+        points = np.concatenate([self._memory.points[sure], moving])
         velocities = np.zeros((len(points), 2))
-        velocities[still:] = into_base(velocity, 0.0, 0.0, pose.theta)
+        velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)
         return (
             into_base(points, pose.x, pose.y, pose.theta),
             np.concatenate([drift, np.zeros(len(points) - len(drift))]),
             velocities,
         )
+
+    def echoes(self) -> list[Echo]:
+        """Unexplained readings of wide cones in base_link now."""
+        pose = self.poses.newest
+        return [
+            Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
+            for echo in self._echoes
+        ]
 
     def strip_seen(self, ux: float, uy: float, length: float) -> bool:
         """True if the floor that driving `length` [m] along (ux, uy) in base_link would sweep has been looked at."""

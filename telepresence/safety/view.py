@@ -43,6 +43,8 @@ class View:
     ) -> None:
         self._profile = profile
         self.obstacles = Obstacles.around(profile, *place.obstacles(now))
+        for echo in place.echoes():
+            self.obstacles = self.obstacles.with_echo(echo, profile)
         self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, watches, now)
         self.bumped = bumper.latched
         if bumper.latched:
