@@ -1,22 +1,68 @@
-"""Simulation: a world with one Pepper in it, its cameras, its tablet, and NAOqi in front of it."""
+"""A simulated Pepper for any world, with its tablet and NAOqi in front of it; and a world with one Pepper in it."""
 
 from __future__ import annotations
 
-import contextlib
+from collections.abc import Callable, Mapping
 
-from pepper_sim.models import pepper_model
+from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound import Room
 from pepper_sim.tablet import Tablet
+from telepresence.images import LatestImage
 from telepresence.sim.camera import Cameras
-from telepresence.sim.scene import build_world
+from telepresence.sim.scene import RobotModel
+from telepresence.sim.simulated_robot import SimulatedRobot
+from telepresence.sim.simulation import RobotWish
+from telepresence.sim.simulation import Simulation as SharedSimulation
+from telepresence.sim.world import World
 
 DEFAULT_PORT = 9559
+DEFAULT_SCENE = "apartment"
 
 
-class Simulation:
-    """Runs from construction until `close`.
+class SimulatedPepper(SimulatedRobot):
+    """One Pepper of a world. `robot`, `tablet` and `server` are there once it has entered, and once it serves."""
+
+    DEFAULT_PORT = DEFAULT_PORT
+    BASE_FRAME = "base_footprint"
+
+    def __init__(self, prefix: str = PREFIX, offset: tuple[float, float] = (0.0, 0.0)) -> None:
+        self._model = pepper_model(prefix, offset=offset)
+        self._seed = 0
+        self.robot: Pepper | None = None
+        self.tablet: Tablet | None = None
+        self.server: NaoqiServer | None = None
+
+    @property
+    def model(self) -> RobotModel:
+        return self._model
+
+    def enter(self, world: World, cameras: Cameras, seed: int) -> None:
+        self._seed = seed
+        self.robot = Pepper(world, cameras, self._model.prefix, seed)
+        self.tablet = Tablet(self.robot.show_on_tablet)
+
+    def serve(self, address: str, port: int) -> None:
+        self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+
+    @property
+    def urls(self) -> list[str]:
+        return self.server.endpoints if self.server else []
+
+    @property
+    def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
+        return {"tablet": lambda: self.tablet.image}
+
+    def close(self) -> None:
+        if self.server is not None:
+            self.server.close()
+        if self.tablet is not None:
+            self.tablet.close()
+
+
+class Simulation(SharedSimulation):
+    """A world with one Pepper. Runs from construction until `close`.
 
     Args:
         scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
@@ -28,41 +74,28 @@ class Simulation:
     """
 
     def __init__(
-        self, scene: str = "apartment", seed: int = 0, address: str = "127.0.0.1", port: int = DEFAULT_PORT
+        self, scene: str = DEFAULT_SCENE, seed: int = 0, address: str = "127.0.0.1", port: int = DEFAULT_PORT
     ) -> None:
-        with contextlib.ExitStack() as stack:
-            self.world = build_world(scene, [pepper_model()], seed)
-            stack.callback(self.world.close)
-            self.cameras = Cameras(self.world)
-            stack.callback(self.cameras.close)
-            self.robot = Pepper(self.world, self.cameras, seed=seed)
-            self.tablet = Tablet(self.robot.show_on_tablet)
-            stack.callback(self.tablet.close)
-            self.world.start()
-            self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, seed)
-            stack.callback(self.server.close)
-            self._stack = stack.pop_all()
+        super().__init__([RobotWish("pepper", "pepper", port)], scene, seed, address)
+
+    @property
+    def robot(self) -> Pepper:
+        return self.robots["pepper"].robot
+
+    @property
+    def tablet(self) -> Tablet:
+        return self.robots["pepper"].tablet
+
+    @property
+    def server(self) -> NaoqiServer:
+        return self.robots["pepper"].server
 
     @property
     def url(self) -> str:
         """Where clients connect: the first endpoint."""
-        return self.server.endpoints[0]
+        return self.urls[0]
 
     @property
     def room(self) -> Room:
         """What the robot hears and plays: play a sound into `room.surroundings`, listen to `room.loudspeaker.track`."""
         return self.server.catalogue.room
-
-    def restart(self) -> None:
-        """Back to the start, clients stay connected."""
-        self.world.reset()
-
-    def close(self) -> None:
-        """End server, tablet, cameras and world, in this order. Calling it again does nothing."""
-        self._stack.close()
-
-    def __enter__(self) -> Simulation:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -1,4 +1,4 @@
-"""What the command lines of all simulated robots share: options, the viewer, running until SIGINT or SIGTERM."""
+"""What the command lines of all simulated robots share: options, the viewer, running until a signal ends it."""
 
 from __future__ import annotations
 
@@ -8,30 +8,34 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from typing import Any
 
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.scene import scene_names
-from telepresence.sim.world import World
+from telepresence.sim.simulation import Simulation
+from telepresence.sim.viewer import NoDisplay, require_display, view
 
 log = logging.getLogger(__name__)
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-_VIEWER_PERIOD = 1 / 30
 _ALIVE_PERIOD = 0.5
 
 
-def parser(program: str, description: str, *, port: int, scene: str) -> argparse.ArgumentParser:
-    """A parser with the options that every simulated robot has; `port` and `scene` are the defaults."""
+def parser(program: str, description: str, *, scene: str, port: int | None = None) -> argparse.ArgumentParser:
+    """A parser with the options that every simulation has; `port` and `scene` are the defaults."""
     options = argparse.ArgumentParser(prog=f"python -m {program}", description=description)
-    options.add_argument("--port", type=_port, default=port, help="0 takes a free one (default: %(default)s)")
+    if port is not None:
+        options.add_argument("--port", type=_port, default=port, help="0 takes a free one (default: %(default)s)")
     options.add_argument(
         "--address",
         default="127.0.0.1",
         help="address to listen on; 0.0.0.0 lets other machines in, without any password (default: %(default)s)",
     )
-    options.add_argument("--scene", default=scene, help=f"one of: {', '.join(scene_names())} (default: %(default)s)")
+    options.add_argument(
+        *("--scene", "--terrain"),
+        dest="scene",
+        default=scene,
+        help=f"the place and its ground, one of: {', '.join(scene_names())} (default: %(default)s)",
+    )
     options.add_argument("--seed", type=int, default=0, help="start of all random sequences (default: %(default)s)")
     options.add_argument("--viewer", action="store_true", help="open MuJoCo's viewer; needs a display")
     options.add_argument("--verbose", action="store_true", help="log more")
@@ -41,16 +45,14 @@ def parser(program: str, description: str, *, port: int, scene: str) -> argparse
 def run(
     program: str,
     options: argparse.Namespace,
-    open_simulation: Callable[[], AbstractContextManager[Any]],
-    refusals: tuple[type[Exception], ...] = (),
+    open_simulation: Callable[[], Simulation],
 ) -> int:
-    """Run a simulation until SIGINT or SIGTERM.
+    """Run a simulation until SIGINT, SIGTERM or SIGHUP.
 
     Args:
         program: Name for error messages.
         options: From `parser`.
-        open_simulation: Returns a context manager with the attributes `world` and `urls`.
-        refusals: Errors of its own that are the user's business and need no traceback.
+        open_simulation: Builds it; its errors about settings, addresses and displays are told in one line.
     Returns:
         The program's exit status.
     """
@@ -60,41 +62,33 @@ def run(
     # A thread that waits for Python's interpreter lock gets it within half a millisecond instead of five.
     sys.setswitchinterval(0.0005)
     stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stopping.set())
     if options.address not in _LOOPBACK:
         log.warning("listening on %s without authentication: whoever reaches it drives the robot", options.address)
     try:
+        if options.viewer:
+            require_display()
         with open_simulation() as simulation:
-            for url in simulation.urls:
-                print(f"listening on {url}", flush=True)
+            announce(simulation)
             if options.viewer:
                 view(simulation.world, stopping)
             while not stopping.wait(_ALIVE_PERIOD):
                 if not simulation.world.running:
                     log.error("the simulated world has stopped")
                     return 1
-    except (CamerasFailed, ValueError, OSError, *refusals) as error:
+    except (CamerasFailed, NoDisplay, ValueError, OSError) as error:
         log.debug("no simulation", exc_info=True)
         print(f"{program}: {error}", file=sys.stderr)
         return 1
     return 0
 
 
-def view(world: World, stopping: threading.Event) -> None:
-    """Show the world in MuJoCo's viewer until its window is closed; the simulation goes on without it."""
-    import mujoco.viewer
-
-    try:
-        with world.locked() as data:
-            viewer = mujoco.viewer.launch_passive(world.model, data)
-    except Exception as error:
-        log.error("the viewer cannot be opened: %s", error)
-        return
-    with viewer:
-        while viewer.is_running() and not stopping.wait(_VIEWER_PERIOD):
-            with world.locked():
-                viewer.sync()
+def announce(simulation: Simulation) -> None:
+    """Print a line for every address, with the robot's name where there are several robots."""
+    for name, robot in simulation.robots.items():
+        for url in robot.urls:
+            print(f"listening on {url}" + (f" ({name})" if len(simulation.robots) > 1 else ""), flush=True)
 
 
 def _port(text: str) -> int:

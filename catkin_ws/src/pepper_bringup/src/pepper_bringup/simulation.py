@@ -25,12 +25,12 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger, TriggerResponse
 
-from pepper_sim.__main__ import view
 from pepper_sim.server import CannotListen
 from pepper_sim.simulation import DEFAULT_PORT, Simulation
 from telepresence.images import LatestImage, fill_image_message
 from telepresence.ros_master import MasterWatch, master_answers
 from telepresence.sim.camera import CamerasFailed
+from telepresence.sim.viewer import view
 
 OVERVIEW = ("overview", 640, 480, 10.0)
 """Camera, width and height [px], pictures per second."""
@@ -63,7 +63,7 @@ def main() -> int:
         surface = SimulationSurface(simulation)
         surface.start()
         if rospy.get_param("~viewer", False):
-            view(simulation, surface.stop)
+            view(simulation.world, surface.stop)
         while not surface.stop.wait(1.0):
             if not simulation.world.running:
                 rospy.logfatal("the simulated world has stopped")

@@ -24,8 +24,8 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from robotino_sim.simulation import DEFAULT_PORT, DEFAULT_SCENE, Simulation
 from telepresence.images import fill_image_message
 from telepresence.ros_master import MasterWatch, master_answers
-from telepresence.sim import command_line
 from telepresence.sim.camera import CamerasFailed
+from telepresence.sim.viewer import view
 
 OVERVIEW = ("overview", 640, 480, 10.0)
 """Camera, width and height [px], pictures per second."""
@@ -61,7 +61,7 @@ def main() -> int:
         surface = SimulationSurface(simulation)
         surface.start()
         if rospy.get_param("~viewer", False):
-            command_line.view(simulation.world, surface.stop)
+            view(simulation.world, surface.stop)
         while not surface.stop.wait(1.0):
             if not simulation.world.running:
                 rospy.logfatal("the simulated world has stopped")

@@ -1,13 +1,11 @@
-"""MuJoCo's own viewer beside a running simulation."""
+"""MuJoCo's own viewer beside a running world."""
 
 from __future__ import annotations
 
 import os
 import threading
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pepper_sim.simulation import Simulation
+from telepresence.sim.world import World
 
 PERIOD = 1 / 30
 """Between two pictures [s]."""
@@ -30,7 +28,7 @@ def require_display() -> None:
         raise NoDisplay("the viewer needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
 
 
-def view(simulation: Simulation, stopping: threading.Event) -> None:
+def view(world: World, stopping: threading.Event) -> None:
     """Show the world until the window is closed or `stopping` is set; the simulation goes on without it.
 
     The viewer gets a copy of the state, so that opening its window and drawing never hold the physics up.
@@ -41,9 +39,10 @@ def view(simulation: Simulation, stopping: threading.Event) -> None:
     require_display()
     import mujoco.viewer  # takes long to load, and only this function needs it
 
-    world = simulation.world
     shown = mujoco.MjData(world.model)
     with mujoco.viewer.launch_passive(world.model, shown) as window:
+        with window.lock():
+            window.opt.geomgroup[:] = 1  # by default the robots' group is hidden
         while window.is_running() and not stopping.wait(PERIOD):
             with window.lock(), world.locked() as data:
                 mujoco.mj_copyData(shown, world.model, data)

@@ -1,0 +1,85 @@
+"""Where robots start: the spawn point of their kind, and free places around it for those that share one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from telepresence.sim.scene import load_scene
+
+SPACING = 0.9
+"""Between the middles of neighbouring robots [m]; the widest robot needs 0.5 m."""
+ROOM = 0.4
+"""Nothing stands nearer to a robot's middle than this [m]."""
+UNEVENNESS = 0.005
+"""The floor under a robot may differ so much in height [m]."""
+FARTHEST = 24
+"""Places to the side of a spawn point that are looked at."""
+
+_HEIGHTS = (0.06, 0.3, 0.7, 1.1)
+_DIRECTIONS = 24
+_ABOVE = 0.2
+
+
+class FreePlaces:
+    """Hands out free places of one scene. A robot that starts at its spawn point is never moved."""
+
+    def __init__(self, scene: str) -> None:
+        """Raises ValueError: there is no such scene."""
+        self._scene = scene
+        self._model = load_scene(scene).compile()
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_forward(self._model, self._data)
+        self._taken: list[np.ndarray] = []
+
+    def find(self, spawn: str) -> tuple[float, float]:
+        """Offset of the next free place from the site `spawn`, along its axes (x, y) [m]; (0, 0) while that is free.
+
+        Raises:
+            ValueError: The scene has no such site, or no room.
+        """
+        site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, spawn)
+        if site < 0:
+            raise ValueError(f"scene {self._scene!r} has no site {spawn!r}")
+        origin, rotation = self._data.site_xpos[site], self._data.site_xmat[site].reshape(3, 3)
+        for offset in _spiral():
+            place = origin + rotation @ (*offset, 0.0)
+            if self._far_from_robots(place) and (offset == (0.0, 0.0) or self._is_free(place)):
+                self._taken.append(place)
+                return offset
+        raise ValueError(f"scene {self._scene!r} has no room for robot number {len(self._taken) + 1}: take a larger one")
+
+    def _far_from_robots(self, place: np.ndarray) -> bool:
+        return all(np.linalg.norm(place - other) >= SPACING - 1e-6 for other in self._taken)
+
+    def _is_free(self, place: np.ndarray) -> bool:
+        """Level floor below, nothing around, and a straight way without walls to the first robot's place."""
+        corners = [(0.0, 0.0), *((ROOM * math.cos(a), ROOM * math.sin(a)) for a in np.arange(8) * math.tau / 8)]
+        for x, y in corners:
+            drop = self._cast(place + (x, y, _ABOVE), (0.0, 0.0, -1.0))
+            if not abs(drop - _ABOVE) < UNEVENNESS:
+                return False
+        for height in _HEIGHTS:
+            for angle in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
+                if self._cast(place + (0.0, 0.0, height), (math.cos(angle), math.sin(angle), 0.0)) < ROOM:
+                    return False
+        if self._taken:
+            way = self._taken[0] - place
+            distance = float(np.linalg.norm(way))
+            return self._cast(place + (0.0, 0.0, 1.5), tuple(way / distance)) > distance
+        return True
+
+    def _cast(self, start: np.ndarray, direction: tuple[float, ...]) -> float:
+        hit = np.zeros(1, np.int32)
+        distance = mujoco.mj_ray(self._model, self._data, start, np.array(direction), None, True, -1, hit)
+        return distance if hit[0] >= 0 else math.inf
+
+
+def _spiral() -> Iterator[tuple[float, float]]:
+    """Points of a grid, nearest first; of equally near ones those to the left and right before those in front."""
+    count = range(-FARTHEST // 2, FARTHEST // 2 + 1)
+    points = [(x * SPACING, y * SPACING) for x in count for y in count]
+    yield from sorted(points, key=lambda point: (round(math.hypot(*point), 6), abs(point[0]), point[0] > 0, point[1]))

@@ -1,0 +1,148 @@
+"""Simulation: one world with any number of robots in it, each behind its own wire.
+
+Also the command line's word for a robot, `kind[:name[:port]]`: `pepper`, `pepper:anna`, `robotino:rto3:8080`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from telepresence.sim.camera import Cameras
+from telepresence.sim.placement import FreePlaces
+from telepresence.sim.scene import build_world
+from telepresence.sim.simulated_robot import Pose, SimulatedRobot, find_kind, read_pose
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class RobotWish:
+    """A robot that a simulation shall have.
+
+    Args:
+        kind: One of `telepresence.sim.simulated_robot.kinds()`.
+        name: Different for every robot of a simulation; also its prefix in the world.
+        port: Of its wire; 0 takes a free one.
+        options: Settings of its kind.
+    """
+
+    kind: str
+    name: str
+    port: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] | None = None) -> list[RobotWish]:
+    """Read words of the form `kind[:name[:port]]`.
+
+    The name is the kind's when none is given, then kind_2, kind_3, ...; the port is the kind's usual one for the first
+    robot and a free one for the others.
+
+    Args:
+        options: Kind or name of a robot -> settings of its kind.
+    Raises:
+        ValueError: Unknown kind, a name that is none or is taken, or a port that is none.
+    """
+    wishes: list[RobotWish] = []
+    for word in words:
+        kind, _, rest = word.partition(":")
+        name, _, port = rest.partition(":")
+        usual = find_kind(kind).DEFAULT_PORT
+        alike = sum(wish.kind == kind for wish in wishes)
+        name = name or (f"{kind}_{alike + 1}" if alike else kind)
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
+        if name in (wish.name for wish in wishes):
+            raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
+        if port and not (port.isascii() and port.isdigit() and int(port) < 65536):
+            raise ValueError(f"{word!r}: a port is a number from 0 to 65535")
+        number = int(port) if port else (usual or 0) if not alike else 0
+        settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
+        wishes.append(RobotWish(kind, name, number, settings))
+    return wishes
+
+
+class Simulation:
+    """Runs from construction until `close`.
+
+    Args:
+        robots: Who is in the world; those of one kind start side by side.
+        scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
+        seed: Start of every random sequence.
+        address: Where all wires listen.
+        start: False leaves the world standing, for programs that step it themselves.
+    Raises:
+        ValueError: Unknown scene, kind, or setting of a kind; no room for so many robots.
+        OSError: A port is taken or the address is not this machine's.
+    """
+
+    def __init__(
+        self,
+        robots: Iterable[RobotWish],
+        scene: str,
+        seed: int = 0,
+        address: str = "127.0.0.1",
+        *,
+        start: bool = True,
+    ) -> None:
+        wishes = list(robots)
+        self.robots: dict[str, SimulatedRobot] = {}
+        """By name."""
+        places = FreePlaces(scene) if len(wishes) > 1 else None
+        for wish in wishes:
+            self.robots[wish.name] = _make(wish, places)
+        with contextlib.ExitStack() as stack:
+            self.world = build_world(scene, [robot.model for robot in self.robots.values()], seed)
+            stack.callback(self.world.close)
+            self.cameras = Cameras(self.world)
+            stack.callback(self.cameras.close)
+            for robot in self.robots.values():
+                stack.callback(robot.close)
+                robot.enter(self.world, self.cameras, seed)
+            if start:
+                self.world.start()
+            for wish in wishes:
+                self.robots[wish.name].serve(address, wish.port)
+            self._stack = stack.pop_all()
+
+    @property
+    def urls(self) -> list[str]:
+        """All addresses to announce, robot by robot."""
+        return [url for robot in self.robots.values() for url in robot.urls]
+
+    def truth(self, name: str) -> Pose:
+        """Where the robot called `name` really is.
+
+        Raises:
+            KeyError: There is no such robot.
+        """
+        return read_pose(self.world, self.robots[name].model.prefix)
+
+    def restart(self) -> None:
+        """Everything back to the start; clients stay connected."""
+        self.world.reset()
+
+    def close(self) -> None:
+        """End wires, cameras and world, in this order. Calling it again does nothing."""
+        self._stack.close()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _make(wish: RobotWish, places: FreePlaces | None) -> SimulatedRobot:
+    kind, prefix = find_kind(wish.kind), f"{wish.name}/"
+    known = set(inspect.signature(kind).parameters) - {"prefix", "offset"}
+    if unknown := set(wish.options) - known:
+        raise ValueError(f"a {wish.kind} has no setting {min(unknown)!r}; settings: {', '.join(sorted(known)) or 'none'}")
+    robot = kind(prefix, **wish.options)
+    offset = places.find(robot.model.spawn) if places else (0.0, 0.0)
+    return robot if offset == (0.0, 0.0) else kind(prefix, offset, **wish.options)
