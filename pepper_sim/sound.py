@@ -11,6 +11,7 @@ import time
 import wave
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -37,6 +38,32 @@ class Sound:
         return self.start + len(self.samples) / self.rate
 
 
+_S = TypeVar("_S", bound=Sound)
+
+
+class Stream(Sound):
+    """A sound that grows at its end: buffers that arrive one after the other, heard without a seam.
+
+    What is older than `MEMORY` may be forgotten.
+    """
+
+    def __init__(self, rate: int, start: float) -> None:
+        self._buffer = np.zeros(int(2 * MEMORY * rate), np.float32)
+        self._count = 0
+        super().__init__(self._buffer[:0], rate, start)
+
+    def append(self, samples: np.ndarray) -> None:
+        """Add float32 samples, at most `MEMORY` seconds of them at once."""
+        if self._count + len(samples) > len(self._buffer):
+            keep = min(self._count, len(self._buffer) - len(samples), int(MEMORY * self.rate))
+            self._buffer[:keep] = self._buffer[self._count - keep : self._count]
+            self.start += (self._count - keep) / self.rate
+            self._count = keep
+        self._buffer[self._count : self._count + len(samples)] = samples
+        self._count += len(samples)
+        self.samples = self._buffer[: self._count]
+
+
 class Track:
     """Sounds on one clock; any number at a time."""
 
@@ -46,7 +73,18 @@ class Track:
 
     def play(self, samples: np.ndarray, rate: int, start: float | None = None) -> Sound:
         """Add a sound; `start` defaults to now."""
-        sound = Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start)
+        return self._add(Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start))
+
+    def open(self, rate: int, start: float | None = None) -> Stream:
+        """Add a sound that `extend` makes longer; `start` defaults to now."""
+        return self._add(Stream(rate, time.monotonic() if start is None else start))
+
+    def extend(self, stream: Stream, samples: np.ndarray) -> None:
+        """Make a stream longer."""
+        with self._lock:
+            stream.append(np.asarray(samples, np.float32))
+
+    def _add(self, sound: _S) -> _S:
         with self._lock:
             limit = time.monotonic() - MEMORY
             self._sounds = [known for known in self._sounds if known.end > limit]
@@ -93,8 +131,15 @@ class Loudspeaker:
 
     def play(self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0) -> Sound:
         """Play mono samples at the present volume."""
+        return self.track.play(self._loud(samples, gain), rate, start)
+
+    def extend(self, stream: Stream, samples: np.ndarray) -> None:
+        """Go on with a stream of `track` at the present volume."""
+        self.track.extend(stream, self._loud(samples))
+
+    def _loud(self, samples: np.ndarray, gain: float = 1.0) -> np.ndarray:
         loudness = 0.0 if self.muted else self.volume * gain
-        return self.track.play(np.clip(np.asarray(samples, np.float32) * loudness, -1.0, 1.0), rate, start)
+        return np.clip(np.asarray(samples, np.float32) * loudness, -1.0, 1.0)
 
 
 class Room:

@@ -21,9 +21,9 @@ from pepper_sim.robot_disk import RobotDisk
 from pepper_sim.services.client_services import ClientServices
 from pepper_sim.services.microphones import BLOCK, MicrophoneStream, Preferences
 from pepper_sim.services.recorder import MicrophoneRecorder
-from pepper_sim.services.service import Module, ServiceError, one_of, remote, shown, within
+from pepper_sim.services.service import Module, ServiceError, octets, one_of, remote, shown, within
 from pepper_sim.services.tasks import Alarm, chained
-from pepper_sim.sound import FULL_SCALE, Room, sine
+from pepper_sim.sound import FULL_SCALE, Room, Stream, sine
 
 log = logging.getLogger(__name__)
 
@@ -54,8 +54,7 @@ class ALAudioDevice(Module):
         self._streams: dict[str, MicrophoneStream] = {}
         self._preferences: dict[str, Preferences] = {}
         self._rate = DEFAULT_OUTPUT_RATE
-        self._queued_until = 0.0
-        self._queued: list[Any] = []
+        self._queue: Stream | None = None
         self._waiting = 0
         self._energy = False
         self._closing = threading.Event()
@@ -74,10 +73,11 @@ class ALAudioDevice(Module):
 
     # --- loudspeaker -------------------------------------------------------------------------------------------------
 
-    @remote("b(ir)")
-    def sendRemoteBufferToOutput(self, nbOfFrames: int, buffer: bytes) -> bool | concurrent.futures.Future:
+    @remote("b(im)")
+    def sendRemoteBufferToOutput(self, nbOfFrames: int, buffer: Any) -> bool | concurrent.futures.Future:
         """Plays frames of two int16 samples, left and right, after what is queued; true when they are queued."""
         within(nbOfFrames, 1, MAX_FRAMES, "nbOfFrames")
+        buffer = octets(buffer, "buffer")
         if len(buffer) < nbOfFrames * _BYTES_PER_FRAME:
             raise ServiceError(
                 f"buffer holds {len(buffer)} bytes; {nbOfFrames} stereo frames of 16 bits are "
@@ -89,11 +89,10 @@ class ALAudioDevice(Module):
         with self._lock:
             if self._waiting >= MAX_WAITING:
                 return False
-            start = max(now, self._queued_until)
-            self._queued_until = start + len(samples) / self._rate
-            self._queued = [sound for sound in self._queued if sound.end > now]
-            self._queued.append(self._room.loudspeaker.play(samples, self._rate, start))
-            excess = self._queued_until - now - QUEUE
+            if self._queue is None or self._queue.end < now or self._queue.rate != self._rate:
+                self._queue = self._room.loudspeaker.track.open(self._rate, now)
+            self._room.loudspeaker.extend(self._queue, samples)
+            excess = self._queue.end - now - QUEUE
             if excess <= 0.0:
                 return True
             self._waiting += 1
@@ -105,10 +104,9 @@ class ALAudioDevice(Module):
     def flushAudioOutputs(self) -> None:
         """Drops what is queued."""
         with self._lock:
-            for sound in self._queued:
-                self._room.loudspeaker.track.cut(sound)
-            self._queued.clear()
-            self._queued_until = 0.0
+            if self._queue is not None:
+                self._room.loudspeaker.track.cut(self._queue)
+            self._queue = None
 
     @remote("v(si)")
     def setParameter(self, pParamName: str, pParamValue: int) -> None:

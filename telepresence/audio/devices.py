@@ -1,0 +1,102 @@
+"""Which microphone, which loudspeaker: what a person chose, as GStreamer elements.
+
+A choice is one of
+
+    auto          the sound server's default (PulseAudio, or PipeWire in its place), else ALSA's when there is a card
+    NAME          a device of the sound server, as `pactl list short sources` or `... sinks` names it
+    alsa:DEVICE   for example alsa:hw:1,0
+    test          a microphone that hears a tone of 440 Hz, a loudspeaker that is a hole in the ground
+    none          no device
+
+Buffers are short on purpose: PulseAudio's defaults alone are 200 ms in each direction.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from telepresence.audio.pipeline import Gst, SoundError
+
+SOURCE_TIMES = "buffer-time=20000 latency-time=10000"
+SINK_TIMES = "buffer-time=40000 latency-time=10000 processing-deadline=0"
+"""Microseconds, except the deadline [ns]. GStreamer's default deadline would add 20 ms to every live sound."""
+_NAME = re.compile(r"[\w.:@+,-]{1,200}")
+_CARDS = Path("/proc/asound/cards")
+
+
+def source(choice: str) -> str:
+    """The element that captures from the chosen microphone.
+
+    Raises:
+        SoundError: There is none, or the choice is no device's name.
+    """
+    if choice == "test":
+        return f"audiotestsrc is-live=true freq=440 volume=0.1 samplesperbuffer={48000 // 100}"
+    return f"{_element('src', choice, 'microphone')} {SOURCE_TIMES}"
+
+
+def sink(choice: str) -> str:
+    """The element that plays on the chosen loudspeaker, in time with the clock (sync=true).
+
+    Raises:
+        SoundError: There is none, or the choice is no device's name.
+    """
+    if choice == "test":
+        return "fakesink sync=true"
+    return f"{_element('sink', choice, 'loudspeaker')} {SINK_TIMES}"
+
+
+def _element(kind: str, choice: str, what: str) -> str:
+    choice = choice or "auto"
+    if choice == "none":
+        raise SoundError(f"no {what}, as chosen")
+    device = choice.removeprefix("alsa:")
+    if not _NAME.fullmatch(device):
+        raise SoundError(f"'{choice}' is no {what}: choose auto, none, test, alsa:DEVICE or a sound server's device")
+    if choice.startswith("alsa:"):
+        return f'alsa{kind} device="{device}"'
+    if _server_answers(kind):
+        return f"pulse{kind}" if choice == "auto" else f'pulse{kind} device="{device}"'
+    if choice == "auto" and _has_card():
+        return f"alsa{kind}"
+    raise SoundError(
+        f"no {what}: no sound server (PulseAudio, PipeWire) answers"
+        + ("" if choice != "auto" else " and there is no sound card")
+    )
+
+
+def _server_answers(kind: str) -> bool:
+    """Whether a PulseAudio server lets us in: the element connects when it becomes ready."""
+    element = Gst.ElementFactory.make(f"pulse{kind}")
+    if element is None:
+        return False
+    try:
+        return element.set_state(Gst.State.READY) != Gst.StateChangeReturn.FAILURE
+    finally:
+        element.set_state(Gst.State.NULL)
+
+
+def _has_card() -> bool:
+    try:
+        return "[" in _CARDS.read_text()
+    except OSError:
+        return False
+
+
+def names() -> dict[str, list[str]]:
+    """What the sound server offers: {"microphones": [...], "loudspeakers": [...]}, by the names that can be chosen."""
+    monitor = Gst.DeviceMonitor.new()
+    monitor.add_filter("Audio/Source", None)
+    monitor.add_filter("Audio/Sink", None)
+    monitor.start()
+    try:
+        found: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
+        for device in monitor.get_devices():
+            element = device.create_element(None)
+            name = element.get_property("device") if element and element.find_property("device") else None
+            if name:
+                found["loudspeakers" if device.has_classes("Sink") else "microphones"].append(name)
+        return found
+    finally:
+        monitor.stop()
