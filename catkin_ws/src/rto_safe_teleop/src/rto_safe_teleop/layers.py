@@ -11,7 +11,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from telepresence.safety import ROBOTINO, Command, Odometry, State, VelocityGate
+import numpy as np
+
+from telepresence.safety import ROBOTINO, SECTORS, Command, Decision, Odometry, State, VelocityGate
 from telepresence.safety.bubble import Bubble, ClampLimits, points_of_ranges
 
 SAFETY_RADIUS = 0.4
@@ -24,11 +26,19 @@ Velocity = tuple[float, float, float]
 
 
 class Answer(NamedTuple):
-    """`velocity` for the robot, None for nothing to send; `state` and `reason` for people."""
+    """`velocity` for the robot, None for nothing to send; `decision` says why. Allowed speeds and gap are NaN where the
+    layer knows none."""
 
     velocity: Velocity | None
-    state: str
-    reason: str
+    decision: Decision
+
+    @property
+    def state(self) -> str:
+        return self.decision.state.value
+
+    @property
+    def reason(self) -> str:
+        return self.decision.reason
 
 
 class Layer(Protocol):
@@ -78,7 +88,7 @@ class GateLayer:
         velocity: Velocity | None = (decision.vx, decision.vy, decision.wz)
         if self._command is None or now - self._command.stamp > SILENT_AFTER:
             velocity = None
-        return Answer(velocity, decision.state.value, decision.reason)
+        return Answer(velocity, decision)
 
 
 class BubbleLayer:
@@ -106,10 +116,16 @@ class BubbleLayer:
     def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         velocity = self._bubble.command(vx, vy, wz)
         if velocity is None:
-            return Answer(None, State.SENSOR_STALE.value, "No sensor reading yet.")
+            return Answer(None, _decision((0.0, 0.0, 0.0), State.SENSOR_STALE, "No sensor reading yet."))
         if velocity[:2] == (0.0, 0.0) and (vx, vy) != (0.0, 0.0):
-            return Answer(velocity, State.BLOCKED.value, "A point is inside the bubble, and would stay there.")
-        return Answer(velocity, State.CLEAR.value, "Free.")
+            reason = "A point is inside the bubble, and would stay there."
+            return Answer(velocity, _decision(velocity, State.BLOCKED, reason))
+        return Answer(velocity, _decision(velocity, State.CLEAR, "Free."))
 
     def tick(self, now: float) -> Answer | None:
         return None
+
+
+def _decision(velocity: Velocity, state: State, reason: str) -> Decision:
+    """What the bubble can tell; it knows neither distances nor allowed speeds."""
+    return Decision(*velocity, state, reason, np.full(SECTORS, math.nan), math.nan, command_age=0.0)

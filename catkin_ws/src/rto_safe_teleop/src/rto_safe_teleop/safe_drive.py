@@ -2,11 +2,12 @@
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/PointCloud; its channel "range", or the
             guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry).
-Publishes:  cmd_vel (geometry_msgs/Twist); safety_state (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
-Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
+Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_1.safety_topics` lists: safety,
+            safety_state, safety_markers.
+Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
 Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~careful (false): swing the
-            body so that the beams see everything. For the bubble: ~safety_radius (0.4) [m], ~max_linear_vel (0.2),
-            ~min_linear_vel (0.05), ~max_angular_vel (1.0), ~min_angular_vel (0.1).
+            body so that the beams see everything, ~base_frame_id (base_link). For the bubble: ~safety_radius (0.4) [m],
+            ~max_linear_vel (0.2), ~min_linear_vel (0.05), ~max_angular_vel (1.0), ~min_angular_vel (0.1).
 """
 
 from __future__ import annotations
@@ -15,21 +16,21 @@ import math
 import threading
 import time
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rto_node.geometry import SENSORS, ranges_of_guide_points
 from rto_node.ros_node import OK, WARN, Diagnostics, RosNode
 from sensor_msgs.msg import PointCloud
-from std_msgs.msg import Bool, String
-from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+from std_msgs.msg import Bool
+from telepresence_1.safety_topics import SafetyTopics
 
 from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer
+from telepresence.safety import ROBOTINO, State
 from telepresence.safety.bubble import ClampLimits
 
 PERIOD = 0.05
-STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
 LAYERS = ("gate", "bubble")
 
 
@@ -38,9 +39,14 @@ class SafeDrive:
         self._node = RosNode("safe_omni_drive")
         self._layer = _choose_layer()
         self._lock = threading.Lock()  # guards the layer: callbacks come on threads of their own
-        self._state, self._state_due = "", 0.0
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        self._states = rospy.Publisher("safety_state", String, queue_size=1, latch=True)
+        gate = self._layer if isinstance(self._layer, GateLayer) else None
+        self._topics = SafetyTopics(
+            ROBOTINO,
+            str(rospy.get_param("~base_frame_id", "base_link")),
+            latches=self if gate else None,
+            obstacles=self._obstacles if gate else None,
+        )
         self._diagnostics = Diagnostics("safety", type(self._layer).__name__)
         for topic, kind, callback in (
             ("safe_cmd_vel", Twist, self._on_command),
@@ -49,10 +55,6 @@ class SafeDrive:
             ("odom", Odometry, self._on_odometry),
         ):
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
-        if isinstance(self._layer, GateLayer):
-            rospy.Service("stop_drive", Trigger, self._on_stop)
-            rospy.Service("reset_stop", Trigger, self._on_reset_stop)
-            rospy.Service("reset_bumper", Trigger, self._on_reset_bumper)
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
@@ -71,11 +73,9 @@ class SafeDrive:
             message = Twist()
             message.linear.x, message.linear.y, message.angular.z = answer.velocity
             self._velocities.publish(message)
-        state = f"{answer.state}: {answer.reason}"
-        if state != self._state or now >= self._state_due:
-            self._state, self._state_due = state, now + STATE_PERIOD
-            self._states.publish(state)
-        self._diagnostics.report(now, WARN if answer.state in ("fault", "sensor stale") else OK, state)
+        self._topics.tell(now, answer.decision)
+        level = WARN if answer.decision.state in (State.FAULT, State.SENSOR_STALE) else OK
+        self._diagnostics.report(now, level, f"{answer.state}: {answer.reason}")
 
     def _on_command(self, twist: Twist) -> None:
         now = time.monotonic()
@@ -104,20 +104,23 @@ class SafeDrive:
         with self._lock:
             self._layer.hear_odometry(position.x, position.y, theta, time.monotonic())
 
-    def _on_stop(self, _request: TriggerRequest) -> TriggerResponse:
+    def stop(self, reason: str) -> None:
+        """Stop and stay stopped; `reason` completes "Stopped: ..."."""
         with self._lock:
-            self._layer.gate.stop("stop requested")
-        return TriggerResponse(True, "stopped until reset_stop")
+            self._layer.gate.stop(reason)
 
-    def _on_reset_stop(self, _request: TriggerRequest) -> TriggerResponse:
+    def reset_stop(self) -> None:
         with self._lock:
             self._layer.gate.reset_stop()
-        return TriggerResponse(True, "let go of the controls once to drive again")
 
-    def _on_reset_bumper(self, _request: TriggerRequest) -> TriggerResponse:
+    def reset_bumper(self) -> bool:
+        """False while the bumper is still pressed."""
         with self._lock:
-            done = self._layer.gate.reset_bumper()
-        return TriggerResponse(done, "" if done else "the bumper is still pressed")
+            return self._layer.gate.reset_bumper()
+
+    def _obstacles(self) -> np.ndarray:
+        with self._lock:
+            return self._layer.gate.obstacles()
 
 
 def main() -> int:
