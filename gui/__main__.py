@@ -14,11 +14,12 @@ from types import FrameType
 from PyQt5.QtCore import QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication
 
+from gui import theme
 from gui.controller import Attach, Controller
 from gui.profiles import PROFILES
 from gui.ros_link import RosLink, RosNode, without_remappings
 from gui.terminal import TerminalView
-from gui.window import OperatorWindow, style_sheet, themes
+from gui.window import OperatorWindow, themes
 from gui.x11 import hold_display
 
 SCREENSHOT_DELAY = 1000
@@ -37,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
-    application.setStyleSheet(style_sheet(arguments.theme))
+    theme.apply(arguments.theme)
 
     terminal = TerminalView()
     window = OperatorWindow(terminal)

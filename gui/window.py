@@ -9,22 +9,43 @@ from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QKeySequence, QMouseEvent
 from PyQt5.QtWidgets import (
     QAbstractButton,
+    QComboBox,
     QFrame,
+    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMainWindow,
     QPushButton,
     QShortcut,
     QSplitter,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
+from gui import theme
+from gui.body_panel import BodyPanel
 from gui.drive_pad import DrivePad
+from gui.gate_banner import GateBanner
+from gui.link_health import LinkHealth
+from gui.robot_panel import RobotPanel
+from gui.sensor_view import SensorView
+from gui.sound_panel import SoundPanel
 from gui.status_bar import StatusBar
+from gui.theme import style_sheet, themes
 from gui.video_view import VideoView
+
+__all__ = ["SIZE", "OperatorWindow", "style_sheet", "themes"]
 
 _HERE = Path(__file__).resolve().parent
 SIZE = QSize(1280, 720)
+SIDE_WIDTH = 570
+"""Pixels of the right column at first; what a wider window has more belongs to the camera."""
+CONTROLS_HEIGHT = 322
+"""Pixels above the deck at first."""
+LARGEST = 0.9
+"""Share of a large screen that the window takes at first."""
 
 
 class OperatorWindow(QMainWindow):
@@ -34,44 +55,99 @@ class OperatorWindow(QMainWindow):
     """Whether keys that the terminal does not get come to this window."""
 
     address: QLineEdit
+    addressLabel: QLabel
     roscoreButton: QPushButton
     sessionButton: QPushButton
     feedButton: QPushButton
+    themeButton: QPushButton
     stopButton: QPushButton
     exitButton: QPushButton
+    accessSlot: QHBoxLayout
     feedLabel: QLabel
+    cameraChoice: QComboBox
     pictureLabel: QLabel
+    snapshotButton: QPushButton
+    recordButton: QPushButton
+    video: VideoView
+    gate: GateBanner
+    health: LinkHealth
+    around: SensorView
+    aroundLabel: QLabel
+    bodyPanel: BodyPanel
+    pad: DrivePad
     padLabel: QLabel
+    driveSlot: QVBoxLayout
+    deck: QTabWidget
+    terminalPage: QWidget
     terminalLabel: QLabel
     terminalFrame: QFrame
-    video: VideoView
-    pad: DrivePad
+    robotPanel: RobotPanel
+    sound: SoundPanel
+    tablet: VideoView
+    tabletPage: QWidget
     status: StatusBar
     columns: QSplitter
+    side: QSplitter
 
     def __init__(self, terminal: QWidget) -> None:
         super().__init__()
         uic.loadUi(str(_HERE / "window.ui"), self)
         self.terminal = terminal
         self.terminalFrame.layout().addWidget(terminal)
+        for splitter, sizes in (
+            (self.columns, [SIZE.width() - SIDE_WIDTH - 36, SIDE_WIDTH]),
+            (self.side, [CONTROLS_HEIGHT, SIZE.height() - CONTROLS_HEIGHT]),
+        ):
+            splitter.setSizes(sizes)
         self.columns.setStretchFactor(0, 1)
         self.columns.setStretchFactor(1, 0)
-        self.columns.setSizes([SIZE.width() - 540, 504])
+        self.side.setStretchFactor(0, 1)
+        self.side.setStretchFactor(1, 1)
+        self._fold = QToolButton(text="▾", checkable=True, autoRaise=True, toolTip="Fold this away, or back (F4)")
+        self._fold.setObjectName("foldButton")
+        self._fold.setShortcut("F4")
+        self._fold.toggled.connect(self.fold_deck)
+        self.deck.setCornerWidget(self._fold, Qt.TopRightCorner)
+        self.deck.tabBarClicked.connect(lambda _index: self._fold.setChecked(False))
+        self.deck.tabBar().setFocusPolicy(Qt.TabFocus)
+        self.cameraChoice.setFocusPolicy(Qt.TabFocus)
+        self.tablet.setMinimumSize(160, 100)
+        self.tablet.clear("No tablet", "")
+        self.cameraChoice.hide()
         for button in self.findChildren(QAbstractButton):
             if button.focusPolicy() == Qt.StrongFocus:
                 # A click must not put the space bar, which stops the robot, on a button.
                 button.setFocusPolicy(Qt.TabFocus)
+        self.themeButton.clicked.connect(self.change_theme)
         self.exitButton.clicked.connect(self.close)
         QShortcut(QKeySequence("Ctrl+Q"), self, activated=self.close)
 
     def show_on_screen(self) -> None:
-        """Show it at its usual size, or as large as the screen allows."""
+        """Show it at its usual size; on a large screen with room around it, on a small one as large as that allows."""
         available = self.screen().availableGeometry()
-        self.resize(SIZE.boundedTo(available.size()))
+        self.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
         self.move(available.center() - self.rect().center())
         self.show()
         self.activateWindow()
         self.pad.setFocus()
+
+    def show_terminal(self) -> None:
+        """Bring the terminal to the front of the deck."""
+        self._fold.setChecked(False)
+        self.deck.setCurrentWidget(self.terminalPage)
+
+    def fold_deck(self, folded: bool) -> None:
+        """Leave only the deck's tabs, and the room to the sensors; or bring it back."""
+        self._fold.setText("▴" if folded else "▾")
+        bar = self.deck.tabBar().sizeHint().height() + 10
+        self.deck.parentWidget().setMaximumHeight(bar if folded else 16777215)
+        for index in range(self.deck.count()):
+            self.deck.widget(index).setVisible(not folded and index == self.deck.currentIndex())
+
+    def change_theme(self) -> None:
+        """The next theme there is."""
+        known = themes()
+        theme.apply(known[(known.index(theme.current()) + 1) % len(known)])
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """A click beside everything ends typing in a field: the keys drive."""
@@ -82,19 +158,3 @@ class OperatorWindow(QMainWindow):
         super().changeEvent(event)
         if event.type() == QEvent.ActivationChange:
             self.activation_changed.emit(self.isActiveWindow())
-
-
-def themes() -> list[str]:
-    """Names of the style sheets in themes/."""
-    return sorted(path.stem for path in (_HERE / "themes").glob("*.qss"))
-
-
-def style_sheet(theme: str) -> str:
-    """The style sheet of a theme.
-
-    Raises:
-        ValueError: There is no such theme; the text names those that there are.
-    """
-    if theme not in themes():
-        raise ValueError(f"there is no theme '{theme}'; known: {', '.join(themes())}")
-    return (_HERE / "themes" / f"{theme}.qss").read_text(encoding="utf-8")

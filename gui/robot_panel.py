@@ -1,0 +1,98 @@
+"""What the robot can be asked for besides driving: say a sentence, take a posture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+LONGEST_SENTENCE = 300
+"""Characters; half a minute of speech, during which nothing else can be said."""
+SENTENCES = ("Hello!", "One moment, please.", "Thank you!", "Goodbye!")
+COLUMNS = 3
+
+
+class RobotPanel(QFrame):
+    """A line to be said, and buttons for postures; what a robot cannot do is not shown."""
+
+    say = pyqtSignal(str)
+    """Say this."""
+    posture = pyqtSignal(str)
+    """Take the posture of this name."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.sentence = QLineEdit(placeholderText="Type what the robot shall say, then Enter")
+        self.sentence.setMaxLength(LONGEST_SENTENCE)
+        self.sentence.setAccessibleName("Sentence to be said")
+        self.say_button = QPushButton("Say")
+        self.say_button.setProperty("kind", "primary")
+        self._answer = QLabel()
+        self._answer.setProperty("role", "note")
+        self._answer.setWordWrap(True)
+        self._speech, self._postures = QWidget(), QWidget()
+        self._nothing = QLabel("This robot neither speaks nor takes postures.")
+        self._nothing.setProperty("role", "note")
+        self._nothing.setAlignment(Qt.AlignCenter)
+
+        speech = QVBoxLayout(self._speech)
+        speech.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout()
+        row.addWidget(self.sentence, 1)
+        row.addWidget(self.say_button)
+        speech.addLayout(row)
+        shortcuts = QHBoxLayout()
+        shortcuts.setSpacing(6)
+        for text in SENTENCES:
+            button = QPushButton(text)
+            button.setProperty("kind", "small")
+            button.clicked.connect(lambda _checked, text=text: self._say(text))
+            shortcuts.addWidget(button)
+        shortcuts.addStretch(1)
+        speech.addLayout(shortcuts)
+        self._grid = QGridLayout(self._postures)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(6)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(10, 10, 10, 10)
+        layout.setSpacing(10)
+        for widget in (self._speech, self._postures, self._nothing, self._answer):
+            layout.addWidget(widget)
+        layout.addStretch(1)
+        self.say_button.clicked.connect(lambda: self._say(self.sentence.text()))
+        self.sentence.returnPressed.connect(lambda: self._say(self.sentence.text()))
+        self.set_robot(speaks=False, postures=())
+
+    def set_robot(self, speaks: bool, postures: Sequence[tuple[str, str]]) -> None:
+        """Show what this robot can do.
+
+        Args:
+            postures: (name, what the button says) of each.
+        """
+        self._speech.setVisible(speaks)
+        self._postures.setVisible(bool(postures))
+        self._nothing.setVisible(not speaks and not postures)
+        while (item := self._grid.takeAt(0)) is not None:
+            item.widget().deleteLater()
+        for index, (name, title) in enumerate(postures):
+            button = QPushButton(title)
+            button.setFocusPolicy(Qt.TabFocus)
+            button.setObjectName(f"posture_{name}")
+            button.clicked.connect(lambda _checked, name=name: self.posture.emit(name))
+            self._grid.addWidget(button, index // COLUMNS, index % COLUMNS)
+        self.answer("")
+
+    def answer(self, text: str) -> None:
+        """Show what came of the last request."""
+        self._answer.setText(text)
+        self._answer.setVisible(bool(text))
+
+    def _say(self, text: str) -> None:
+        text = " ".join(text.split())
+        if not text:
+            self.answer("Type a sentence first.")
+            return
+        self.sentence.clear()
+        self.answer(f"Saying: {text}")
+        self.say.emit(text)

@@ -1,0 +1,81 @@
+"""Colours of the window: one style sheet, and a file of named colours for each theme."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+
+from PyQt5.QtGui import QColor
+from PyQt5.QtWidgets import QApplication
+
+DEFAULT = "dark"
+_FOLDER = Path(__file__).resolve().parent / "themes"
+_PROPERTY = "theme"
+
+
+def themes() -> list[str]:
+    """Names of the themes there are."""
+    return sorted(path.stem for path in _FOLDER.glob("*.toml"))
+
+
+@lru_cache
+def colours(theme: str) -> MappingProxyType[str, str]:
+    """Name -> "#rrggbb".
+
+    Raises:
+        ValueError: There is no such theme; the text names those that there are.
+    """
+    if theme not in themes():
+        raise ValueError(f"there is no theme '{theme}'; known: {', '.join(themes())}")
+    return MappingProxyType(tomllib.loads((_FOLDER / f"{theme}.toml").read_text(encoding="utf-8")))
+
+
+def style_sheet(theme: str) -> str:
+    """The style sheet in the colours of a theme.
+
+    Raises:
+        ValueError: There is no such theme, or the sheet names a colour that it lacks.
+    """
+    known = colours(theme)
+
+    def colour_of(found: re.Match[str]) -> str:
+        if found[1] not in known:
+            raise ValueError(f"window.qss asks for the colour @{found[1]}, which {theme}.toml does not have")
+        return known[found[1]]
+
+    return re.sub(r"@(\w+)", colour_of, (_FOLDER / "window.qss").read_text(encoding="utf-8"))
+
+
+def apply(theme: str) -> None:
+    """Dress the whole application; widgets that paint themselves paint anew.
+
+    Raises:
+        ValueError: There is no such theme.
+    """
+    application = QApplication.instance()
+    sheet = style_sheet(theme)
+    application.setProperty(_PROPERTY, theme)
+    application.setStyleSheet(sheet)
+    for widget in application.allWidgets():
+        widget.update()
+
+
+def current() -> str:
+    """The theme that `apply` was last called with."""
+    return QApplication.instance().property(_PROPERTY) or DEFAULT
+
+
+def colour(name: str, alpha: float = 1.0) -> QColor:
+    """A colour of the current theme for a painter.
+
+    Args:
+        alpha: 0 is clear, 1 opaque.
+    Raises:
+        KeyError: No such colour.
+    """
+    found = QColor(colours(current())[name])
+    found.setAlphaF(alpha)
+    return found
