@@ -229,14 +229,23 @@ def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.
     return listening
 
 
+FIRST_REQUEST_TIMEOUT = 1.0
+"""Seconds that a new connection has for the first line of its request: one that only occupies a place is soon gone."""
+
+
 class _Handler(pywsgi.WSGIHandler):
     """Gives up on a peer that takes or sends nothing for a while, without a traceback: that is daily life."""
 
     timeout = 10.0
 
     def __init__(self, sock: Any, address: Any, server: Any, rfile: Any = None) -> None:
-        sock.settimeout(self.timeout)
+        sock.settimeout(min(FIRST_REQUEST_TIMEOUT, self.timeout))
         super().__init__(sock, address, server, rfile)
+
+    def read_requestline(self) -> str:
+        line = super().read_requestline()
+        self.socket.settimeout(self.timeout)
+        return line
 
     def handle_error(self, t: Any, v: Any, tb: Any) -> None:
         if issubclass(t, OSError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import http.client
 import logging
+import os
 import resource
 import socket
 import threading
@@ -338,6 +339,30 @@ def test_garbage_on_the_wire_harms_nobody(studio: Studio, capfd: pytest.CaptureF
             peer.sendall(request_line)
     assert Viewer(studio.server).number() == 0
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_thousand_connections_that_send_nothing_keep_nobody_out(studio: Studio) -> None:
+    studio.put(0)
+    early = Viewer(studio.server)
+    assert early.number() == 0
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+    silent = [socket.socket() for _ in range(1000)]
+    try:
+        for connection in silent:
+            connection.setblocking(False)  # the kernel lets those wait that find no place
+            assert connection.connect_ex((studio.server.address, studio.server.port)) in (0, errno.EINPROGRESS)
+        for number in range(1, 6):
+            studio.put(number)
+            assert early.number() == number, "who watches is not disturbed"
+        assert eventually(lambda: len(os.listdir("/proc/self/fd")) > 1000 + 250), "every place is taken"
+        late = Viewer(studio.server)  # within its own ten seconds
+        assert late.number() == 5, "who comes later gets in"
+        late.close()
+    finally:
+        for connection in silent:
+            connection.close()
+    early.close()
 
 
 def test_a_taken_port_is_named_in_the_error() -> None:

@@ -2,7 +2,7 @@
  *
  * The device is the path in FAKE_CAMERA; the file named by FAKE_CAMERA_STATE says what it does: "gone", "frozen", or a
  * grey level 0..255 to film. It answers the requests of Video4Linux that a reader with memory-mapped buffers makes:
- * 640x480 YUYV, about 30 pictures a second. Source of the requests: Linux, Documentation/userspace-api/media/v4l.
+ * 640x480, about 30 pictures a second, YUYV; or motion JPEG, the file in FAKE_CAMERA_JPEG, if there is one. Source of the requests: Linux, Documentation/userspace-api/media/v4l.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -99,14 +99,22 @@ int select(int count, fd_set *in, fd_set *out, fd_set *other, struct timeval *ti
   return NEXT(select)(count, in, out, other, timeout);
 }
 
+static unsigned format_of_pixels(void) { return getenv("FAKE_CAMERA_JPEG") ? V4L2_PIX_FMT_MJPEG : V4L2_PIX_FMT_YUYV; }
+
 static void film(struct v4l2_buffer *buffer, int level) {
   unsigned char *pixels = mmap(NULL, SIZE, PROT_READ | PROT_WRITE, MAP_SHARED, device, (off_t)buffer->index * SIZE);
-  for (int i = 0; i < SIZE; i += 2) {
-    pixels[i] = (unsigned char)level;
-    pixels[i + 1] = 128;
+  buffer->length = buffer->bytesused = SIZE;
+  if (format_of_pixels() == V4L2_PIX_FMT_MJPEG) {
+    FILE *file = fopen(getenv("FAKE_CAMERA_JPEG"), "r");
+    buffer->bytesused = (unsigned)fread(pixels, 1, SIZE, file);
+    fclose(file);
+  } else {
+    for (int i = 0; i < SIZE; i += 2) {
+      pixels[i] = (unsigned char)level;
+      pixels[i + 1] = 128;
+    }
   }
   munmap(pixels, SIZE);
-  buffer->length = buffer->bytesused = SIZE;
   buffer->flags = V4L2_BUF_FLAG_DONE;
 }
 
@@ -129,12 +137,12 @@ static int answer(unsigned long request, void *data) {
     case VIDIOC_TRY_FMT:
     case VIDIOC_S_FMT: {
       struct v4l2_format *format = data;
-      if (request == VIDIOC_S_FMT && format->fmt.pix.pixelformat != V4L2_PIX_FMT_YUYV) {
+      if (request == VIDIOC_S_FMT && format->fmt.pix.pixelformat != format_of_pixels()) {
         errno = EINVAL;
         return -1;
       }
       format->type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-      format->fmt.pix = (struct v4l2_pix_format){.width = WIDTH, .height = HEIGHT, .pixelformat = V4L2_PIX_FMT_YUYV,
+      format->fmt.pix = (struct v4l2_pix_format){.width = WIDTH, .height = HEIGHT, .pixelformat = format_of_pixels(),
                                                  .field = V4L2_FIELD_NONE, .bytesperline = WIDTH * 2, .sizeimage = SIZE};
       return 0;
     }

@@ -1,7 +1,8 @@
 """The pilot's camera as a stream of JPEG pictures that never ends.
 
-One thread opens the source, reads, encodes once. When the source is missing or lost, the stream goes on with a picture
-that says so in words, and the source is tried again until it is back.
+One thread opens the source, reads, and encodes once, unless the camera has encoded its pictures itself. When the source
+is missing or lost, the stream goes on with a picture that says so in words, and the source is tried again until it is
+back.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 
 from telepresence.images import LatestImage
 from telepresence_1.cards import draw_notice
+from telepresence_1.jpeg import Jpeg
 from telepresence_1.sources import Source, SourceError, open_source
 
 log = logging.getLogger(__name__)
@@ -26,6 +28,11 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.5, 5.0
 """Seconds between two attempts to open a source; doubled after every failure."""
 NOTICE_PERIOD = 0.5
 """Seconds between two pictures of the notice: its clock shows that the stream lives."""
+
+
+LARGEST_PASSED = 100_000
+"""A picture that the camera has encoded itself goes to the viewers as it is unless it has more bytes than this: at 30
+pictures/s that is 24 Mbit/s a viewer, more than Wi-Fi of the tablet's time carries."""
 
 
 class State(enum.Enum):
@@ -53,7 +60,7 @@ class Camera:
     Args:
         width, height: What a camera is asked for; larger pictures are scaled to fit [pixel].
         rate: What a camera is asked for, and the speed of a test card [pictures/s].
-        quality: Of the JPEG, 1 to 100. OpenCV's own default of 95 more than doubles the bytes of 80.
+        quality: Of the JPEG that is made here, 1 to 100. OpenCV's own default of 95 more than doubles the bytes of 80.
         on_change: Called on the camera's thread with each new status whose state differs.
     Raises:
         ValueError: A number out of its range.
@@ -130,9 +137,7 @@ class Camera:
         while not self._stop.is_set():
             picture = source.read()
             stamp = time.time()
-            picture = _fit(picture, *self._size)
-            self._put(picture, stamp)
-            height, width = picture.shape[:2]
+            width, height = self._publish_one(picture, stamp)
             if self.status.state is not State.LIVE:
                 self._change(State.LIVE, "Live", 0.0, width, height)
             count += 1
@@ -143,6 +148,20 @@ class Camera:
                     State.LIVE, "Live", source_name, count / elapsed, width, height, self._losses
                 )
                 count, since = 0, time.monotonic()
+
+    def _publish_one(self, picture: np.ndarray | Jpeg, stamp: float) -> tuple[int, int]:
+        """Returns the size of what was published [pixel]."""
+        if isinstance(picture, Jpeg):
+            fits = picture.width <= self._size[0] and picture.height <= self._size[1]
+            if fits and len(picture.data) <= LARGEST_PASSED:
+                self.image.put(picture.data, stamp)
+                return picture.width, picture.height
+            picture = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
+        if picture is None:
+            raise SourceError("Bad picture", "The camera's pictures cannot be decoded.")
+        picture = _fit(picture, *self._size)
+        self._put(picture, stamp)
+        return picture.shape[1], picture.shape[0]
 
     def _show_notice(self, title: str, text: str, duration: float) -> None:
         end = time.monotonic() + duration

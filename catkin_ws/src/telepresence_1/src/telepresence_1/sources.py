@@ -22,12 +22,14 @@ os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 import cv2
 
 from telepresence_1.cards import draw_test_card
+from telepresence_1.jpeg import Jpeg, completed
 
 cv2.setLogLevel(2)  # errors only
 
 log = logging.getLogger(__name__)
 
 NETWORK_TIMEOUT = 3000  # ms for connecting, and for the next picture
+MOTION_JPEG = cv2.VideoWriter_fourcc(*"MJPG")
 _URL_SCHEMES = ("http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://")
 
 
@@ -40,8 +42,8 @@ class SourceError(Exception):
 
 
 class Source(Protocol):
-    def read(self) -> np.ndarray:
-        """The next picture, (height, width, 3) uint8 BGR, waited for.
+    def read(self) -> np.ndarray | Jpeg:
+        """The next picture, waited for: (height, width, 3) uint8 BGR, or as the camera has encoded it.
 
         Raises:
             SourceError: There is none any more.
@@ -112,15 +114,17 @@ class Device:
         if not self._capture.isOpened():
             raise SourceError("Camera busy", f"{device} cannot be opened. Another program may be using it.")
         for key, value in (
+            (cv2.CAP_PROP_FOURCC, MOTION_JPEG),  # a camera that cannot keeps what it has
             (cv2.CAP_PROP_FRAME_WIDTH, width),
             (cv2.CAP_PROP_FRAME_HEIGHT, height),
             (cv2.CAP_PROP_FPS, rate),
             (cv2.CAP_PROP_BUFFERSIZE, 1),  # further pictures in the driver would only be old
         ):
             self._capture.set(key, value)
+        self._encoded = Encoded(self._capture, cv2.CAP_PROP_CONVERT_RGB, 0)
 
-    def read(self) -> np.ndarray:
-        picture = _read(self._capture)
+    def read(self) -> np.ndarray | Jpeg:
+        picture = self._encoded.read()
         if picture is None:  # for ever from now on, although isOpened() stays true
             raise SourceError("Camera lost", f"{self._device} was unplugged or has stopped delivering pictures.")
         return picture
@@ -140,11 +144,12 @@ class Url:
             raise SourceError("No stream", f"{url} does not answer with a video.")
         finite = self._capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0
         self._pace = Pace(_rate_of(self._capture, rate)) if finite else None
+        self._encoded = Encoded(self._capture, cv2.CAP_PROP_FORMAT, -1)
 
-    def read(self) -> np.ndarray:
+    def read(self) -> np.ndarray | Jpeg:
         if self._pace:
             self._pace.wait()
-        picture = _read(self._capture)
+        picture = self._encoded.read()
         if picture is None:
             raise SourceError("Stream lost", f"{self._url} has stopped delivering pictures.")
         return picture
@@ -168,16 +173,17 @@ class File:
             if not self._capture.isOpened():
                 raise SourceError("Unknown format", f"{path} is neither a video nor a picture that OpenCV can read.")
             rate = _rate_of(self._capture, rate)
+            self._encoded = Encoded(self._capture, cv2.CAP_PROP_FORMAT, -1)
         self._pace = Pace(rate)
 
-    def read(self) -> np.ndarray:
+    def read(self) -> np.ndarray | Jpeg:
         self._pace.wait()
         if self._capture is None:
             return self._still.copy()
-        picture = _read(self._capture)
+        picture = self._encoded.read()
         if picture is None:
             self._capture.set(cv2.CAP_PROP_POS_FRAMES, 0)
-            picture = _read(self._capture)
+            picture = self._encoded.read()
         if picture is None:
             raise SourceError("Damaged file", f"{self._path} holds no picture that can be read.")
         return picture
@@ -185,6 +191,30 @@ class File:
     def close(self) -> None:
         if self._capture is not None:
             self._capture.release()
+
+
+class Encoded:
+    """Reads a capture; one that delivers motion JPEG is read without decoding it.
+
+    Args:
+        capture: Open, its format chosen.
+        key, value: The setting that makes OpenCV hand out what it got (which one depends on its backend).
+    """
+
+    def __init__(self, capture: cv2.VideoCapture, key: int, value: float) -> None:
+        self._capture = capture
+        self._size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+        encoded = int(capture.get(cv2.CAP_PROP_FOURCC)) == MOTION_JPEG and min(self._size) > 0
+        self._raw = encoded and capture.set(key, value)
+
+    def read(self) -> np.ndarray | Jpeg | None:
+        """The next picture, None when there is none."""
+        picture = _read(self._capture)
+        if picture is None or not self._raw:
+            return picture
+        data = completed(picture.tobytes())
+        # A damaged picture of a camera is followed by a good one: what is left of it is shown as far as it goes.
+        return cv2.imdecode(picture, cv2.IMREAD_COLOR) if data is None else Jpeg(data, *self._size)
 
 
 def _read(capture: cv2.VideoCapture) -> np.ndarray | None:
