@@ -1,0 +1,1 @@
+"""Which operator's window drives: telepresence.drive_lease on ROS (`node`)."""

@@ -1,0 +1,164 @@
+"""The node drive_lease: one pilot at a time. All operator's windows drive through it.
+
+Subscribes: drive/command (avatar_gui/DriveCommand) of the windows; cmd_vel (geometry_msgs/Twist), to know when another
+            program drives past the lease.
+Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
+            stops or falls silent; drive/state (avatar_gui/DriveState, latched).
+Services:   drive/join (avatar_gui/DriveJoin), drive/ask (avatar_gui/DriveAsk).
+Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety layer, with the red stop.
+Parameters: ~sign_in (true): check names against the accounts of gui.users; false: everybody who asks is a pilot.
+            ~users: file of the accounts; default TELEPRESENCE_USERS, else gui/users.db.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from pathlib import Path
+
+import rosgraph
+import rospy
+from avatar_gui.msg import DriveCommand, DriveState
+from avatar_gui.srv import DriveAsk, DriveAskRequest, DriveAskResponse, DriveJoin, DriveJoinRequest, DriveJoinResponse
+from geometry_msgs.msg import Twist
+from std_srvs.srv import Trigger
+
+from gui.users import UserError, Users
+from telepresence.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
+from telepresence.ros_master import MasterWatch, master_answers
+
+PERIOD = 0.05
+STATE_PERIOD = 0.2
+"""Seconds after which an unchanged state is repeated: windows take a second of silence for a dead arbiter."""
+LAYER_TIMEOUT = 2.0
+"""Seconds in which the safety layer's stop must be found."""
+_LAYER = {"stop": "stop_drive", "reset_stop": "reset_stop"}
+
+
+class LeaseNode:
+    def __init__(self) -> None:
+        self._sign_in = bool(rospy.get_param("~sign_in", True))
+        path = str(rospy.get_param("~users", ""))
+        self._users = Users(Path(path) if path else None)
+        self._lease = DriveLease(self._find_account)
+        self._epoch = secrets.token_hex(4)
+        self._lock = threading.Lock()  # guards the lease: callbacks come on threads of their own
+        self._state, self._state_due = DriveState(), 0.0
+        self._stop = threading.Event()
+        self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self._states = rospy.Publisher("drive/state", DriveState, queue_size=1, latch=True)
+        # More than one: every window's command counts, not only the newest of them all.
+        rospy.Subscriber("drive/command", DriveCommand, self._on_command, queue_size=20, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
+        rospy.Service("drive/join", DriveJoin, self._on_join)
+        rospy.Service("drive/ask", DriveAsk, self._on_ask)
+
+    def run(self) -> None:
+        """Until the node is shut down; leaves with a zero."""
+        rospy.core.add_preshutdown_hook(lambda _reason: self._end())
+        MasterWatch(rospy).start()
+        while not self._stop.wait(PERIOD):
+            now = time.monotonic()
+            with self._lock:
+                velocity = self._lease.tick(now)
+                state = self._lease.state(now)
+            self._publish(velocity)
+            self._tell(state, now)
+
+    def _find_account(self, name: str) -> Account | None:
+        if not self._sign_in:
+            return Account(name, PILOT)
+        try:
+            return self._users.find(name)
+        except UserError as error:
+            rospy.logerr("%s", error)
+            return None
+
+    def _on_command(self, message: DriveCommand) -> None:
+        velocity = Velocity(message.vx, message.vy, message.wz) if message.driving else None
+        command = Command(message.number, message.sent, velocity, message.hold, message.proof)
+        with self._lock:
+            answer = self._lease.hear(message.session, command, time.monotonic())
+        self._publish(answer)
+
+    def _on_other(self, message: Twist) -> None:
+        caller = message._connection_header["callerid"]
+        if caller == rospy.get_name():
+            return
+        velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
+        with self._lock:
+            answer = self._lease.hear_other(caller, velocity, time.monotonic())
+        self._publish(answer)
+
+    def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
+        with self._lock:
+            joined = self._lease.join(request.name, request.window, request.nonce, time.monotonic())
+        return DriveJoinResponse(bool(joined.session), joined.reason, joined.session, joined.nonce or bytes(16))
+
+    def _on_ask(self, request: DriveAskRequest) -> DriveAskResponse:
+        now = time.monotonic()
+        with self._lock:
+            reply = self._lease.ask(request.session, request.number, request.action, request.to, request.proof, now)
+            velocity, state = self._lease.tick(now), self._lease.state(now)
+        self._publish(velocity)
+        self._tell(state, now)
+        if reply.ok and request.action in _LAYER:
+            service = _LAYER[request.action]
+            threading.Thread(target=self._tell_layer, args=(service,), name=service, daemon=True).start()
+        return DriveAskResponse(reply.ok, reply.reason)
+
+    def _tell_layer(self, service: str) -> None:
+        """The safety layer's own stop also holds against programs that drive past the lease."""
+        try:
+            rospy.wait_for_service(service, timeout=LAYER_TIMEOUT)
+            rospy.ServiceProxy(service, Trigger)()
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            rospy.logwarn("%s was not done by the safety layer: %s", service, error)
+
+    def _publish(self, velocity: Velocity | None) -> None:
+        if velocity is None:
+            return
+        message = Twist()
+        message.linear.x, message.linear.y, message.angular.z = velocity
+        try:
+            self._velocities.publish(message)
+        except rospy.ROSException:
+            self._stop.set()  # the topic was closed: this node is being shut down
+
+    def _tell(self, state: object, now: float) -> None:
+        message = DriveState(
+            epoch=self._epoch,
+            sign_in=self._sign_in,
+            pilot=state.pilot,
+            window=state.window,
+            asking=state.asking,
+            stopped_by=state.stopped_by,
+            hold=state.hold,
+            other=state.other,
+            vx=state.velocity.vx,
+            vy=state.velocity.vy,
+            wz=state.velocity.wz,
+            present=list(state.present),
+        )
+        if message != self._state or now >= self._state_due:
+            self._state, self._state_due = message, now + STATE_PERIOD
+            self._states.publish(message)
+
+    def _end(self) -> None:
+        """Also called by rospy before it closes the topics (rosnode kill)."""
+        if not self._stop.is_set():
+            self._stop.set()
+            self._publish(ZERO)
+            time.sleep(0.05)  # rospy sends from a thread of its own
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    uri = rosgraph.get_master_uri()
+    if not master_answers(uri, timeout=5.0):
+        print(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
+        return 1
+    rospy.init_node("drive_lease")
+    LeaseNode().run()
+    return 0
