@@ -222,7 +222,7 @@ def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, send_buffer)
         listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         listening.bind((address, port))
-        listening.listen(128)
+        listening.listen(1024)  # a burst waits in the queue instead of being asked to come again
     except OSError as error:
         listening.close()
         raise OSError(error.errno, f"cannot listen on {address}, port {port}: {error.strerror}") from error
