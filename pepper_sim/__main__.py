@@ -11,14 +11,26 @@ from telepresence.sim import command_line
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a simulated robot; the exit status."""
-    options = command_line.parser(
+    parser = command_line.parser(
         "pepper_sim",
         "A simulated Pepper that speaks NAOqi. Prints its address when it is ready.",
         port=DEFAULT_PORT,
         scene=DEFAULT_SCENE,
-    ).parse_args(arguments)
+    )
+    parser.add_argument(
+        "--speaker",
+        default="none",
+        metavar="DEVICE",
+        help="play what the robot's loudspeaker plays on this sound device; auto takes the usual one (default: none)",
+    )
+    parser.add_argument("--record-speaker", default="", metavar="FILE", help="write the same into a WAV file")
+    parser.add_argument(
+        "--room-sound", default="", metavar="WHAT", help="what its microphones hear: tone, or a WAV file, repeated"
+    )
+    options = parser.parse_args(arguments)
+    sound = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound")}
     return command_line.run(
-        "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port)
+        "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **sound)
     )
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
+from pepper_sim.loudspeaker_output import LoudspeakerOutput
 from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.robot import Pepper
+from pepper_sim.room_sounds import RoomSounds
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound import Room
 from pepper_sim.tablet import Tablet
@@ -22,13 +25,30 @@ DEFAULT_SCENE = "apartment"
 
 
 class SimulatedPepper(SimulatedRobot):
-    """One Pepper of a world. `robot`, `tablet` and `server` are there once it has entered, and once it serves."""
+    """One Pepper of a world. `robot`, `tablet` and `server` are there once it has entered, and once it serves.
+
+    Args:
+        speaker: The sound device that plays what the loudspeaker plays; see `telepresence.audio.devices`.
+        record_speaker: A WAV file for the same; "" for none.
+        room_sound: What its microphones hear besides; see `RoomSounds`.
+    """
 
     DEFAULT_PORT = DEFAULT_PORT
     BASE_FRAME = "base_footprint"
 
-    def __init__(self, prefix: str = PREFIX, offset: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self,
+        prefix: str = PREFIX,
+        offset: tuple[float, float] = (0.0, 0.0),
+        speaker: str = "none",
+        record_speaker: str = "",
+        room_sound: str = "",
+    ) -> None:
         self._model = pepper_model(prefix, offset=offset)
+        self._output = (speaker, Path(record_speaker) if record_speaker else None)
+        self._room_sound = room_sound
+        self.output: LoudspeakerOutput | None = None
+        self.room_sounds: RoomSounds | None = None
         self._seed = 0
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
@@ -45,6 +65,9 @@ class SimulatedPepper(SimulatedRobot):
 
     def serve(self, address: str, port: int) -> None:
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+        room = self.server.catalogue.room
+        self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
+        self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
 
     @property
     def urls(self) -> list[str]:
@@ -55,10 +78,9 @@ class SimulatedPepper(SimulatedRobot):
         return {"tablet": lambda: self.tablet.image}
 
     def close(self) -> None:
-        if self.server is not None:
-            self.server.close()
-        if self.tablet is not None:
-            self.tablet.close()
+        for part in (self.output, self.room_sounds, self.server, self.tablet):
+            if part is not None:
+                part.close()
 
 
 class Simulation(SharedSimulation):
@@ -68,15 +90,22 @@ class Simulation(SharedSimulation):
         scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
         seed: Start of every random sequence.
         address, port: Where NAOqi listens; port 0 takes a free one, see `url`.
+        options: See `SimulatedPepper`.
     Raises:
-        ValueError: Unknown scene.
+        ValueError: Unknown scene, or a room sound that cannot be played.
+        OSError: The loudspeaker's record cannot be written or the room's sound not be read.
         CannotListen: The port is taken or the address is not this machine's.
     """
 
     def __init__(
-        self, scene: str = DEFAULT_SCENE, seed: int = 0, address: str = "127.0.0.1", port: int = DEFAULT_PORT
+        self,
+        scene: str = DEFAULT_SCENE,
+        seed: int = 0,
+        address: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        **options: str,
     ) -> None:
-        super().__init__([RobotWish("pepper", "pepper", port)], scene, seed, address)
+        super().__init__([RobotWish("pepper", "pepper", port, options)], scene, seed, address)
 
     @property
     def robot(self) -> Pepper:
