@@ -22,6 +22,7 @@ FARTHEST = 24
 _HEIGHTS = (0.06, 0.3, 0.7, 1.1)
 _DIRECTIONS = 24
 _ABOVE = 0.2
+_SIGHT = 1.5
 
 
 class FreePlaces:
@@ -47,34 +48,34 @@ class FreePlaces:
         origin, rotation = self._data.site_xpos[site], self._data.site_xmat[site].reshape(3, 3)
         for offset in _spiral():
             place = origin + rotation @ (*offset, 0.0)
-            if self._far_from_robots(place) and (offset == (0.0, 0.0) or self._is_free(place)):
+            if self._far_from_robots(place) and (offset == (0.0, 0.0) or self._is_free(place, origin)):
                 self._taken.append(place)
                 return offset
-        raise ValueError(f"scene {self._scene!r} has no room for robot number {len(self._taken) + 1}: take a larger one")
+        count = len(self._taken) + 1
+        raise ValueError(f"scene {self._scene!r} has no room for robot number {count} at {spawn}: take a larger one")
 
     def _far_from_robots(self, place: np.ndarray) -> bool:
         return all(np.linalg.norm(place - other) >= SPACING - 1e-6 for other in self._taken)
 
-    def _is_free(self, place: np.ndarray) -> bool:
-        """Level floor below, nothing around, and a straight way without walls to the first robot's place."""
-        corners = [(0.0, 0.0), *((ROOM * math.cos(a), ROOM * math.sin(a)) for a in np.arange(8) * math.tau / 8)]
-        for x, y in corners:
-            drop = self._cast(place + (x, y, _ABOVE), (0.0, 0.0, -1.0))
+    def _is_free(self, place: np.ndarray, origin: np.ndarray) -> bool:
+        """Level floor below, nothing around, and no wall between here and the spawn point."""
+        around = [(math.cos(angle), math.sin(angle)) for angle in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS]
+        for x, y in ((0.0, 0.0), *around):
+            drop = self._cast(place, (ROOM * x, ROOM * y, _ABOVE), (0.0, 0.0, -1.0))
             if not abs(drop - _ABOVE) < UNEVENNESS:
                 return False
         for height in _HEIGHTS:
-            for angle in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
-                if self._cast(place + (0.0, 0.0, height), (math.cos(angle), math.sin(angle), 0.0)) < ROOM:
-                    return False
-        if self._taken:
-            way = self._taken[0] - place
-            distance = float(np.linalg.norm(way))
-            return self._cast(place + (0.0, 0.0, 1.5), tuple(way / distance)) > distance
-        return True
+            if any(self._cast(place, (0.0, 0.0, height), (x, y, 0.0)) < ROOM for x, y in around):
+                return False
+        way = origin - place
+        distance = float(np.linalg.norm(way))
+        return self._cast(place, (0.0, 0.0, _SIGHT), tuple(way / distance)) > distance
 
-    def _cast(self, start: np.ndarray, direction: tuple[float, ...]) -> float:
+    def _cast(self, place: np.ndarray, start: tuple[float, ...], direction: tuple[float, ...]) -> float:
         hit = np.zeros(1, np.int32)
-        distance = mujoco.mj_ray(self._model, self._data, start, np.array(direction), None, True, -1, hit)
+        distance = mujoco.mj_ray(
+            self._model, self._data, place + np.array(start), np.array(direction), None, True, -1, hit
+        )
         return distance if hit[0] >= 0 else math.inf
 
 

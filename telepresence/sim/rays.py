@@ -1,8 +1,8 @@
 """Distance sensors: a bundle of rays from one point, cast in one call when the sensor is due.
 
-Rays pass through the robot that carries them and through invisible geoms. A robot has many bodies and MuJoCo leaves out
-only one, or groups of geoms, of which there are six for any number of robots; so a robot's geoms are put into a group of
-their own for the length of a cast.
+Rays pass through the robot that carries them and through invisible geoms. A robot has many bodies, and MuJoCo leaves
+out only one, or groups of geoms, of which there are six for any number of robots; so a robot's geoms are put into a
+group of their own for the length of a cast.
 """
 
 from __future__ import annotations

@@ -95,7 +95,7 @@ class SimulatedRobot(ABC):
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         """Take over one's body in `world`, which was built with `model` and does not run yet."""
 
-    def serve(self, address: str, port: int) -> None:
+    def serve(self, address: str, port: int) -> None:  # noqa: B027 -- a robot without a wire has nothing to serve
         """Answer the wire; port 0 takes a free one.
 
         Raises:
@@ -112,7 +112,7 @@ class SimulatedRobot(ABC):
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 -- nor to end
         """End the wire and everything else of this robot. Calling it again does nothing."""
 
 

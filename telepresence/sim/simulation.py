@@ -142,7 +142,8 @@ def _make(wish: RobotWish, places: FreePlaces | None) -> SimulatedRobot:
     kind, prefix = find_kind(wish.kind), f"{wish.name}/"
     known = set(inspect.signature(kind).parameters) - {"prefix", "offset"}
     if unknown := set(wish.options) - known:
-        raise ValueError(f"a {wish.kind} has no setting {min(unknown)!r}; settings: {', '.join(sorted(known)) or 'none'}")
+        settings = ", ".join(sorted(known)) or "none"
+        raise ValueError(f"a {wish.kind} has no setting {min(unknown)!r}; settings: {settings}")
     robot = kind(prefix, **wish.options)
     offset = places.find(robot.model.spawn) if places else (0.0, 0.0)
     return robot if offset == (0.0, 0.0) else kind(prefix, offset, **wish.options)

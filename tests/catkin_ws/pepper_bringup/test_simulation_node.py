@@ -13,7 +13,7 @@ def node(graph):
     program = graph.run(
         str(graph.workspace / "lib/pepper_bringup/pepper_sim"), f"_port:={graph.robot_port}", "_scene:=apartment"
     )
-    program.wait_for(f"simulated Pepper listens on tcp://127.0.0.1:{graph.robot_port}")
+    program.wait_for(f"simulated pepper listens on tcp://127.0.0.1:{graph.robot_port}")
     return program
 
 

@@ -1,0 +1,6 @@
+"""Shows src/sim_bringup to ROS through catkin; not for use with pip."""
+
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(**generate_distutils_setup(packages=["sim_bringup"], package_dir={"": "src"}))

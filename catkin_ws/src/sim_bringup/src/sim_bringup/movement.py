@@ -1,0 +1,127 @@
+"""movement_command: 0 stop, 1 forward, 2 backward, until the next one.
+
+A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the last program that
+publishes on the topic is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
+only the newest command counts. What the robot does goes through its driver, with the safety layer in between; a robot
+without a wire is told directly.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Protocol
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Int32
+
+from telepresence.sim.simulated_robot import Controls, Movement
+
+PERIOD = 0.1
+"""A driver is told again this often [s]; it gives up after 0.5 s of silence."""
+LEAST_PERIOD = 0.02
+"""However often commands change, a driver is told at most every so often [s]."""
+ZEROS = 3
+"""So often a driver is told to stop; then others may drive."""
+GRACE = 0.5
+"""The publishers of the topic may be gone so long [s]."""
+
+
+class Mover(Protocol):
+    def move(self, movement: Movement) -> None:
+        """Called every `PERIOD` while the robot moves, and `ZEROS` times with STOP afterwards."""
+
+
+class DriverMover:
+    """Drives through a topic of geometry_msgs/Twist.
+
+    Args:
+        topic: "" when there is no driver: then nothing moves.
+        speed: [m/s].
+    """
+
+    def __init__(self, topic: str, speed: float) -> None:
+        self._speed = speed
+        self._publisher = rospy.Publisher(topic, Twist, queue_size=1) if topic else None
+
+    def move(self, movement: Movement) -> None:
+        if self._publisher is None:
+            rospy.logwarn_throttle(10.0, "movement_command: which driver? Set the parameter ~wires/<robot>/cmd_vel")
+            return
+        twist = Twist()
+        twist.linear.x = {Movement.FORWARD: self._speed, Movement.BACKWARD: -self._speed}.get(movement, 0.0)
+        self._publisher.publish(twist)
+
+
+class DirectMover:
+    """Moves a robot that has no wire."""
+
+    def __init__(self, controls: Controls) -> None:
+        self._controls = controls
+
+    def move(self, movement: Movement) -> None:
+        self._controls.move(movement)
+
+
+class Movements:
+    """Takes movement commands from `topic` and hands them to `mover` on a thread of its own."""
+
+    def __init__(self, topic: str, mover: Mover) -> None:
+        self._mover = mover
+        self._changed = threading.Condition()
+        self._wanted = Movement.STOP
+        self._zeros = 0
+        self.refused = 0
+        """Commands that meant nothing."""
+        self._subscriber = rospy.Subscriber(topic, Int32, self._take, queue_size=1)
+
+    def stop(self) -> bool:
+        """Stop now; whether the robot was moving."""
+        with self._changed:
+            moving = self._wanted is not Movement.STOP
+            self._want(Movement.STOP)
+        return moving
+
+    def run(self, stop: threading.Event) -> None:
+        """Hand commands on until `stop` is set."""
+        heard = time.monotonic()
+        while not stop.is_set():
+            with self._changed:
+                if self._wanted is Movement.STOP and not self._zeros:
+                    self._changed.wait(PERIOD)
+                    heard = time.monotonic()
+                    continue
+                now = time.monotonic()
+                if self._subscriber.get_num_connections():
+                    heard = now
+                elif self._wanted is not Movement.STOP and now - heard > GRACE:
+                    rospy.logwarn("movement_command: whoever told the robot to move is gone; it stops")
+                    self._want(Movement.STOP)
+                movement = self._wanted
+                if movement is Movement.STOP:
+                    self._zeros -= 1
+            try:
+                self._mover.move(movement)
+            except rospy.ROSException:
+                return  # the topic was closed: this node is being shut down
+            stop.wait(LEAST_PERIOD)
+            with self._changed:
+                self._changed.wait_for(lambda movement=movement: self._wanted is not movement, PERIOD - LEAST_PERIOD)
+
+    def _take(self, message: Int32) -> None:
+        with self._changed:
+            try:
+                self._want(Movement(message.data))
+            except ValueError:
+                self.refused += 1
+                self._want(Movement.STOP)
+                meaning = "0 stop, 1 forward, 2 backward"
+                rospy.logwarn_throttle(5.0, f"movement_command {message.data} means nothing, so it stops: {meaning}")
+
+    def _want(self, movement: Movement) -> None:
+        """The lock is held."""
+        if movement is Movement.STOP and self._wanted is not Movement.STOP:
+            self._zeros = ZEROS
+        self._wanted = movement
+        self._changed.notify()

@@ -1,0 +1,99 @@
+"""A world with simulated robots as a ROS node, `robot_control_node`.
+
+Drivers reach every robot through its own wire (NAOqi, REST), as they reach a real one. Beside the wires stands what the
+simulation guide defines, and what only a simulator can tell. For every robot, in its namespace (see `surface.py`):
+
+    robot_camera      sensor_msgs/Image, 640x480 rgb8, 10 Hz, frame robot_camera: through wire and driver
+    movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety layer, driver and wire
+    body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, beside the wire
+    truth             nav_msgs/Odometry, 20 Hz, in the frame world: the same with velocities
+    restart_simulation  std_srvs/Trigger: the whole world back to the start, in place; clients stay connected
+    <screen>/image_raw  sensor_msgs/Image: what the robot shows, such as Pepper's tablet
+
+For the world: overview/image_raw (sensor_msgs/Image, 10 Hz), the place seen by a fixed camera; restart_simulation.
+
+Parameters: ~robots: words `kind[:name[:port]]` separated by blanks. ~scene, ~seed (0), ~address (127.0.0.1),
+            ~viewer (false): open MuJoCo's viewer. ~kinds/<kind>/<setting>: settings of the kind. ~wires/<kind or
+            name>/{namespace, cmd_vel, image, speed}: where the driver of the robot takes commands (geometry_msgs/Twist)
+            and publishes pictures; {name} stands for the robot's name.
+"""
+
+from __future__ import annotations
+
+import logging
+import signal
+from collections.abc import Callable
+
+import rosgraph
+import rospy
+
+from sim_bringup.surface import Wire, WorldSurface
+from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.sim.camera import CamerasFailed
+from telepresence.sim.simulation import RobotWish, Simulation, parse_robots
+from telepresence.sim.viewer import NoDisplay, view
+
+DEFAULT_SCENE = "apartment"
+
+
+def main() -> int:
+    """Any robots, by the parameter ~robots; the exit code."""
+    return run("robot_control_node", read_robots, DEFAULT_SCENE)
+
+
+def read_robots() -> list[RobotWish]:
+    """The robots that the parameters name.
+
+    Raises:
+        ValueError: There are none, or a word that is not `kind[:name[:port]]`.
+    """
+    words = str(rospy.get_param("~robots", "")).split()
+    if not words:
+        raise ValueError("which robots? Set the parameter ~robots, for example to: pepper:anna:9559 robotino:rto3:8080")
+    return parse_robots(words, rospy.get_param("~kinds", {}))
+
+
+def run(name: str, robots: Callable[[], list[RobotWish]], scene: str) -> int:
+    """Run a simulation until the node is shut down.
+
+    Args:
+        name: Of the node, unless roslaunch gives it another.
+        robots: Reads from the parameters who is in the world.
+        scene: Where, unless the parameter ~scene says otherwise.
+    Returns:
+        The exit code.
+    """
+    uri = rosgraph.get_master_uri()
+    if not master_answers(uri, timeout=2.0):
+        raise SystemExit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
+    rospy.init_node(name)
+    signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("the terminal was closed"))
+    logging.getLogger("OpenGL").setLevel(logging.WARNING)
+    try:
+        wishes = robots()
+        simulation = Simulation(
+            wishes,
+            str(rospy.get_param("~scene", scene)),
+            int(rospy.get_param("~seed", 0)),
+            str(rospy.get_param("~address", "127.0.0.1")),
+        )
+    except (OSError, CamerasFailed, ValueError) as error:
+        rospy.logfatal("%s", error)
+        return 1
+    with simulation:
+        MasterWatch(rospy).start()
+        for robot, simulated in simulation.robots.items():
+            for url in simulated.urls:
+                rospy.loginfo("simulated %s listens on %s", robot, url)
+        settings = rospy.get_param("~wires", {})
+        with WorldSurface(simulation, {wish.name: Wire.read(wish, settings) for wish in wishes}) as surface:
+            if rospy.get_param("~viewer", False):
+                try:
+                    view(simulation.world, surface.stop)
+                except NoDisplay as error:
+                    rospy.logerr("%s", error)
+            while not surface.stop.wait(1.0):
+                if not simulation.world.running:
+                    rospy.logfatal("the simulated world has stopped")
+                    return 1
+    return 0
