@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = {
-    "/pepper_sim",
+    "/robot_control_node",
     "/pepper_publisher",
     "/naoqi_driver",
     "/pepper_robot/pepper_sonar",
