@@ -18,6 +18,7 @@ from telepresence import processes
 BENCHMARKS = {
     "sim": "steps per second and real-time factor with servers, sensors and two cameras",
     "camera": "pictures through the wire: rate, freshness, cost",
+    "video": "the robot's camera to the pilot's screen: age when painted, rate",
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
     "teleop": "key press in a terminal to ALMotion's setpoint",
     "startup": "./stack up to the first picture in the window",
