@@ -69,7 +69,9 @@ def _add_leg(spec: mujoco.MjSpec, leg: str, hip: np.ndarray, side: float) -> Non
     _add_joint(spec, thigh, leg + "_hip", [0, 1, 0], LIMITS["hip"])
     thigh.add_geom(type=capsule, fromto=[0, 0, 0, 0, 0, -THIGH], size=[0.017, 0, 0])
     thigh.add_geom(type=cylinder, fromto=[0, -0.014, 0, 0, 0.014, 0], size=[0.027, 0, 0])
-    thigh.add_geom(type=cylinder, fromto=[0, side * 0.013, 0, 0, side * 0.0165, 0], size=[0.015, 0, 0], material="accent")
+    thigh.add_geom(
+        type=cylinder, fromto=[0, side * 0.013, 0, 0, side * 0.0165, 0], size=[0.015, 0, 0], material="accent"
+    )
     thigh.add_geom(type=box, pos=[-0.012, 0, -0.5 * THIGH], size=[0.009, 0.010, 0.030], material="dark")
 
     shank = thigh.add_body(name=leg + "_shank", pos=[0, 0, -THIGH], mass=0.10, inertia=[1.6e-4, 1.6e-4, 2e-5])

@@ -1,9 +1,9 @@
 """The gait: a phase that runs, four feet that take turns by it. Pure; time and attitude are arguments.
 
-A foot on the ground moves backward under the trunk as fast as the trunk is to move forward; a foot in the air swings from
-where it left the ground to where the middle of its next time on the ground will be under its hip. So starting, turning,
-changing direction and stopping in mid-step need no special poses: `freeze` leaves the feet that stand where they are and
-puts the others straight down.
+A foot on the ground moves backward under the trunk as fast as the trunk is to move forward; a foot in the air swings
+from where it left the ground to where the middle of its next time on the ground will be under its hip. So starting,
+turning, changing direction and stopping in mid-step need no special poses: `freeze` leaves the feet that stand where
+they are and puts the others straight down.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ class GaitController:
         over_ground = self._ground_velocity()
         self.feet[~lifted, :2] -= over_ground[~lifted] * dt
         target = STANCE[:, :2] + 0.5 * gait.duty / gait.frequency * over_ground
-        self.feet[lifted, :2] = _swing(self._from, target, -over_ground * (1.0 - gait.duty) / gait.frequency, swing)[lifted]
+        run = -over_ground * (1.0 - gait.duty) / gait.frequency
+        self.feet[lifted, :2] = _swing(self._from, target, run, swing)[lifted]
         offset = np.clip(self.feet[:, :2] - STANCE[:, :2], -FARTHEST, FARTHEST)
         self.feet[:, :2] = STANCE[:, :2] + offset
         self.feet[:, 2] = STANCE[:, 2] + np.where(lifted, gait.lift * np.sin(math.pi * swing) ** 2, 0.0)

@@ -17,8 +17,10 @@ from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.walker.body import PREFIX, joint_names, standing_angles
 from telepresence.sim.walker.gait import GAITS, TROT, GaitController
 from telepresence.sim.walker.kinematics import FOOT_RADIUS, LEGS, feet_at, joint_angles
-from telepresence.sim.world import TICK, World
+from telepresence.sim.world import World
 
+CYCLE = 0.01
+"""Period of sensing and control [s]."""
 WATCHDOG = 0.5
 """Silence after which the robot freezes [s]."""
 FALLEN_TILT = math.radians(45.0)
@@ -120,7 +122,7 @@ class Walker:
         self._gait = GaitController()
         self.choose_gait(gait)
         world.on_reset(self._reset)
-        world.every(TICK, self._tick)
+        world.every(CYCLE, self._cycle)
         world.reset()
 
     # --- what can be told --------------------------------------------------------------------------------------------
@@ -178,7 +180,7 @@ class Walker:
     # --- what can be read --------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
-        """The sensors after the last tick."""
+        """The sensors after the last control cycle."""
         with self.world.locked() as data:
             return Snapshot(
                 time=self.world.time,
@@ -220,7 +222,7 @@ class Walker:
         self._heading: float | None = None
         self._last_places: np.ndarray | None = None
 
-    def _tick(self, now: float) -> None:
+    def _cycle(self, now: float) -> None:
         with self.world.locked() as data:
             self._feel(data)
             if self._fallen:
@@ -228,7 +230,7 @@ class Walker:
             if 1.0 - math.cos(self._tilt[0]) * math.cos(self._tilt[1]) > 1.0 - math.cos(FALLEN_TILT):
                 self._fall(data)
                 return
-            feet = self._gait.step(self._command(now), TICK, self._tilt)
+            feet = self._gait.step(self._command(now), CYCLE, self._tilt)
             data.ctrl[self._servos] = joint_angles(feet).ravel() + self._zero_error
 
     def _command(self, now: float) -> np.ndarray:
@@ -253,7 +255,7 @@ class Walker:
         """Inertial sensor and leg odometry."""
         roll, pitch, yaw = _roll_pitch_yaw(*data.qpos[self._pose][3:].tolist())
         noise = self._rng.standard_normal(2)
-        self._since_reset += TICK
+        self._since_reset += CYCLE
         self._tilt = (
             roll + float(self._tilt_bias[0] + TILT_NOISE * noise[0]),
             pitch + float(self._tilt_bias[1] + TILT_NOISE * noise[1]),
@@ -279,11 +281,11 @@ class Walker:
         ox, oy, _ = self._odometry
         self._odometry = (ox + c * dx - s * dy, oy + s * dx + c * dy, self._yaw)
         vx, vy, wz = self._velocity
-        blend = 0.05  # of a new reading: a step's jerks are no motion of the robot
+        blend = 0.1  # of a new reading: a step's jerks are no motion of the robot
         self._velocity = (
-            vx + blend * (dx / TICK - vx),
-            vy + blend * (dy / TICK - vy),
-            wz + blend * (turned / TICK - wz),
+            vx + blend * (dx / CYCLE - vx),
+            vy + blend * (dy / CYCLE - vy),
+            wz + blend * (turned / CYCLE - wz),
         )
 
     def _fall(self, data: mujoco.MjData) -> None:
