@@ -12,7 +12,7 @@ EXTRAS = {
     "sim": ["mujoco-core[rendering]==4.0.0", "qi==3.1.5"],
     # gevent serves endless MJPEG responses without a thread per viewer; flask holds the pages.
     # aiortc: WebRTC in pure Python, on the robot too.
-    "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0"],
+    "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0", "aiohttp==3.14.5"],
     "gui": ["PyQt5==5.15.11"],
     "dev": ["pytest==9.0.1", "ruff==0.14.5", "hypothesis==6.148.1", "websockets==15.0.1"],
 }

@@ -59,7 +59,7 @@ PROFILES = {
         cmd_vel="safe_cmd_vel",
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-        incoming=(_picture("image_raw"),),
+        incoming=(_picture("img_raw"),),
         outgoing=(Outgoing("drive", "safe_cmd_vel", "geometry_msgs/Twist", _fill_twist),),
         services=(Offered("restart_simulation", "restart_simulation"),),
     ),

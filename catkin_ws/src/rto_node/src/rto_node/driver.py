@@ -9,7 +9,8 @@ Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points,
             (sensor_msgs/BatteryState); drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
             "robot unreachable: <why>"; /diagnostics.
 Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
-            rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors.
+            rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors; ~drive (true): false leaves the wheels to the
+            drive server on the robot (rto_drive_link), and cmd_vel unheard.
 Stamps are the ROS time at which the reading arrived: the robot's carry none.
 """
 
@@ -39,6 +40,7 @@ STATE_PERIOD = 0.5
 INPUTS_EVERY, POWER_EVERY = 5, 20
 """Cycles of the sensors per reading of inputs, and of power."""
 OUTPUTS = 8
+DRIVEN_ELSEWHERE = "stopped here: the drive server on the robot drives"
 
 
 class Driver:
@@ -72,7 +74,9 @@ class Driver:
                 ("battery", BatteryState),
             )
         }
-        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        self._drives = bool(rospy.get_param("~drive", True))
+        if self._drives:
+            rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
 
     def run(self) -> int:
@@ -107,8 +111,10 @@ class Driver:
                 velocity = decision.velocity
                 reached = self._commands.ask(lambda client, velocity=velocity: client.drive(*velocity))
             problem = self._sensors.problem if reached else self._commands.problem
-            self._tell(sent_at, f"robot unreachable: {problem}" if problem else decision.reason)
-        self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
+            reason = decision.reason if self._drives else DRIVEN_ELSEWHERE
+            self._tell(sent_at, f"robot unreachable: {problem}" if problem else reason)
+        if self._drives:
+            self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
         self._commands.client.close()
 
     def _send_outputs(self) -> None:

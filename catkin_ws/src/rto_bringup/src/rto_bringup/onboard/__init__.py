@@ -1,0 +1,7 @@
+"""What runs on the robot, beside its own web server: the drive server and the camera sender. No ROS.
+
+    python -m rto_bringup.onboard drive     velocities by UDP, gated by the robot's own sensors; needs only NumPy
+    python -m rto_bringup.onboard camera    pictures by WebRTC; needs aiortc and aiohttp
+
+Two processes, so that encoding pictures never holds up the wheels.
+"""

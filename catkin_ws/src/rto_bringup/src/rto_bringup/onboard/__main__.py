@@ -1,0 +1,111 @@
+"""Command line of what runs on the robot: `python -m rto_bringup.onboard drive|camera`. Until SIGINT or SIGTERM.
+
+The two roles are imported only when asked for: the drive server runs where aiortc is not installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import logging
+import signal
+import sys
+from collections.abc import Sequence
+
+DRIVE_PORT, CAMERA_PORT = 8082, 8083
+ROBOT = "127.0.0.1"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one of the two programs; the exit status."""
+    options = parse(sys.argv[1:] if arguments is None else arguments)
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s")
+    logging.getLogger("aioice").setLevel(logging.WARNING)
+    try:
+        return options.run(options)
+    except (OSError, ValueError) as error:
+        print(f"onboard {options.role}: {error}", file=sys.stderr)
+        return 1
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m rto_bringup.onboard", description="What runs on the robot.")
+    roles = parser.add_subparsers(dest="role", required=True)
+    drive = roles.add_parser("drive", help="takes velocities by UDP, gates them with the robot's own sensors")
+    camera = roles.add_parser("camera", help="sends the camera's pictures by WebRTC")
+    for role, port, run in ((drive, DRIVE_PORT, run_drive), (camera, CAMERA_PORT, run_camera)):
+        role.add_argument(
+            "--address", default="127.0.0.1",
+            help="where to listen: this robot's address in the pilot's network, 0.0.0.0 for all (default: %(default)s, "
+                 "which only this machine reaches)",
+        )  # fmt: skip
+        role.add_argument("--port", type=int, default=port, help="0 takes a free one (default: %(default)s)")
+        role.set_defaults(run=run)
+    drive.add_argument("--robot", default=ROBOT, help="the robot's own web server (default: %(default)s)")
+    drive.add_argument("--laser", action="store_true", help="the robot carries a laser scanner: gate with it too")
+    camera.add_argument(
+        "--source", default=ROBOT,
+        help="the robot's web server, whose /cam0 is asked; a device such as /dev/video0; or test (default: "
+             "%(default)s)",
+    )  # fmt: skip
+    camera.add_argument("--rate", type=float, default=30.0, help="pictures per second, at most (default: %(default)s)")
+    camera.add_argument("--size", default="640x480", type=_size, help="of a device's pictures (default: 640x480)")
+    camera.add_argument(
+        "--copy-paste", action="store_true", help="print the offer and read the answer, instead of serving by HTTP"
+    )
+    camera.add_argument("--time", action="store_true", help="copy and paste: draw the time into the pictures")
+    return parser.parse_args(arguments)
+
+
+def run_drive(options: argparse.Namespace) -> int:
+    from rto_bringup.onboard.drive_server import DriveServer
+
+    with DriveServer(options.robot, options.address, options.port, laser=options.laser) as server:
+        print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: server.stop())
+        return server.run()
+
+
+def run_camera(options: argparse.Namespace) -> int:
+    from rto_bringup.onboard.picture_sources import open_source
+
+    source = open_source(options.source, options.rate, options.size)
+    try:
+        return asyncio.run(_send_pictures(options, source))
+    finally:
+        source.close()
+
+
+async def _send_pictures(options: argparse.Namespace, source) -> int:
+    from aiortc.contrib.signaling import CopyAndPasteSignaling
+
+    from rto_bringup.onboard.camera_server import CameraServer, serve
+
+    server = CameraServer(source)
+    if options.copy_paste:
+        work = asyncio.ensure_future(server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.time))
+    else:
+        work = asyncio.ensure_future(serve(server, options.address, options.port, _announce))
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, work.cancel)
+    with contextlib.suppress(asyncio.CancelledError):
+        await work
+    return 0
+
+
+def _announce(url: str) -> None:
+    print(f"camera sender listens on {url}", flush=True)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit() and 80 <= int(width) <= 4096 and 80 <= int(height) <= 4096):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 640x480")
+    return int(width), int(height)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,226 @@
+"""The camera sender: the robot's pictures by WebRTC, video VP8, to a few receivers. Signaling needs no hands:
+
+    POST /camera[?time=1]   body: an offer, application/sdp    201, body: the answer, Location: /camera/NUMBER
+    DELETE /camera/NUMBER   200: the receiver has left
+    GET /camera             200, JSON: {"receivers": n, "problem": why there is no picture, or ""}
+
+That is WHEP (draft-ietf-wish-whep), so players that speak it work too. With time=1 the time at which a picture was
+taken is drawn into it. Candidates are offered on the one address that the offer came to; nobody's server is asked for
+ours.
+
+By copy and paste, as the Robotino guide has it: this side prints the offer as one line of JSON and reads the answer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import datetime
+import ipaddress
+import itertools
+import logging
+from collections.abc import Callable
+
+from aiohttp import web
+from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc.contrib.signaling import BYE, CopyAndPasteSignaling
+
+from rto_bringup.onboard.picture_sources import PictureSource
+from telepresence.webrtc import NewestPictureTrack, on_address, peer_connection
+
+log = logging.getLogger(__name__)
+
+MAX_RECEIVERS = 3
+"""Each costs an encoder of its own: a fifth of a core at 640x480, 30 pictures/s."""
+MAX_OFFER = 64 * 1024
+"""Bytes."""
+SILENT_RECEIVER = 6.0
+"""Seconds without a report (RTCP, about one a second) after which a receiver counts as gone; aiortc takes 28 s."""
+SDP = "application/sdp"
+
+
+class CameraServer:
+    """One camera, several receivers. All of it belongs to one event loop.
+
+    Args:
+        source: Closed by its owner.
+    """
+
+    def __init__(self, source: PictureSource) -> None:
+        self._source = source
+        self._receivers: dict[int, tuple[RTCPeerConnection, asyncio.Task]] = {}
+        self._numbers = itertools.count(1)
+
+    def application(self) -> web.Application:
+        """To be served by aiohttp; ends all connections when it is shut down."""
+        application = web.Application(client_max_size=MAX_OFFER)
+        application.add_routes(
+            [
+                web.post("/camera", self._offer),
+                web.delete(r"/camera/{number:\d{1,9}}", self._delete),
+                web.get("/camera", self._tell),
+            ]
+        )
+        application.on_shutdown.append(lambda _: self.close())
+        return application
+
+    async def close(self) -> None:
+        """End every connection; receivers learn it at once."""
+        await asyncio.gather(*(self._end(number, "the sender ends") for number in list(self._receivers)))
+
+    async def answer(self, offer: str, address: str | None, with_time: bool = False) -> tuple[int, str]:
+        """Begin to send; the receiver's number and the answer's SDP.
+
+        Args:
+            offer: SDP of a receiver.
+            address: Of this machine, where the receiver is to find us; None for all.
+            with_time: Draw the time into the pictures.
+        Raises:
+            ValueError: It is not an offer to receive video.
+        """
+        peer = peer_connection()
+        number = self._add(peer)
+        try:
+            with on_address(address):
+                await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+                videos = [each for each in peer.getTransceivers() if each.kind == "video"]
+                if not videos:
+                    raise ValueError("the offer asks for no video")
+                peer.addTrack(NewestPictureTrack(self._source.image, with_time))
+                await peer.setLocalDescription(await peer.createAnswer())
+        except BaseException as error:
+            await self._end(number, "the offer is refused")
+            if isinstance(error, Exception) and not isinstance(error, ValueError):
+                # aiortc parses with asserts and indices; whatever it stumbles over is the offer's fault.
+                raise ValueError(f"the offer cannot be understood: {error!r}") from error
+            raise
+        return number, peer.localDescription.sdp
+
+    async def send_by_copy_and_paste(self, signaling: CopyAndPasteSignaling, with_time: bool = False) -> None:
+        """Offer, read the answer, and send until the receiver says goodbye or is lost.
+
+        Raises:
+            ValueError: What was pasted is not an answer.
+        """
+        peer = peer_connection()
+        number = self._add(peer)
+        peer.addTrack(NewestPictureTrack(self._source.image, with_time))
+        await signaling.connect()
+        try:
+            await peer.setLocalDescription(await peer.createOffer())
+            await signaling.send(peer.localDescription)
+            answer = await signaling.receive()
+            if not isinstance(answer, RTCSessionDescription) or answer.type != "answer":
+                raise ValueError("this is not the answer that the receiver printed")
+            await peer.setRemoteDescription(answer)
+            goodbye = asyncio.ensure_future(_hear_goodbye(signaling))
+            try:
+                await asyncio.wait({goodbye, self._receivers[number][1]}, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                goodbye.cancel()
+        finally:
+            await self._end(number, "the exchange is over")
+            await signaling.close()
+
+    # --- HTTP --------------------------------------------------------------------------------------------------------
+
+    async def _offer(self, request: web.Request) -> web.Response:
+        if request.content_type != SDP:
+            raise web.HTTPUnsupportedMediaType(text=f"an offer is sent as {SDP}, not as {request.content_type}\n")
+        if len(self._receivers) >= MAX_RECEIVERS:
+            raise web.HTTPServiceUnavailable(text=f"{MAX_RECEIVERS} receivers are connected, which is the limit\n")
+        try:
+            offer = (await request.read()).decode()
+            number, answer = await self.answer(offer, _local_address(request), request.query.get("time") == "1")
+        except ValueError as error:
+            raise web.HTTPBadRequest(text=f"{error}\n") from None
+        return web.Response(
+            status=201, body=answer.encode(), content_type=SDP, headers={"Location": f"/camera/{number}"}
+        )
+
+    async def _delete(self, request: web.Request) -> web.Response:
+        number = int(request.match_info["number"])
+        if number not in self._receivers:
+            raise web.HTTPNotFound(text=f"there is no receiver {number}\n")
+        await self._end(number, "it has left")
+        return web.Response()
+
+    async def _tell(self, _request: web.Request) -> web.Response:
+        return web.json_response({"receivers": len(self._receivers), "problem": self._source.problem})
+
+    # --- receivers ---------------------------------------------------------------------------------------------------
+
+    def _add(self, peer: RTCPeerConnection) -> int:
+        number = next(self._numbers)
+        self._source.watch()
+        self._receivers[number] = peer, asyncio.ensure_future(self._supervise(number, peer))
+        return number
+
+    async def _supervise(self, number: int, peer: RTCPeerConnection) -> None:
+        """Ends a receiver that reports no more, long before aiortc notices."""
+        loop = asyncio.get_running_loop()
+        heard, last = loop.time(), None
+        while peer.connectionState not in ("closed", "failed") and loop.time() - heard < SILENT_RECEIVER:
+            await asyncio.sleep(1.0)
+            newest = await _newest_report(peer)
+            if newest != last:
+                heard, last = loop.time(), newest
+        await self._end(number, "it is silent")
+
+    async def _end(self, number: int, reason: str) -> None:
+        peer, supervisor = self._receivers.pop(number, (None, None))
+        if peer is None:
+            return
+        if supervisor is not asyncio.current_task():
+            supervisor.cancel()
+        self._source.leave()
+        for sender in peer.getSenders():
+            if sender.track is not None:
+                sender.track.stop()
+        await peer.close()
+        log.info("receiver %d ended: %s", number, reason)
+
+
+async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
+    """When the receiver last reported."""
+    report = await peer.getStats()
+    return max((each.timestamp for each in report.values() if each.type == "remote-inbound-rtp"), default=None)
+
+
+async def _hear_goodbye(signaling: CopyAndPasteSignaling) -> None:
+    with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
+        while await signaling.receive() is not BYE:
+            pass
+        return
+    await asyncio.Event().wait()
+
+
+def _local_address(request: web.Request) -> str | None:
+    """Of this machine, where the request came in."""
+    name = request.transport.get_extra_info("sockname") if request.transport else None
+    if not name:
+        return None
+    address = ipaddress.ip_address(name[0].partition("%")[0])
+    mapped = getattr(address, "ipv4_mapped", None)
+    return str(mapped or address)
+
+
+async def serve(server: CameraServer, address: str, port: int, ready: Callable[[str], None]) -> None:
+    """Answer offers until cancelled; then end every connection.
+
+    Args:
+        address: Of one interface; "0.0.0.0" for all.
+        port: 0 takes a free one.
+        ready: Told the URL.
+    Raises:
+        OSError: The port is taken or the address is not this machine's.
+    """
+    runner = web.AppRunner(server.application(), access_log=None, shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, address, port)
+        await site.start()
+        ready("http://{}:{}".format(*runner.addresses[0][:2]))
+        await asyncio.Event().wait()
+    finally:
+        await runner.cleanup()

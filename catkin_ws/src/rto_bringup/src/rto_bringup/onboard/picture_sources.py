@@ -1,0 +1,206 @@
+"""Where the robot's pictures come from: its web server's /cam0, a V4L2 device, or a test picture.
+
+A source works on a thread of its own while somebody watches, keeps the newest picture only, and tries again when the
+camera is lost.
+"""
+
+from __future__ import annotations
+
+import http.client
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import av
+import numpy as np
+from rto_node.client import RobotinoClient, RobotinoError
+
+from telepresence.images import LatestImage
+from telepresence.webrtc import planes_of
+
+log = logging.getLogger(__name__)
+
+SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.5, 5.0
+"""Seconds until a lost camera is tried again."""
+NO_NEWS_PERIOD = 0.01
+"""Seconds until /cam0 is asked again when it has no new picture."""
+
+Pictures = Iterator[np.ndarray]
+"""Planes of yuv420p, shape (height * 3 / 2, width) uint8, each as soon as it was taken."""
+
+
+class CameraLost(RuntimeError):
+    """The camera gives no picture; the text says why and what to do."""
+
+
+class PictureSource:
+    """The newest picture of a camera, taken while anybody watches.
+
+    Args:
+        name: For the log.
+        open_camera: Gives its pictures; raises CameraLost. Its `close` lets the camera go.
+    """
+
+    def __init__(self, name: str, open_camera: Callable[[], Pictures]) -> None:
+        self.image = LatestImage()
+        self.problem = ""
+        """Why there is no picture; empty while there is one."""
+        self._name = name
+        self._open = open_camera
+        self._watchers = 0
+        self._changed = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+        self._thread.start()
+
+    def watch(self) -> None:
+        """One more watcher: the camera is opened for the first."""
+        with self._changed:
+            self._watchers += 1
+            self._changed.notify()
+
+    def leave(self) -> None:
+        """One watcher less: the camera is let go after the last."""
+        with self._changed:
+            self._watchers -= 1
+
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=3.0)
+
+    @property
+    def _wanted(self) -> bool:
+        return self._watchers > 0 and not self._closed
+
+    def _run(self) -> None:
+        back_off = SHORTEST_BACK_OFF
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._wanted or self._closed)
+                if self._closed:
+                    return
+            try:
+                self._take()
+                back_off = SHORTEST_BACK_OFF
+                continue
+            except CameraLost as error:
+                self._complain(str(error))
+            except Exception as error:
+                log.exception("%s failed", self._name)
+                self.problem = repr(error)
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed, back_off)
+            back_off = min(LONGEST_BACK_OFF, 2.0 * back_off)
+
+    def _take(self) -> None:
+        pictures = self._open()
+        try:
+            for planes in pictures:
+                if not self._wanted:
+                    return
+                if self.problem:
+                    log.info("%s gives pictures again", self._name)
+                self.problem = ""
+                self.image.put(planes)
+        finally:
+            pictures.close()
+
+    def _complain(self, problem: str) -> None:
+        if problem != self.problem:
+            log.error("%s: %s; trying again", self._name, problem)
+        self.problem = problem
+
+
+def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
+    """The source that a person names on the command line.
+
+    Args:
+        text: "test", the address of the robot's web server (host, host:port, http://host:port), or a device (/dev/...).
+        rate: Pictures per second, at most.
+        size: (width, height) [pixel]; a robot's web server has its own.
+    Raises:
+        ValueError: The rate is none, or the address is.
+    """
+    if not (math.isfinite(rate) and 0.0 < rate <= 120.0):
+        raise ValueError(f"a camera rate of {rate} is none; wanted is a number of pictures per second up to 120")
+    if text == "test":
+        return PictureSource("test picture", lambda: test_pictures(rate, size))
+    if text.startswith("/"):
+        return PictureSource(text, lambda: device_pictures(text, rate, size))
+    RobotinoClient(text)  # raises on a bad address
+    return PictureSource(f"the camera of {text}", lambda: web_pictures(text, rate))
+
+
+def web_pictures(address: str, rate: float) -> Pictures:
+    """From /cam0 of the robot's web server, which answers 500 while its camera wakes up or has no newer picture."""
+    client = RobotinoClient(address, timeout=2.0)
+    decoder = av.CodecContext.create("mjpeg", "r")
+    due = time.monotonic()
+    try:
+        while True:
+            try:
+                data = client.picture()
+            except (RobotinoError, http.client.HTTPException) as error:
+                raise CameraLost(str(error)) from None
+            if not data:
+                time.sleep(NO_NEWS_PERIOD)
+                continue
+            yield planes_of(_decode(decoder, data))
+            due = max(due + 1.0 / rate, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+    finally:
+        client.close()
+
+
+def _decode(decoder: av.CodecContext, jpeg: bytes) -> av.VideoFrame:
+    try:
+        frames = decoder.decode(av.Packet(jpeg))
+    except av.FFmpegError as error:
+        raise CameraLost(f"a picture is not a JPEG: {error}") from None
+    if not frames:
+        raise CameraLost(f"{len(jpeg)} bytes are not a whole JPEG")
+    return frames[0]
+
+
+def device_pictures(path: str, rate: float, size: tuple[int, int]) -> Pictures:
+    """From a camera of Video4Linux: /dev/video0, say."""
+    options = {"video_size": f"{size[0]}x{size[1]}", "framerate": f"{rate:g}"}
+    try:
+        container = av.open(path, format="v4l2", options=options, timeout=(5.0, 2.0))
+    except (av.FFmpegError, OSError) as error:
+        raise CameraLost(
+            f"{path} does not open: {error}. Is it plugged in and nobody else's? Robotino's own camera program lets "
+            "it go ten seconds after the last question for /cam0"
+        ) from None
+    with container:
+        try:
+            for frame in container.decode(video=0):
+                yield planes_of(frame)
+        except (av.FFmpegError, OSError) as error:
+            raise CameraLost(f"{path} was lost: {error}") from None
+    raise CameraLost(f"{path} gives no more pictures")
+
+
+def test_pictures(rate: float, size: tuple[int, int]) -> Pictures:
+    """A ball that rolls over a slowly moving pattern: for links and clocks, not for people."""
+    width, height = size
+    columns = np.arange(width + 256, dtype=np.float32)
+    rows = np.arange(height, dtype=np.float32)[:, None]
+    pattern = 120 + 50 * np.sin(columns / 19) * np.cos(rows / 23) + 30 * np.sin((columns + rows) / 41)
+    pattern = (pattern + np.random.default_rng(0).normal(0, 6, pattern.shape)).clip(16, 235).astype(np.uint8)
+    y, x = np.ogrid[:height, :width]
+    begin = due = time.monotonic()
+    while True:
+        elapsed = time.monotonic() - begin
+        shift = int(elapsed * 40) % 256
+        planes = np.full((height * 3 // 2, width), 128, np.uint8)
+        planes[:height] = pattern[:, shift : shift + width]
+        across, up = (0.5 + 0.4 * math.sin(elapsed)) * width, (0.4 + 0.2 * math.cos(1.7 * elapsed)) * height
+        planes[:height][(x - across) ** 2 + (y - up) ** 2 < (height / 8) ** 2] = 235
+        yield planes
+        due = max(due + 1.0 / rate, time.monotonic())
+        time.sleep(max(0.0, due - time.monotonic()))

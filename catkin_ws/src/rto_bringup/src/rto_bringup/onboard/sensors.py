@@ -1,0 +1,115 @@
+"""The robot's sensors, read from its own web server 20 times a second, on a thread of its own."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rto_node.client import RobotinoClient, RobotinoError, Scan
+
+from telepresence.safety import UNKNOWN
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.05
+SCAN_EVERY = 2
+"""Cycles per question for the laser's scan."""
+TIMEOUT = 0.3
+REMINDER = 30.0
+"""Seconds after which a web server that still does not answer is named again."""
+LASER_MOUNT = 0.08
+"""Ahead of the middle [m]: URDF of rto_description."""
+SECTORS = 72
+
+
+class Reading(NamedTuple):
+    """What one cycle read; `stamp` is when it was asked for [s]. `scan` is None in cycles without a new one."""
+
+    stamp: float
+    distances: tuple[float, ...]
+    bumper: bool
+    pose: tuple[float, float, float]
+    scan: Scan | None
+
+
+class Sensors:
+    """Polls until closed.
+
+    Args:
+        address: Of the robot's web server.
+        laser: Whether to ask for scans.
+        take: Called with every reading, on this thread.
+    Attributes:
+        problem: Why there are no readings; empty while there are.
+    """
+
+    def __init__(self, address: str, laser: bool, take: Callable[[Reading], None]) -> None:
+        self.problem = "the robot's web server has not been asked yet"
+        self._client = RobotinoClient(address, timeout=TIMEOUT)
+        self._laser = laser
+        self._take = take
+        self._last_scan: int | None = None
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="sensors", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        due, cycle, reminder = time.monotonic(), 0, 0.0
+        while not self._stop.wait(max(0.0, due - time.monotonic())):
+            due = max(due + PERIOD, time.monotonic())
+            try:
+                self._take(self._read(cycle % SCAN_EVERY == 0))
+                if self.problem:
+                    log.info("the robot's web server at %s answers", self._client.address)
+                self.problem = ""
+            except RobotinoError as error:
+                if not self.problem or time.monotonic() > reminder:
+                    reminder = time.monotonic() + REMINDER
+                    log.error("%s; trying again", error)
+                self.problem = str(error)
+            cycle += 1
+        self._client.close()
+
+    def _read(self, with_scan: bool) -> Reading:
+        stamp = time.monotonic()
+        distances, bumper, odometry = self._client.distances(), self._client.bumper(), self._client.odometry()
+        scan = self._client.scan() if self._laser and with_scan else None
+        if scan is not None:
+            fresh = scan.seq != self._last_scan
+            self._last_scan = scan.seq
+            scan = scan if fresh else None
+        return Reading(stamp, distances, bumper, (odometry.x, odometry.y, odometry.phi), scan)
+
+
+def ranges_of_sectors(scan: Scan, mount: float = LASER_MOUNT) -> list[float]:
+    """The nearest return in each of 72 directions from the robot's middle, as the gate's laser has it.
+
+    Args:
+        scan: Range 0 is no return (a real robot's scan0).
+        mount: Of the scanner, ahead of the middle [m].
+    Returns:
+        [m], infinity-like (the scanner's reach) where a ray passed and hit nothing, `UNKNOWN` where none looks.
+    """
+    found = [UNKNOWN] * SECTORS
+    for i, distance in enumerate(scan.ranges):
+        bearing = scan.angle_min + i * scan.angle_increment
+        hit = scan.range_min < distance < scan.range_max
+        reach = distance if hit else scan.range_max
+        x, y = mount + reach * math.cos(bearing), reach * math.sin(bearing)
+        sector = round(math.atan2(y, x) / math.tau * SECTORS) % SECTORS
+        away = math.hypot(x, y)
+        if found[sector] == UNKNOWN or away < found[sector]:
+            found[sector] = away
+    return found
+
+

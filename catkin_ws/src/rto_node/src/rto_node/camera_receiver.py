@@ -1,0 +1,134 @@
+"""The node rto_camera_receiver: the robot's camera by WebRTC, from the camera sender that runs on the robot.
+
+Receives while somebody subscribes; the newest picture only, and a lost connection is made anew by itself.
+
+Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~measure and the clocks agree, else with
+            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>";
+            picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
+Parameters: ~sender (127.0.0.1): host, host:port or http://host:port; the port is 8083 unless given; ~frame_id
+            (camera_optical_frame); ~measure (false): ask for pictures that carry the time they were taken, in blocks at
+            their lower edge, and tell their age; ~signaling ("http", or "copy-paste": the offer is read from this
+            terminal and the answer printed, as the Robotino guide has it).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+import av
+import rospy
+from aiortc.contrib.signaling import CopyAndPasteSignaling
+from sensor_msgs.msg import Image
+from std_msgs.msg import Float32, String
+
+from rto_node.ros_node import ERROR, OK, Diagnostics, RosNode
+from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
+from telepresence.images import fill_image_message
+from telepresence.webrtc import release_early
+
+LOOK_PERIOD = 0.1
+"""Seconds between two looks for subscribers while there is no picture."""
+STATE_PERIOD = 0.5
+"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
+SIGNALING = ("http", "copy-paste")
+
+
+class CameraReceiver:
+    def __init__(self) -> None:
+        self._node = RosNode("rto_camera_receiver")
+        self._frame = rospy.get_param("~frame_id", "camera_optical_frame")
+        self._measure = bool(rospy.get_param("~measure", False))
+        self._image = rospy.Publisher("img_raw", Image, queue_size=1)
+        self._state = rospy.Publisher("camera_state", String, queue_size=1, latch=True)
+        self._age = rospy.Publisher("picture_age", Float32, queue_size=1) if self._measure else None
+        self._told, self._told_due = "", 0.0
+        signaling = rospy.get_param("~signaling", SIGNALING[0])
+        if signaling not in SIGNALING:
+            raise SystemExit(f"{rospy.get_name()}: ~signaling is {signaling!r}; it can be {' or '.join(SIGNALING)}")
+        self._by_hand = signaling == "copy-paste"
+        self._camera: WebrtcCamera | None = None
+        if not self._by_hand:
+            try:
+                self._camera = WebrtcCamera(str(rospy.get_param("~sender", "127.0.0.1")), self._measure)
+            except ValueError as error:
+                raise SystemExit(f"{rospy.get_name()}: {error}") from None
+        self._diagnostics = Diagnostics("webrtc camera", self._camera.url if self._camera else "copy and paste")
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._paste if self._by_hand else self._receive)
+
+    def _receive(self) -> None:
+        camera = self._camera
+        sequence, counted_at, counted, due = 0, time.monotonic(), 0, 0.0
+        while not self._node.stop.is_set():
+            watched = self._image.get_num_connections() > 0 or self._measure
+            camera.want(watched)
+            picture = camera.image.wait_newer(sequence, LOOK_PERIOD)
+            if picture is not None:
+                sequence = picture.sequence
+                if self._age is not None and camera.age is not None:
+                    self._age.publish(camera.age)
+                self._publish(picture.pixels, picture.stamp)
+            now = time.monotonic()
+            if now < due:
+                continue
+            due = now + LOOK_PERIOD
+            self._tell(now, "idle" if not watched else f"no picture: {camera.problem}" if camera.problem else "live")
+            level = OK if not (watched and camera.problem) else ERROR
+            rate = (camera.received - counted) / max(1e-3, now - counted_at)
+            message = camera.problem if level == ERROR else f"{rate:.1f} pictures/s" if watched else "nobody looks"
+            if self._diagnostics.report(now, level, message, {"connections made": camera.connections}):
+                counted_at, counted = now, camera.received
+        camera.close()
+
+    def _paste(self) -> None:
+        """One exchange with a person's hands; the node ends with it, as the next one needs them again."""
+
+        def take(frame: av.VideoFrame) -> None:
+            self._publish(frame.to_ndarray(format="bgr24"), time.time())
+            now = time.monotonic()
+            self._tell(now, "live")
+            self._diagnostics.report(now, OK, "pictures come")
+
+        async def exchange() -> None:
+            work = asyncio.ensure_future(receive_by_copy_and_paste(CopyAndPasteSignaling(), take))
+            while not work.done() and not self._node.stop.is_set():
+                await asyncio.wait({work}, timeout=0.2)
+            if work.done():
+                work.result()
+            work.cancel()
+
+        self._tell(time.monotonic(), "no picture: paste the line that the sender printed into this terminal")
+        try:
+            asyncio.run(exchange())
+        except (ValueError, KeyError, AssertionError) as error:  # of JSON, or of aiortc's reading of it
+            raise SystemExit(
+                f"{rospy.get_name()}: the exchange failed: {error}. Start both sides anew and paste whole lines; a "
+                "terminal takes no line longer than 4095 characters"
+            ) from None
+
+    def _publish(self, pixels, stamp: float) -> None:
+        message = fill_image_message(Image(), pixels, "bgr8")
+        message.header.stamp, message.header.frame_id = rospy.Time.from_sec(stamp), self._frame
+        self._image.publish(message)
+
+    def _tell(self, now: float, state: str) -> None:
+        if state == self._told and now < self._told_due:
+            return
+        if state != self._told and state.startswith("no picture"):
+            rospy.logerr(
+                "%s; trying again. Does `rto_bringup.onboard camera` run on the robot? Its own pictures are on %s",
+                state, rospy.resolve_name("image_raw"),
+            )  # fmt: skip
+        elif state != self._told:
+            rospy.loginfo("camera: %s", state)
+        self._told, self._told_due = state, now + STATE_PERIOD
+        self._state.publish(state)
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    release_early()
+    return CameraReceiver().run()

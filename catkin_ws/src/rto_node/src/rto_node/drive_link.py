@@ -1,0 +1,293 @@
+"""DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_wire`). No ROS.
+
+A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and hears what the
+robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import select
+import socket
+import threading
+import time
+from typing import NamedTuple
+
+from rto_node.drive_wire import (
+    DEFAULT_PORT,
+    MAX_DATAGRAM,
+    PERIOD,
+    BadMessage,
+    Report,
+    decode,
+    encode,
+    parse_report,
+)
+
+COMMAND_TIMEOUT = 0.3
+"""Seconds that a velocity holds here: keyboards and windows repeat it every 0.1 s."""
+SILENCE = 0.5
+"""Seconds without a report after which the robot counts as not answering."""
+HELLO_PERIOD = 0.25
+"""Seconds between two greetings while it does not."""
+REQUEST_TIMEOUT = 2.0
+"""Seconds; until then a request without an answer is repeated with every command."""
+
+
+class Done(NamedTuple):
+    """The answer to a request: whether it was done, and a sentence."""
+
+    ok: bool
+    text: str
+
+
+class DriveLink:
+    """Connected from construction until `close`; the thread comes back from every outage.
+
+    Args:
+        address: Host or host:port of the drive server.
+    Attributes:
+        problem: Why the robot does not answer; empty while it does.
+        outages: How often it fell silent.
+    Raises:
+        ValueError: The address is none.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.host, self.port = parse_address(address)
+        self.problem = f"The drive server at {self.host}:{self.port} has not answered yet."
+        self.outages = 0
+        self._lock = threading.Lock()  # guards what the pilot gives and asks
+        self._velocity: tuple[float, float, float] | None = None
+        self._given_at = -math.inf
+        self._careful = False
+        self._requests: dict[int, str] = {}
+        self._answers: dict[int, Done] = {}
+        self._answered = threading.Condition(self._lock)
+        self._number = 0
+        self._report: Report | None = None
+        self._heard_at = -math.inf
+        self._fresh = threading.Event()
+        self._session = ""
+        self._seq = 0
+        self._hint = ""
+        self._socket: socket.socket | None = None
+        self._waker, self._wake = socket.socketpair()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="drive-link", daemon=True)
+        self._thread.start()
+
+    def drive(self, vx: float, vy: float, wz: float, careful: bool = False) -> None:
+        """The pilot wishes this velocity now [m/s, m/s, rad/s].
+
+        Raises:
+            ValueError: A value is not finite; the robot is told that the pilot wishes nothing.
+        """
+        finite = all(map(math.isfinite, (vx, vy, wz)))
+        with self._lock:
+            changed = self._velocity != (vx, vy, wz)
+            self._velocity = (vx, vy, wz) if finite else None
+            self._given_at = time.monotonic()
+            self._careful = careful
+        if changed:
+            with contextlib.suppress(OSError):
+                self._waker.send(b"x")
+        if not finite:
+            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+
+    def release(self) -> None:
+        """The pilot wishes nothing any more."""
+        with self._lock:
+            self._velocity = None
+
+    def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
+        """Have the robot do one of `drive_wire.REQUESTS`; waits for the answer, asking again until it comes."""
+        with self._lock:
+            self._number += 1
+            number = self._number
+            self._requests[number] = what
+            came = self._answered.wait_for(lambda: number in self._answers, timeout)
+            del self._requests[number]
+            if came:
+                return self._answers.pop(number)
+        return Done(False, self.problem or f"The robot did not answer within {timeout:g} s.")
+
+    def report(self) -> tuple[Report | None, float]:
+        """The newest report and its age [s]; None before the first."""
+        with self._lock:
+            return self._report, time.monotonic() - self._heard_at
+
+    def wait_report(self, timeout: float) -> bool:
+        """Wait for a report that was not waited for yet; False if none came."""
+        came = self._fresh.wait(timeout)
+        self._fresh.clear()
+        return came
+
+    def close(self) -> None:
+        """Tell the robot that the pilot leaves, once, and end."""
+        self._stop.set()
+        with contextlib.suppress(OSError):
+            self._waker.send(b"x")
+        self._thread.join(timeout=2.0)
+        self._waker.close()
+        self._wake.close()
+
+    # --- the thread --------------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        due = hello_due = 0.0
+        while not self._stop.is_set():
+            now = time.monotonic()
+            self._judge(now)
+            if now >= due:
+                due = now + PERIOD
+                if self._session:
+                    self._send_drive(now)
+                    self._send_requests()
+                if (not self._session or self.problem) and now >= hello_due:
+                    hello_due = now + HELLO_PERIOD
+                    self._open()
+                    self._send(encode(type="hello"))
+            sockets = [each for each in (self._socket, self._wake) if each is not None]
+            ready, _, _ = select.select(sockets, [], [], max(0.0, due - time.monotonic()))
+            if self._wake in ready:
+                self._wake.recv(64)
+                due = 0.0  # something new must not wait for its turn
+            if self._socket in ready:
+                self._receive()
+        self._velocity = None
+        if self._session:
+            self._send_drive(time.monotonic())
+            self._send(encode(type="ask", session=self._session, id=0, what="leave"))
+        if self._socket is not None:
+            self._socket.close()
+
+    def _judge(self, now: float) -> None:
+        silent = now - self._heard_at
+        if silent <= SILENCE:
+            self.problem = ""
+            return
+        if not self.problem:
+            self.outages += 1
+        lasting = f" for {silent:.1f} s" if math.isfinite(silent) else ""
+        hint = self._hint or "is it running, and is the network there?"
+        self.problem = f"The drive server at {self.host}:{self.port} does not answer{lasting}: {hint}"
+
+    def _open(self) -> None:
+        """A socket of the route as it is now: networks come back with other addresses."""
+        if self._socket is not None and self._session and time.monotonic() - self._heard_at < 2.0:
+            return
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+        self._session = ""
+        try:
+            family, kind, _, _, target = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[0]
+            opened = socket.socket(family, kind)
+        except OSError as error:
+            self._hint = (error.strerror or str(error)).lower()
+            return
+        try:
+            opened.setblocking(False)
+            opened.connect(target)
+        except OSError as error:
+            opened.close()
+            self._hint = (error.strerror or str(error)).lower()
+            return
+        self._socket = opened
+
+    def _send_drive(self, now: float) -> None:
+        with self._lock:
+            fresh = now - self._given_at <= COMMAND_TIMEOUT
+            velocity = self._velocity if fresh else None
+            report, heard_at = self._report, self._heard_at
+            after, careful = self._given_at - heard_at, self._careful
+        self._seq += 1
+        if report is None:
+            return
+        self._send(
+            encode(
+                type="drive",
+                session=self._session,
+                seq=self._seq,
+                echo=report.stamp,
+                after=after if math.isfinite(after) else 0.0,
+                velocity=velocity,
+                careful=careful,
+            )
+        )
+
+    def _send_requests(self) -> None:
+        with self._lock:
+            waiting = [(number, what) for number, what in self._requests.items() if number not in self._answers]
+        for number, what in waiting:
+            self._send(encode(type="ask", session=self._session, id=number, what=what))
+
+    def _send(self, datagram: bytes) -> None:
+        if self._socket is None:
+            return
+        try:
+            self._socket.send(datagram)
+        except BlockingIOError:
+            pass  # the network takes nothing now; this one is lost as any may be
+        except OSError as error:
+            self._hint = _cause(error)
+
+    def _receive(self) -> None:
+        while True:
+            try:
+                datagram = self._socket.recv(MAX_DATAGRAM + 1)
+            except BlockingIOError:
+                return
+            except OSError as error:
+                self._hint = _cause(error)
+                return
+            try:
+                self._hear(decode(datagram))
+            except BadMessage as error:
+                self._hint = f"what answers there is no drive server ({error})"
+
+    def _hear(self, fields: dict) -> None:
+        match fields["type"]:
+            case "welcome" if isinstance(fields.get("session"), str):
+                if not self._session:
+                    self._session, self._seq = fields["session"], 0
+                    with self._lock:
+                        self._report = None
+            case "unknown session":
+                self._session = ""
+            case "refused":
+                self._hint = str(fields.get("text"))[:300]
+            case "done":
+                with self._lock:
+                    self._answers[fields.get("id")] = Done(fields.get("ok") is True, str(fields.get("text", "")))
+                    self._answered.notify_all()
+            case "report":
+                report = parse_report(fields)
+                with self._lock:
+                    newer = self._report is None or report.seq > self._report.seq
+                    if newer:
+                        self._report, self._heard_at, self._hint = report, time.monotonic(), ""
+                if newer:
+                    self._fresh.set()
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    """Host and port of `host` or `host:port`.
+
+    Raises:
+        ValueError: It is neither.
+    """
+    host, colon, port = text.strip().rpartition(":") if text.count(":") == 1 else (text.strip(), "", "")
+    if not host or any(letter.isspace() or letter == "/" for letter in host):
+        raise ValueError(f"not the address of a drive server: {text!r}; wanted is host or host:port")
+    if colon and not (port.isdigit() and 0 < int(port) < 65536):
+        raise ValueError(f"{port!r} is not a port, in {text!r}")
+    return host.strip("[]"), int(port) if colon else DEFAULT_PORT
+
+
+def _cause(error: OSError) -> str:
+    if isinstance(error, ConnectionRefusedError):
+        return "no program listens there; start `rto_bringup.onboard drive` on the robot"
+    return (error.strerror or str(error)).lower()

@@ -1,0 +1,125 @@
+"""The node rto_drive_link: velocities to the drive server that runs on the robot, which gates them there.
+
+It stands where safe_omni_drive stands when the safety layer runs on the pilot's side, with the same names, but what is
+let through goes to the wheels on the robot itself: a cut network cannot come between the gate and the brakes.
+
+Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
+Publishes:  safety (telepresence_1/SafetyState), with every report of the robot, 20 Hz; safety_state (std_msgs/String,
+            latched): "<state>: <reason>"; /diagnostics.
+Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
+Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given; ~careful (false): swing the body so that the
+            infrared beams see everything.
+"""
+
+from __future__ import annotations
+
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+from telepresence_1.msg import SafetyState
+
+from rto_node.drive_link import DriveLink
+from rto_node.drive_wire import Report
+from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, RosNode
+
+WAIT = 0.1
+"""Seconds to wait for a report before looking whether the robot still answers."""
+STATE_PERIOD = 0.5
+"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
+SECTORS = 72
+
+
+class DriveLinkNode:
+    def __init__(self) -> None:
+        self._node = RosNode("rto_drive_link", on_master_lost=self._on_master_lost)
+        self._careful = bool(rospy.get_param("~careful", False))
+        self._state, self._state_due = "", 0.0
+        self._refused = 0
+        self._safety = rospy.Publisher("safety", SafetyState, queue_size=1)
+        self._states = rospy.Publisher("safety_state", String, queue_size=1, latch=True)
+        try:
+            self._link = DriveLink(str(rospy.get_param("~server", "127.0.0.1")))
+        except ValueError as error:
+            raise SystemExit(f"{rospy.get_name()}: {error}") from None
+        self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
+        rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        for service in ("stop_drive", "reset_stop", "reset_bumper"):
+            what = "stop" if service == "stop_drive" else service.replace("_", " ")
+            rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._tell)
+
+    def _on_master_lost(self) -> None:
+        # Whoever published our velocities may be gone with it, and nobody can be told to stop.
+        self._link.release()
+
+    def _on_velocity(self, twist: Twist) -> None:
+        if not self._node.master.alive:
+            return
+        try:
+            self._link.drive(twist.linear.x, twist.linear.y, twist.angular.z, self._careful)
+        except ValueError as error:
+            self._refused += 1
+            rospy.logwarn_throttle(5.0, "command refused: %s", error)
+
+    def _ask(self, what: str, _request: TriggerRequest) -> TriggerResponse:
+        done = self._link.ask(what)
+        return TriggerResponse(done.ok, done.text)
+
+    def _tell(self) -> None:
+        while not self._node.stop.is_set():
+            came = self._link.wait_report(WAIT)
+            report, _ = self._link.report()
+            problem, now = self._link.problem, time.monotonic()
+            if problem or report is None:
+                self._safety.publish(_unknown(problem))
+                self._say(f"{SafetyState.FAULT}: {problem}", now)
+            elif came:
+                self._safety.publish(_message(report))
+                self._say(f"{report.state}: {report.reason}", now)
+            level = ERROR if problem else WARN if report.state in ("fault", "sensor stale") else OK
+            values = {"outages": self._link.outages, "refused commands": self._refused}
+            self._diagnostics.report(now, level, problem or self._state, values)
+        self._link.close()
+
+    def _say(self, state: str, now: float) -> None:
+        if state == self._state and now < self._state_due:
+            return
+        lost = state.startswith(f"{SafetyState.FAULT}: The drive server")
+        if lost and not self._state.startswith(f"{SafetyState.FAULT}: The drive server"):
+            rospy.logerr("%s", state)
+        elif not lost and self._state.startswith(f"{SafetyState.FAULT}: The drive server"):
+            rospy.loginfo("the drive server on the robot answers")
+        self._state, self._state_due = state, now + STATE_PERIOD
+        self._states.publish(state)
+
+
+def _message(report: Report) -> SafetyState:
+    message = SafetyState()
+    message.header.stamp, message.header.frame_id = rospy.Time.now(), "base_link"
+    message.state, message.reason = report.state, report.reason
+    message.allowed = list(report.allowed)
+    message.gap, message.sector, message.command_age = report.gap, report.sector, report.command_age
+    message.vx, message.vy, message.wz = report.given
+    message.scanning = report.scanning
+    return message
+
+
+def _unknown(problem: str) -> SafetyState:
+    """Nothing is known about the robot: nothing may be taken for free."""
+    message = SafetyState()
+    message.header.stamp, message.header.frame_id = rospy.Time.now(), "base_link"
+    message.state, message.reason = SafetyState.FAULT, problem
+    message.allowed = [0.0] * SECTORS
+    message.gap, message.sector, message.command_age = float("inf"), -1, float("inf")
+    return message
+
+
+def main() -> int:
+    """Run the node; the exit code."""
+    return DriveLinkNode().run()

@@ -1,0 +1,206 @@
+"""The wire between the pilot's side and the drive server on the robot: datagrams of JSON over UDP. No ROS, no socket.
+
+    pilot -> robot  {"type": "hello"}
+    robot -> pilot  {"type": "welcome", "session": S}
+    pilot -> robot  {"type": "drive", "session": S, "seq": N, "echo": T, "after": A, "velocity": [vx, vy, wz] or null,
+                     "careful": bool}                                                     20 times a second
+    robot -> pilot  {"type": "report", "stamp": T, "seq": N, ...}        what was let through, and why; as often
+    pilot -> robot  {"type": "ask", "session": S, "id": K, "what": "stop" | "reset stop" | "reset bumper" | "leave"}
+    robot -> pilot  {"type": "done", "id": K, "ok": bool, "text": "..."}
+    robot -> pilot  {"type": "refused", "text": "..."}       a sentence for people
+    robot -> pilot  {"type": "unknown session"}              say hello again
+
+Datagrams, because nothing may queue: over a connection every old command arrives after an outage, seconds late. A
+number says which command is newer. Its age is told without a common clock: a report carries the robot's time T, and a
+command says which report was the last one heard and how long after it the pilot gave the command (A [s]; negative if
+before). So at the robot's time t its age is at most t - T - A, the network's delays both ways included. A pilot who
+does not hear the robot cannot drive it, and neither can somebody who does not see its answers.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, NamedTuple
+
+DEFAULT_PORT = 8082
+MAX_DATAGRAM = 1400
+"""Bytes; fits an Ethernet frame, so nothing is lost in pieces."""
+PERIOD = 0.05
+"""Seconds between two commands, and between two reports."""
+REQUESTS = ("stop", "reset stop", "reset bumper", "leave")
+LARGEST = 1e9
+"""Of any number on the wire."""
+
+
+class BadMessage(ValueError):
+    """A datagram that is none of ours, or holds what cannot be used; the text says what."""
+
+
+class Hello(NamedTuple):
+    """A pilot wants to be heard."""
+
+
+class Drive(NamedTuple):
+    """A velocity of base_link [m/s, m/s, rad/s], None for no wish; see above for the rest."""
+
+    session: str
+    seq: int
+    echo: float
+    after: float
+    velocity: tuple[float, float, float] | None
+    careful: bool
+
+
+class Ask(NamedTuple):
+    """A request that is answered; `number` is the pilot's, repeated until the answer comes."""
+
+    session: str
+    number: int
+    what: str
+
+
+class Report(NamedTuple):
+    """What the drive server lets through: `telepresence.safety.Decision` on the wire.
+
+    `gap` [m] and `command_age` [s] may be infinite; `sector` is -1 for none; `given` is what the base was told
+    [m/s, m/s, rad/s]; `stamp` is the robot's clock [s].
+    """
+
+    stamp: float
+    seq: int
+    state: str
+    reason: str
+    given: tuple[float, float, float]
+    allowed: tuple[float, ...]
+    gap: float
+    sector: int
+    command_age: float
+    scanning: bool
+
+
+def encode(**fields: Any) -> bytes:
+    """A datagram of these fields. Infinity goes as null."""
+    return json.dumps({name: _sendable(value) for name, value in fields.items()}, separators=(",", ":")).encode()
+
+
+def encode_report(report: Report) -> bytes:
+    fields = report._asdict()
+    fields["allowed"] = [round(speed, 2) for speed in report.allowed]
+    fields["given"] = [round(part, 4) for part in report.given]
+    for name in ("gap", "command_age"):
+        fields[name] = round(fields[name], 3) if math.isfinite(fields[name]) else None
+    return encode(type="report", **fields)
+
+
+def decode(datagram: bytes) -> dict[str, Any]:
+    """The fields of a datagram.
+
+    Raises:
+        BadMessage: It is not a JSON object of ours.
+    """
+    if len(datagram) > MAX_DATAGRAM:
+        raise BadMessage(f"longer than {MAX_DATAGRAM} bytes")
+    try:
+        fields = json.loads(datagram, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise BadMessage(str(error) if isinstance(error, BadMessage) else "not JSON") from None
+    if not isinstance(fields, dict) or not isinstance(fields.get("type"), str):
+        raise BadMessage("not an object with a type")
+    return fields
+
+
+def parse_for_robot(datagram: bytes) -> Hello | Drive | Ask:
+    """What a pilot sent.
+
+    Raises:
+        BadMessage: It cannot be understood, or holds a number that is not finite.
+    """
+    fields = decode(datagram)
+    match fields["type"]:
+        case "hello":
+            return Hello()
+        case "drive":
+            velocity = fields.get("velocity")
+            return Drive(
+                _text(fields, "session"),
+                _whole(fields, "seq"),
+                _number(fields, "echo"),
+                _number(fields, "after"),
+                None if velocity is None else _numbers(fields, "velocity", 3),
+                _flag(fields, "careful"),
+            )
+        case "ask":
+            what = _text(fields, "what")
+            if what not in REQUESTS:
+                raise BadMessage(f"there is no request {what!r}; requests: {', '.join(REQUESTS)}")
+            return Ask(_text(fields, "session"), _whole(fields, "id"), what)
+    raise BadMessage(f"{fields['type']!r} is not what a pilot sends")
+
+
+def parse_report(fields: dict[str, Any]) -> Report:
+    """A report of the robot, from `decode`.
+
+    Raises:
+        BadMessage: It is not one.
+    """
+    return Report(
+        _number(fields, "stamp"),
+        _whole(fields, "seq"),
+        _text(fields, "state"),
+        _text(fields, "reason"),
+        _numbers(fields, "given", 3),
+        _numbers(fields, "allowed", None),
+        math.inf if fields.get("gap") is None else _number(fields, "gap"),
+        _whole(fields, "sector"),
+        math.inf if fields.get("command_age") is None else _number(fields, "command_age"),
+        _flag(fields, "scanning"),
+    )
+
+
+def _refuse_constant(name: str) -> float:
+    raise BadMessage(f"{name} is not a number that can be used")
+
+
+def _sendable(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _number(fields: dict[str, Any], name: str) -> float:
+    return _finite(fields.get(name), name)
+
+
+def _finite(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise BadMessage(f"{name} is not a number")
+    if not abs(value) <= LARGEST:  # catches what json makes of 1e999, and whole numbers no float can hold
+        raise BadMessage(f"{name} is out of range")
+    return float(value)
+
+
+def _whole(fields: dict[str, Any], name: str) -> int:
+    value = fields.get(name)
+    if isinstance(value, bool) or not isinstance(value, int) or not abs(value) < 1 << 53:
+        raise BadMessage(f"{name} is not a whole number")
+    return value
+
+
+def _numbers(fields: dict[str, Any], name: str, count: int | None) -> tuple[float, ...]:
+    values = fields.get(name)
+    if not isinstance(values, list) or (count is not None and len(values) != count):
+        raise BadMessage(f"{name} is not a list of {count or 'numbers'}")
+    return tuple(_finite(value, name) for value in values)
+
+
+def _text(fields: dict[str, Any], name: str) -> str:
+    value = fields.get(name)
+    if not isinstance(value, str) or len(value) > 400:
+        raise BadMessage(f"{name} is not a short text")
+    return value
+
+
+def _flag(fields: dict[str, Any], name: str) -> bool:
+    value = fields.get(name, False)
+    if not isinstance(value, bool):
+        raise BadMessage(f"{name} is neither true nor false")
+    return value

@@ -1,0 +1,272 @@
+"""WebrtcCamera: the newest picture of a camera sender, over connections that are made anew as often as needed. No ROS.
+
+    POST http://HOST:PORT/camera[?time=1]   our offer, application/sdp   201 and the answer; Location: our place
+    DELETE http://HOST:PORT/LOCATION        we leave
+
+Nothing is believed about a connection's state, which aiortc calls "connected" for 28 s after the sender's death: when
+no new picture has come for a second, it is given up and made anew.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import threading
+import time
+from typing import Any
+from urllib.parse import urlsplit
+
+import aiohttp
+import av
+from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc.contrib.signaling import BYE, BaseSignaling
+
+from telepresence.images import LatestImage
+from telepresence.picture_clock import read_age
+from telepresence.webrtc import address_towards, drain, on_address, peer_connection
+
+log = logging.getLogger(__name__)
+
+DEFAULT_PORT = 8083
+LOST_AFTER = 1.0
+"""Seconds without a new picture after which the connection is made anew."""
+FIRST_PICTURE = 2.5
+"""Seconds that a new connection has for its first picture: a camera may have to wake up."""
+RETRY_PERIOD = 0.3
+"""Seconds between two attempts."""
+ANSWER_TIMEOUT = 1.0
+"""Seconds that the sender has to connect and to answer."""
+MAX_ANSWER = 64 * 1024
+PLAUSIBLE_AGE = 30.0
+"""An age beyond this says that two clocks disagree, not that the picture is old [s]."""
+
+
+class SenderUnreachable(RuntimeError):
+    """The sender cannot be had; the text says why."""
+
+
+class WebrtcCamera:
+    """Receives on a thread of its own while `wanted`.
+
+    Args:
+        address: Host, host:port or http://host:port of the sender.
+        with_time: Ask for pictures that carry the time they were taken, and measure their age.
+    Attributes:
+        image: (height, width, 3) uint8, BGR. Stamped with the time taken where the picture carries it, else with the
+            time of arrival.
+        problem: Why there is no picture; empty while there is one.
+        age: Of the newest picture at its arrival [s]; None where it carries no time.
+        received, connections: Counts.
+    Raises:
+        ValueError: The address is none.
+    """
+
+    def __init__(self, address: str, with_time: bool = False) -> None:
+        self.url = sender_url(address)
+        self.image = LatestImage()
+        self.problem = "not connected yet"
+        self.age: float | None = None
+        self.received = 0
+        self.connections = 0
+        self._with_time = with_time
+        self._wanted = False
+        self._leaving: set[asyncio.Task] = set()
+        self._changed: asyncio.Event | None = None
+        self._loop = asyncio.new_event_loop()
+        self._work: asyncio.Task | None = None
+        self._thread = threading.Thread(target=self._run, name="webrtc", daemon=True)
+        self._thread.start()
+
+    def want(self, wanted: bool) -> None:
+        """Connect, or leave."""
+        if wanted != self._wanted:
+            self._wanted = wanted
+            self._loop.call_soon_threadsafe(lambda: self._changed.set() if self._changed else None)
+
+    def close(self) -> None:
+        """Leave; at most about two seconds."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(lambda: self._work.cancel() if self._work else None)
+            self._thread.join(timeout=3.0)
+
+    # --- the loop's thread -------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._changed = asyncio.Event()
+        self._work = self._loop.create_task(self._keep_connected())
+        try:
+            with contextlib.suppress(asyncio.CancelledError):
+                self._loop.run_until_complete(self._work)
+            if self._leaving:
+                self._loop.run_until_complete(asyncio.wait(self._leaving, timeout=ANSWER_TIMEOUT))
+        finally:
+            self._loop.run_until_complete(self._loop.shutdown_default_executor())
+            self._loop.close()
+
+    async def _keep_connected(self) -> None:
+        timeout = aiohttp.ClientTimeout(total=ANSWER_TIMEOUT)
+        async with aiohttp.ClientSession(timeout=timeout) as session:
+            try:
+                while True:
+                    self._changed.clear()
+                    if not self._wanted:
+                        await self._changed.wait()
+                        continue
+                    try:
+                        await self._receive(session)
+                    except SenderUnreachable as error:
+                        self._say(str(error))
+                        await asyncio.sleep(RETRY_PERIOD)
+            finally:
+                if self._leaving:
+                    await asyncio.wait(self._leaving, timeout=ANSWER_TIMEOUT)
+
+    async def _receive(self, session: aiohttp.ClientSession) -> None:
+        """One connection, until it is lost or not wanted any more."""
+        peer = peer_connection()
+        location = None
+        try:
+            location = await self._connect(session, peer)
+            track = peer.getTransceivers()[0].receiver.track
+            draining = asyncio.ensure_future(drain(track, self._take))
+            try:
+                await self._supervise(draining)
+            finally:
+                draining.cancel()
+        finally:
+            task = asyncio.ensure_future(self._leave(session, peer, location))
+            self._leaving.add(task)
+            task.add_done_callback(self._leaving.discard)
+
+    async def _connect(self, session: aiohttp.ClientSession, peer: RTCPeerConnection) -> str | None:
+        """Exchange offer and answer; our place at the sender."""
+        parts = urlsplit(self.url)
+        loop = asyncio.get_running_loop()
+        try:
+            own = await asyncio.wait_for(
+                loop.run_in_executor(None, address_towards, parts.hostname, parts.port), ANSWER_TIMEOUT
+            )
+            peer.addTransceiver("video", direction="recvonly")
+            with on_address(own):
+                await peer.setLocalDescription(await peer.createOffer())
+            async with session.post(
+                self.url,
+                params={"time": "1"} if self._with_time else None,
+                data=peer.localDescription.sdp.encode(),
+                headers={"Content-Type": "application/sdp"},
+            ) as response:
+                answer = (await response.content.read(MAX_ANSWER)).decode(errors="replace")
+                if response.status != 201:
+                    raise SenderUnreachable(f"the camera sender at {self.url} refuses: {answer.strip()[:200]}")
+                location = response.headers.get("Location")
+            await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+            self.connections += 1
+            return location
+        except SenderUnreachable:
+            raise
+        except Exception as error:
+            raise SenderUnreachable(f"the camera sender at {self.url} does not answer: {_cause(error)}") from error
+
+    async def _supervise(self, draining: asyncio.Future) -> None:
+        """Until the pictures stop coming, which raises SenderUnreachable, or are not wanted any more."""
+        begin, before = time.monotonic(), self.received
+        while self._wanted:
+            await asyncio.sleep(0.1)
+            patience = LOST_AFTER if self.received > before else FIRST_PICTURE
+            silence = min(time.monotonic() - begin, self.image.age())
+            if draining.done():
+                raise SenderUnreachable(f"the camera sender at {self.url} has ended")
+            if silence > patience:
+                raise SenderUnreachable(f"no picture from {self.url} for {silence:.1f} s")
+
+    async def _leave(self, session: aiohttp.ClientSession, peer: RTCPeerConnection, location: str | None) -> None:
+        await peer.close()
+        if location is None or not location.startswith("/"):
+            return
+        parts = urlsplit(self.url)
+        with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it finds out by itself
+            async with session.delete(f"{parts.scheme}://{parts.netloc}{location}"):
+                pass
+
+    def _take(self, frame: av.VideoFrame) -> None:
+        pixels = frame.to_ndarray(format="bgr24")
+        now = time.time()
+        age = read_age(pixels, now) if self._with_time else None
+        self.age = age if age is not None and abs(age) < PLAUSIBLE_AGE else None
+        self.received += 1
+        if self.problem:
+            log.info("pictures come from %s", self.url)
+            self.problem = ""
+        self.image.put(pixels, now - self.age if self.age is not None else now)
+
+    def _say(self, problem: str) -> None:
+        if problem != self.problem:
+            log.warning("%s", problem)
+        self.problem = problem
+
+
+async def receive_by_copy_and_paste(signaling: BaseSignaling, take: Any) -> None:
+    """Read an offer, give the answer, hand over pictures (av.VideoFrame) until the sender ends or says goodbye.
+
+    Raises:
+        ValueError: What was pasted is not an offer.
+    """
+    peer = peer_connection()
+    await signaling.connect()
+    try:
+        offer = await signaling.receive()
+        if not isinstance(offer, RTCSessionDescription) or offer.type != "offer":
+            raise ValueError("this is not the offer that the sender printed")
+        await peer.setRemoteDescription(offer)
+        await peer.setLocalDescription(await peer.createAnswer())
+        await signaling.send(peer.localDescription)
+        videos = [each.receiver.track for each in peer.getTransceivers() if each.kind == "video"]
+        if not videos:
+            raise ValueError("the offer sends no video")
+        ends = {asyncio.ensure_future(drain(videos[0], take)), asyncio.ensure_future(_hear_goodbye(signaling))}
+        try:
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for end in ends:
+                end.cancel()
+    finally:
+        await peer.close()
+        await signaling.close()
+
+
+async def _hear_goodbye(signaling: BaseSignaling) -> None:
+    with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
+        while await signaling.receive() is not BYE:
+            pass
+        return
+    await asyncio.Event().wait()
+
+
+def sender_url(address: str) -> str:
+    """Where offers go.
+
+    Raises:
+        ValueError: The address is none.
+    """
+    text = address.strip()
+    parts = urlsplit(text if "://" in text else f"http://{text}")
+    try:
+        port = parts.port or DEFAULT_PORT
+    except ValueError:
+        port = None
+    if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/") or port is None:
+        raise ValueError(f"not the address of a camera sender: {address!r}; wanted is host, host:port, http://host:port")
+    host = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
+    return f"http://{host}:{port}/camera"
+
+
+def _cause(error: Exception) -> str:
+    if isinstance(error, TimeoutError):
+        return f"nothing within {ANSWER_TIMEOUT:g} s"
+    if isinstance(error, aiohttp.ClientConnectorError) and error.os_error.strerror:
+        return error.os_error.strerror.lower()
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror.lower()
+    return str(error) or type(error).__name__
