@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 
 import pytest
-from rto_teleop.pad_device import AXIS, BUTTON, EVENT
+
+from telepresence.pad_device import AXIS, BUTTON, EVENT
 
 pytestmark = pytest.mark.ros
 

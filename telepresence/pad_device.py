@@ -7,6 +7,9 @@ Documentation/input/joydev/joystick-api.rst; the signs: ROS package joy.
 
 from __future__ import annotations
 
+import array
+import contextlib
+import fcntl
 import os
 import select
 import struct
@@ -16,6 +19,12 @@ BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80
 FULL = 32767
 MOST = 64
 """Most axes and most buttons."""
+
+# Requests of linux/joystick.h: _IOR('j', number, size).
+_NAME_SIZE, _AXES, _BUTTONS = 128, 0x40, 0x200
+_GET_NAME = 2 << 30 | _NAME_SIZE << 16 | ord("j") << 8 | 0x13
+_GET_AXIS_MAP = 2 << 30 | _AXES << 16 | ord("j") << 8 | 0x32
+_GET_BUTTON_MAP = 2 << 30 | 2 * _BUTTONS << 16 | ord("j") << 8 | 0x34
 
 
 class PadGone(OSError):
@@ -34,6 +43,24 @@ class PadDevice:
         self.buttons: list[int] = []
         self._rest = b""
         self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        self.name = self._ask(_GET_NAME, array.array("B", bytes(_NAME_SIZE))).tobytes().partition(b"\0")[0].decode(
+            errors="replace"
+        )
+        """As the kernel calls it; empty when this is no joystick device."""
+        self.axis_codes = list(self._ask(_GET_AXIS_MAP, array.array("B", bytes(_AXES))))
+        """What the axes are: ABS_... of linux/input-event-codes.h by number; all 0 when unknown."""
+        self.button_codes = list(self._ask(_GET_BUTTON_MAP, array.array("H", bytes(2 * _BUTTONS))))
+        """What the buttons are: BTN_... by number; all 0 when unknown."""
+
+    def fileno(self) -> int:
+        """The file, to wait for it elsewhere."""
+        return self._file
+
+    def _ask(self, request: int, answer: array.array) -> array.array:
+        # A pipe in place of a device knows none of this.
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(self._file, request, answer, True)
+        return answer
 
     def close(self) -> None:
         os.close(self._file)

@@ -1,7 +1,8 @@
 import math
 
 import pytest
-from rto_teleop.sticks import Layout, Sticks
+
+from telepresence.sticks import Layout, Sticks
 
 UP = [0] * 8
 DRIVE = [0, 0, 0, 0, 0, 1, 0, 0]
@@ -83,3 +84,26 @@ def test_a_small_pad_and_nonsense_do_no_harm():
     sticks.update([], [], 0.0)
     sticks.update([math.nan, math.inf], DRIVE, 0.1)
     assert sticks.command(0.1) == (0.0, 0.0, 0.0)
+
+
+def test_a_curve_makes_small_deflections_slower():
+    sticks = Sticks(Layout(curve=2.0))
+    sticks.update(axes(), UP, 0.0)
+    sticks.update(axes(0.55), DRIVE, 0.1)
+    assert sticks.command(0.1).vx == pytest.approx(0.3 * 0.25)
+
+
+def test_the_cross_creeps_and_does_not_have_to_tremble():
+    sticks = Sticks(Layout(axis_hat_x=4, axis_hat_y=5))
+    sticks.update([*axes(), 0.0, 0.0], UP, 0.0)
+    for step in range(60):
+        sticks.update([*axes(), 1.0, 1.0], DRIVE, 0.1 * step)
+    assert sticks.command(5.9) == pytest.approx((0.05, 0.05, 0.0))
+
+
+def test_other_speeds():
+    sticks = Sticks()
+    sticks.rescale(0.1, 0.2, 1.5)
+    sticks.update(axes(), UP, 0.0)
+    sticks.update(axes(1.0, 0.0, -1.0), FAST, 0.1)
+    assert sticks.command(0.1) == pytest.approx((0.15, 0.0, -0.3))

@@ -1,7 +1,8 @@
 import os
 
 import pytest
-from rto_teleop.pad_device import AXIS, BUTTON, EVENT, INITIAL, PadDevice, PadGone
+
+from telepresence.pad_device import AXIS, BUTTON, EVENT, INITIAL, PadDevice, PadGone
 
 
 @pytest.fixture

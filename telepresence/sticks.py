@@ -1,14 +1,14 @@
 """Gamepad -> velocity. No ROS, no device, no clock: the time is an argument.
 
-Axes, buttons and scales: rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2), on an Xbox pad: left
-stick drives, right stick turns, RB held lets it drive, LB held with it drives twice as fast.
+Axes, buttons and scales by default: rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2), on an Xbox
+pad: left stick drives, right stick turns, RB held lets it drive, LB held with it drives twice as fast.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 MAX_AGE = 0.2
@@ -39,6 +39,8 @@ class Layout:
         scale_linear, scale_angular: Speed at full deflection [m/s, rad/s].
         turbo: Factor while the turbo button is held too.
         dead_zone: Deflections below this are none; above it speed starts at zero.
+        curve: Exponent of the deflection; above 1 small deflections drive slower.
+        axis_hat_x, axis_hat_y: Cross of keys, left and up positive; -1: none. It creeps with `creep` [m/s].
     """
 
     axis_x: int = 1
@@ -50,6 +52,10 @@ class Layout:
     scale_angular: float = 0.6
     turbo: float = 2.0
     dead_zone: float = 0.1
+    curve: float = 1.0
+    axis_hat_x: int = -1
+    axis_hat_y: int = -1
+    creep: float = 0.05
 
 
 class Sticks:
@@ -85,9 +91,22 @@ class Sticks:
             linear * self._deflection(axes, layout.axis_y),
             angular * self._deflection(axes, layout.axis_turn),
         )
+        hat = _at(axes, layout.axis_hat_y), _at(axes, layout.axis_hat_x)
+        if any(hat) and not any(self._velocity):
+            # Keys don't tremble: what says that a stick is stuck says nothing here.
+            self._velocity, self._moved = Velocity(layout.creep * hat[0], layout.creep * hat[1], 0.0), now
+
+    def rescale(self, linear: float, angular: float, turbo: float) -> None:
+        """Other speeds from now on: at full deflection [m/s, rad/s], and the factor of the turbo button."""
+        self._layout = replace(self._layout, scale_linear=linear, scale_angular=angular, turbo=turbo)
+
+    @property
+    def armed(self) -> bool:
+        """Whether pressing the drive button would let it drive: it has to be seen up first."""
+        return self._armed
 
     def lose(self) -> None:
-        """The pad is gone."""
+        """The pad is gone, or must not drive until its drive button has been let go."""
         self._held = self._armed = False
         self._heard = -math.inf
 
@@ -104,7 +123,7 @@ class Sticks:
         if not math.isfinite(value):
             return 0.0
         size = (min(1.0, abs(value)) - self._layout.dead_zone) / (1.0 - self._layout.dead_zone)
-        return math.copysign(max(0.0, size), value)
+        return math.copysign(max(0.0, size) ** self._layout.curve, value)
 
 
 def _at(values: Sequence[float], index: int) -> float:
