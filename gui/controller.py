@@ -12,6 +12,7 @@ from gui.drive_pad import SEND_PERIOD
 from gui.link_state import LinkState
 from gui.picture import Picture
 from gui.profiles import PROFILES, Profile
+from gui.views import Views
 
 if TYPE_CHECKING:
     from gui.ros_link import RosLink
@@ -65,6 +66,9 @@ class Controller(QObject):
         window.activation_changed.connect(self._show_keys)
         window.pad.velocity.connect(self._drive)
         window.pad.blocked.connect(lambda reason: window.status.say(reason, "warn"))
+        self.views = Views(window, link)
+        self.views.said.connect(self._say)
+        self.views.floor_drive.velocity.connect(self._drive)
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
         link.state_changed.connect(self._on_state)
@@ -88,11 +92,13 @@ class Controller(QObject):
         if self._link.state.master:
             self._say(f"A ROS master answers at {self._link.state.master_uri} already. Go on with Session start.")
             return
+        self._window.show_terminal()
         self._terminal.type_line(commands.roscore(self._link.state.master_uri), commands.ROSCORE_WINDOW)
 
     def start_session(self) -> None:
         """Type the launch of the robot's programs, or only of the keyboard when they run already."""
         self._attach = Attach.NEVER
+        self._window.show_terminal()
         if self._link.state.driver:
             self._start_keyboard(self._link.state)
             self._terminal.take_keyboard()
@@ -113,6 +119,7 @@ class Controller(QObject):
     def show_feed(self, wanted: bool) -> None:
         """Show the robot's camera, or stop doing so."""
         self._link.watch("picture", wanted)
+        self.views.watch_picture(wanted)
         self._clear_video()
         self._show_links()
         self._advise()
@@ -130,6 +137,7 @@ class Controller(QObject):
     def _drive(self, vx: float, vy: float, wz: float) -> None:
         self._zeros.stop()
         self._link.send("drive", vx, vy, wz)
+        self.views.note_sent()
 
     def _send_zero(self) -> None:
         self._link.send("drive", 0.0, 0.0, 0.0)
@@ -149,7 +157,8 @@ class Controller(QObject):
         else:
             reason = ""
         self._window.pad.set_block(reason)
-        self._window.padLabel.setText("off" if reason else f"{self._window.pad.speed:.1f} m/s   hold to drive")
+        self.views.floor_drive.set_block(reason)
+        self._window.padLabel.setText("off" if reason else f"{self._window.pad.speed:.1f} m/s")
         self._window.padLabel.setToolTip(reason)
 
     # --- what the link reports ---

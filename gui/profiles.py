@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from gui import commands
+from gui import commands, topics_actions, topics_sensors
 from gui.channels import Incoming, Offered, Outgoing
 from gui.commands import Address
 from gui.picture import read_picture
@@ -30,12 +30,18 @@ class Profile:
 
     def with_feed(self, topic: str) -> Profile:
         """The same robot with another camera topic."""
-        rows = (replace(row, topic=topic) if row.channel == "picture" else row for row in self.incoming)
+        topics = {"picture": topic, "lens": camera_info_of(topic)}
+        rows = (replace(row, topic=topics.get(row.channel, row.topic)) for row in self.incoming)
         return replace(self, incoming=tuple(rows))
 
 
-def _picture(topic: str) -> Incoming:
-    return Incoming("picture", topic, "sensor_msgs/Image", read_picture, on_wish=True)
+def camera_info_of(topic: str) -> str:
+    """Where a camera tells how it maps directions to pixels: beside its pictures (ROS package image_transport)."""
+    return f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info"
+
+
+def _picture(topic: str, channel: str = "picture") -> Incoming:
+    return Incoming(channel, topic, "sensor_msgs/Image", read_picture, on_wish=True)
 
 
 def _fill_twist(message: object, vx: float, vy: float, wz: float) -> None:
@@ -49,9 +55,16 @@ PROFILES = {
         cmd_vel="cmd_vel",
         session=commands.pepper_session,
         keyboard=commands.KEYBOARD,
-        incoming=(_picture("pepper_robot/camera/front/image_raw"),),
-        outgoing=(Outgoing("drive", "cmd_vel", "geometry_msgs/Twist", _fill_twist),),
-        services=(Offered("restart_simulation", "restart_simulation"),),
+        incoming=(
+            _picture("pepper_robot/camera/front/image_raw"),
+            _picture("tablet/image_raw", "tablet"),
+            *topics_sensors.pepper(),
+        ),
+        outgoing=(
+            Outgoing("drive", "cmd_vel", "geometry_msgs/Twist", _fill_twist),
+            *topics_actions.pepper_outgoing(),
+        ),
+        services=(Offered("restart_simulation", "restart_simulation"), *topics_actions.pepper_services()),
     ),
     "robotino": Profile(
         name="robotino",
@@ -59,8 +72,8 @@ PROFILES = {
         cmd_vel="safe_cmd_vel",
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-        incoming=(_picture("img_raw"),),
+        incoming=(_picture("img_raw"), *topics_sensors.robotino()),
         outgoing=(Outgoing("drive", "safe_cmd_vel", "geometry_msgs/Twist", _fill_twist),),
-        services=(Offered("restart_simulation", "restart_simulation"),),
+        services=(Offered("restart_simulation", "restart_simulation"), *topics_actions.sound_services()),
     ),
 }

@@ -97,7 +97,7 @@ class Safety:
 
 @dataclass(frozen=True)
 class BodyState:
-    """Where the body is in `odom` [m], how it is turned [rad], and how fast it goes in its own frame [m/s, rad/s]."""
+    """Where the body is in `frame` [m], how it is turned [rad], and how fast it goes in its own frame [m/s, rad/s]."""
 
     x: float
     y: float
@@ -108,7 +108,8 @@ class BodyState:
     vx: float
     vy: float
     wz: float
-    arrived: float
+    frame: str = "odom"
+    arrived: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,15 @@ class Battery:
 class DriveState:
     """The driver's own words: "driving", "stopped: why", "robot unreachable: why"."""
 
+    text: str
+    arrived: float
+
+
+@dataclass(frozen=True)
+class PostureResult:
+    """What became of a posture that was asked for."""
+
+    ok: bool
     text: str
     arrived: float
 
@@ -154,6 +164,7 @@ class Lens:
     Args:
         fx, fy, cx, cy: Focal lengths and middle [px].
         width, height: Of the picture [px].
+        frame: The camera's optical frame.
     """
 
     fx: float
@@ -162,6 +173,7 @@ class Lens:
     cy: float
     width: int
     height: int
+    frame: str = ""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ import threading
 import time
 import xmlrpc.client
 from collections.abc import Callable
+from dataclasses import replace
 
+import numpy as np
 import rosgraph
 import roslib.message
 import rospy
@@ -23,6 +25,7 @@ from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from gui.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.link_state import LinkState
 from gui.profiles import Profile
+from gui.ros_link_tf import Frames
 from telepresence.ros_master import MasterWatch, master_proxy
 
 log = logging.getLogger(__name__)
@@ -57,6 +60,7 @@ class RosNode(QObject):
         self.name = f"/{NODE}"
         self.joined = False
         self.links: list[RosLink] = []
+        self.frames = Frames()
         self._sent_at = -math.inf
         self._closing = threading.Event()
         self._wake = threading.Event()
@@ -114,6 +118,7 @@ class RosNode(QObject):
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
+        self.frames.listen()
         MasterWatch(rospy).start()
         for link in self.links:
             link.advertise()
@@ -187,6 +192,16 @@ class RosLink(QObject):
         self._channels[name].wanted = wanted
         self._node.hurry()
 
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
+        """See `Frames.place_of`."""
+        return self._node.frames.place_of(frame, seen_from, stamp)
+
+    def change_topic(self, name: str, topic: str) -> None:
+        """Hear a channel on another topic from now on."""
+        channel = self._channels[name]
+        channel.row = replace(channel.row, topic=topic)
+        self._node.hurry()
+
     def send(self, name: str, *values: object) -> bool:
         """Publish; whether the graph has been joined."""
         publisher = self._publishers.get(name)
@@ -252,6 +267,9 @@ class RosLink(QObject):
         not for Qt's thread."""
         if graph is not None:
             for name, channel in self._channels.items():
+                subscriber = self._subscribers.get(name)
+                if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):
+                    self._subscribers.pop(name).unregister()
                 if channel.wanted and name not in self._subscribers:
                     self._subscribe(name, channel)
                 elif not channel.wanted and name in self._subscribers:

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
@@ -79,7 +80,12 @@ class FakeLink(QObject):
         return self.channels[name]
 
     def has(self, name: str) -> bool:
-        return name in self.channels or any(name == row.channel for row in self.profile.outgoing)
+        outgoing = {row.channel for row in self.profile.outgoing}
+        return name in self.channels or name in outgoing or name in {row.name for row in self.profile.services}
+
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple:
+        """A level camera one metre above the origin, looking along x."""
+        return np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))), np.array((0.0, 0.0, 1.0))
 
     def watch(self, name: str, wanted: bool) -> None:
         self.channels[name].wanted = wanted

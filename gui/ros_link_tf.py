@@ -1,0 +1,58 @@
+"""Where the robot's frames are, for the window. One of the files that know ROS."""
+
+from __future__ import annotations
+
+import numpy as np
+import rospy
+import tf2_ros
+
+KEPT = 10.0
+"""Seconds of transforms."""
+PATIENCE = 0.3
+"""Seconds by which the newest transform may be older than a picture: as far as a robot moves a hand's breadth."""
+
+
+class Frames:
+    """The transforms that are heard, from `listen` on. For any thread; nothing here waits."""
+
+    def __init__(self) -> None:
+        self._buffer: tf2_ros.Buffer | None = None
+
+    def listen(self) -> None:
+        """The graph has been joined."""
+        self._buffer = tf2_ros.Buffer(rospy.Duration(KEPT), debug=False)
+        self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
+        """How `frame` stood in `seen_from` at `stamp` [s since 1970].
+
+        Returns:
+            (3, 3) rotation, whose columns are the frame's axes, and (3,) place [m].
+        Raises:
+            LookupError: Not known; the text says why.
+        """
+        if self._buffer is None:
+            raise LookupError("the window has not joined the ROS graph yet")
+        try:
+            found = self._lookup(frame, seen_from, stamp)
+        except tf2_ros.TransformException as error:
+            raise LookupError(str(error)) from None
+        q, t = found.transform.rotation, found.transform.translation
+        return _rotation(q.x, q.y, q.z, q.w), np.array((t.x, t.y, t.z))
+
+    def _lookup(self, frame: str, seen_from: str, stamp: float) -> object:
+        try:
+            return self._buffer.lookup_transform(seen_from, frame, rospy.Time.from_sec(stamp))
+        except tf2_ros.ExtrapolationException:
+            newest = self._buffer.lookup_transform(seen_from, frame, rospy.Time(0))
+            if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
+                raise
+            return newest
+
+
+def _rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
+    return np.array((
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    ))  # fmt: skip
