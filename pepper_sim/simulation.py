@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from pepper_sim.door_watch import DoorWatch
 from pepper_sim.loudspeaker_output import LoudspeakerOutput
 from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.robot import Pepper
@@ -53,6 +54,7 @@ class SimulatedPepper(SimulatedRobot):
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
+        self._door: DoorWatch | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -65,6 +67,7 @@ class SimulatedPepper(SimulatedRobot):
 
     def serve(self, address: str, port: int) -> None:
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+        self._door = DoorWatch(self.urls[0])
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
@@ -74,11 +77,15 @@ class SimulatedPepper(SimulatedRobot):
         return self.server.endpoints if self.server else []
 
     @property
+    def failure(self) -> str:
+        return f"{self.urls[0]} does not let clients in any more" if self._door and self._door.stuck else ""
+
+    @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         return {"tablet": lambda: self.tablet.image}
 
     def close(self) -> None:
-        for part in (self.output, self.room_sounds, self.server, self.tablet):
+        for part in (self._door, self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
 

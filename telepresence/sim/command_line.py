@@ -74,8 +74,8 @@ def run(
             if options.viewer:
                 view(simulation.world, stopping)
             while not stopping.wait(_ALIVE_PERIOD):
-                if not simulation.world.running:
-                    log.error("the simulated world has stopped")
+                if simulation.failure:
+                    log.error("%s", simulation.failure)
                     return 1
     except (CamerasFailed, NoDisplay, ValueError, OSError) as error:
         log.debug("no simulation", exc_info=True)

@@ -108,6 +108,11 @@ class SimulatedRobot(ABC):
         return []
 
     @property
+    def failure(self) -> str:
+        """Why its wire does not let clients in any more; "" while it does."""
+        return ""
+
+    @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}

@@ -115,6 +115,13 @@ class Simulation:
         """All addresses to announce, robot by robot."""
         return [url for robot in self.robots.values() for url in robot.urls]
 
+    @property
+    def failure(self) -> str:
+        """Why this cannot go on and has to be started anew; "" while all is well."""
+        if not self.world.running:
+            return "the simulated world has stopped"
+        return next((f"{name}: {robot.failure}" for name, robot in self.robots.items() if robot.failure), "")
+
     def truth(self, name: str) -> Pose:
         """Where the robot called `name` really is.
 

@@ -1,8 +1,10 @@
+import functools
 import socket
 
 import pytest
 
 from pepper_sim.door_watch import DoorWatch
+from pepper_sim.simulation import Simulation
 
 
 @pytest.fixture
@@ -35,3 +37,14 @@ def test_a_port_that_nobody_listens_on_is_stuck(watched, wait_until):
         port = door.getsockname()[1]
     watch = watched(f"tcp://127.0.0.1:{port}")
     wait_until(lambda: watch.stuck, "the watch gives up")
+
+
+def test_a_robot_that_lets_nobody_in_has_to_be_started_anew(monkeypatch, wait_until):
+    def refuse(endpoint, timeout):
+        raise TimeoutError("nobody opened")
+
+    monkeypatch.setattr("pepper_sim.door_watch.knock", refuse)
+    monkeypatch.setattr("pepper_sim.simulation.DoorWatch", functools.partial(DoorWatch, period=0.05))
+    with Simulation(scene="empty", port=0) as simulation:
+        wait_until(lambda: simulation.failure, "the failure is told")
+        assert simulation.failure == f"pepper: {simulation.url} does not let clients in any more"

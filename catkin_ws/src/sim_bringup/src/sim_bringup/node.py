@@ -93,7 +93,7 @@ def run(name: str, robots: Callable[[], list[RobotWish]], scene: str) -> int:
                 except NoDisplay as error:
                     rospy.logerr("%s", error)
             while not surface.stop.wait(1.0):
-                if not simulation.world.running:
-                    rospy.logfatal("the simulated world has stopped")
+                if simulation.failure:
+                    rospy.logfatal("%s", simulation.failure)
                     return 1
     return 0
