@@ -1,4 +1,4 @@
-"""`./stack up`: one robot, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
+"""`./stack up`: robots, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
 
 Starts roscore (and brings it back when it dies), a virtual display where there is no real one, and roslaunch with the
 launch file of the robot. Ctrl-C ends all of it, and nothing stays behind.
@@ -13,6 +13,8 @@ import socket
 import subprocess
 import sys
 import threading
+import xml.etree.ElementTree
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
@@ -22,12 +24,26 @@ from telepresence.ros_master import master_answers
 from telepresence.virtual_display import VirtualDisplay, display_answers
 
 LAUNCH = Path(__file__).resolve().parent.parent / "launch"
+SCENES = Path(__file__).resolve().parent / "sim" / "scenes"
 PAGE_PORT, SCREEN_PORT = 10002, 10003
-ROBOTS = {
-    "pepper": ("nao_ip", "nao_port", 9559, "tcp"),
-    "robotino": ("robotino_ip", "robotino_port", 8080, "http"),
-}
-"""Robot -> its launch arguments for address and port, the port of the simulated one, and the scheme of its wire."""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """How a robot is reached: launch arguments for address and port, the scheme, the usual ports."""
+
+    name: str
+    address: str
+    port: str
+    scheme: str
+    simulated_port: int
+    real_port: int
+
+
+PEPPER = Wire("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
+ROBOTINO = Wire("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
+STATIONS: dict[str, tuple[Wire, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
+"""What `up` can be asked for, and the robots in it. Others of the launch files have wires of their own making."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -88,11 +104,14 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     settings = arguments.settings
     simulated = settings.get("sim", "true").lower() in ("true", "1")
     window = settings.get("gui", "true").lower() in ("true", "1")
-    address_name, port_name, default_port, _ = ROBOTS[arguments.robot]
+    wires = STATIONS.get(arguments.robot, ())
+    require_known(arguments.robot, settings)
     if simulated:
-        require_loopback(settings, address_name)
-        require_free(port_setting(settings, port_name, default_port), port_name, "the simulated robot")
-    if arguments.robot == "pepper":
+        for wire in wires:
+            require_loopback(settings, wire.address)
+            port = port_setting(settings, wire.port, wire.simulated_port)
+            require_free(port, wire.port, f"the simulated {wire.name}")
+    if PEPPER in wires:
         require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
@@ -128,6 +147,20 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             keeper.close()
         if display is not None:
             display.close()
+
+
+def require_known(robot: str, settings: dict[str, str]) -> None:
+    """Raises RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself says
+    nothing to the former and starts a simulator that ends at once with the latter."""
+    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
+    known = sorted({argument.get("name", "") for argument in file.getroot().iterfind("arg")} | {"screen_port"})
+    for name in settings:
+        if name not in known:
+            raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
+    scenes = sorted(path.stem for path in SCENES.glob("*.xml"))
+    for name in ("scene", "terrain"):
+        if settings.get(name, scenes[0]) not in scenes:
+            raise RuntimeError(f"there is no {name} '{settings[name]}'; there are: {', '.join(scenes)}")
 
 
 def require_loopback(settings: dict[str, str], name: str) -> None:
@@ -175,14 +208,14 @@ def banner(
     screen_port: int,
 ) -> str:
     """What runs where, for the person at the terminal."""
-    address_name, port_name, default_port, scheme = ROBOTS[robot]
-    address, port = settings.get(address_name, "127.0.0.1"), settings.get(port_name, default_port)
-    lines = [
-        "",
-        f"  robot        {robot}, {'simulated' if simulated else 'real'}, {scheme}://{address}:{port}",
-        f"  ROS master   {master_uri}",
-    ]
-    if robot == "pepper":
+    wires = STATIONS.get(robot, ())
+    lines = [""]
+    for wire in wires:
+        usual, kind = (wire.simulated_port, "simulated") if simulated else (wire.real_port, "real")
+        address, port = settings.get(wire.address, "127.0.0.1"), settings.get(wire.port, usual)
+        lines.append(f"  robot        {wire.name}, {kind}, {wire.scheme}://{address}:{port}")
+    lines.append(f"  ROS master   {master_uri}")
+    if PEPPER in wires:
         lines.append(f"  tablet page  http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/")
     if display is not None:
         lines += [

@@ -14,8 +14,8 @@ SPACING = 0.9
 """Between the middles of neighbouring robots [m]; the widest robot needs 0.5 m."""
 ROOM = 0.4
 """Nothing stands nearer to a robot's middle than this [m]."""
-UNEVENNESS = 0.005
-"""The floor under a robot may differ so much in height [m]."""
+UNEVENNESS = 0.016
+"""The floor under a robot may be so much higher or lower than its middle [m]: rough ground is, a ramp is not."""
 FARTHEST = 24
 """Places to the side of a spawn point that are looked at."""
 

@@ -32,6 +32,30 @@ def test_other_arguments_are_refused_with_a_reason(argv, capsys):
     assert argv[-1] in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("robot", "name", "value", "hint"),
+    [
+        ("pepper", "nao_prot", "9559", "nao_port"),
+        ("both", "colour", "red", "robotino_ip"),
+        ("robotino", "scene", "moon", "arena"),
+        ("both", "terrain", "moon", "ramp"),
+    ],
+)
+def test_an_argument_or_scene_that_does_not_exist_is_refused_with_those_that_do(robot, name, value, hint):
+    with pytest.raises(RuntimeError, match=f"{name}.*{hint}|{value}.*{hint}"):
+        station.require_known(robot, {name: value})
+
+
+def test_every_argument_of_a_station_is_known():
+    station.require_known("pepper", {"scene": "rough", "gui": "false", "screen_port": "1"})
+    station.require_known("both", {"robotino_ip": "10.0.0.1", "nao_ip": "10.0.0.2", "sim": "false"})
+
+
+def test_both_robots_are_announced_with_their_addresses():
+    text = station.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False, None, 1)
+    assert "pepper, real, tcp://127.0.0.1:9000" in text and "robotino, real, http://10.0.0.1:80" in text
+
+
 def test_a_taken_port_is_named_with_the_argument_that_changes_it():
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
