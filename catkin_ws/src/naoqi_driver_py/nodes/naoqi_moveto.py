@@ -4,10 +4,13 @@
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
             move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
-            /diagnostics.
-Services:   orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
+            /diagnostics; with safety what `telepresence_1.safety_topics` lists: safety, safety_state, safety_markers.
+Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
+            orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
             stop_walk_srv.
-Parameters: ~wake_up (true): wake a sleeping robot at start;
+Parameters: ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
+            ~base_frame_id (base_footprint): frame of what the safety gate tells;
+            ~wake_up (true): wake a sleeping robot at start;
             ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
 """
 
@@ -28,9 +31,14 @@ from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.connection import RobotError
 from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.drive import CommandGate
+from naoqi_driver.guard import GuardedGate
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.surroundings import SensorWatch
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
+from telepresence_1.safety_topics import SafetyTopics
+
+from telepresence.safety import PEPPER
 
 MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
@@ -46,7 +54,8 @@ class MoveTo:
     def __init__(self) -> None:
         self._wake = threading.Event()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._wake.set)
-        self._gate = CommandGate()
+        self._guard = GuardedGate() if rospy.get_param("~safety", True) else None
+        self._gate = self._guard or CommandGate()
         look = rospy.get_param("~look", 0.15)
         self._base = BaseDriver(
             self._node.connection,
@@ -59,6 +68,10 @@ class MoveTo:
         self._state_due = 0.0
         self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
+        if self._guard is not None:
+            frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
+            self._safety = SafetyTopics(PEPPER, frame, self._guard, self._guard.obstacles)
+            self._sensors = SensorWatch(self._node.connection, self._guard.hear).start()
         rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
@@ -116,6 +129,8 @@ class MoveTo:
                 commanded = time.monotonic()
             self._base.step(time.monotonic(), self._node.master.alive)
             self._tell(time.monotonic())
+        if self._guard is not None:
+            self._sensors.close()
         self._gate.clear()
         try:
             self._base.halt(HALT_TIMEOUT)
@@ -123,6 +138,8 @@ class MoveTo:
             rospy.logerr("could not stop the robot at the end, its watchdog has to: %s", error)
 
     def _tell(self, now: float) -> None:
+        if self._guard is not None and self._guard.decision is not None:
+            self._safety.tell(now, self._guard.decision)
         if self._base.state != self._state or now >= self._state_due:
             if self._base.state != self._state:
                 rospy.loginfo("%s", self._base.state)

@@ -16,6 +16,7 @@ import threading
 
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.drive import CommandGate, Decision, Velocity
+from naoqi_driver.guard import GuardedGate
 
 log = logging.getLogger(__name__)
 
@@ -44,7 +45,7 @@ class BaseDriver:
 
     Args:
         connection: The link to the robot.
-        gate: Holds the newest command.
+        gate: Holds the newest command; a `CommandGate`, or a `GuardedGate`, which looks where it goes.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
         look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees
@@ -52,7 +53,7 @@ class BaseDriver:
     """
 
     def __init__(
-        self, connection: Connection, gate: CommandGate, wake_up: bool = True, look: float | None = None
+        self, connection: Connection, gate: CommandGate | GuardedGate, wake_up: bool = True, look: float | None = None
     ) -> None:
         self.state = "stopped: not connected yet"
         """What the base does and why, for people."""
@@ -212,9 +213,10 @@ class BaseDriver:
         self.moves += 1
 
     def _stand_or_follow_goal(self, decision: Decision, now: float, master_alive: bool) -> None:
-        if not master_alive:
-            self._take_goal()
-        if self._sent is not None or self._unsure or (self._goal is not None and not master_alive):
+        goals = master_alive and self._gate.allows_goals
+        if not goals and self._take_goal() is not None:
+            log.warning("goal refused: %s", decision.reason)
+        if self._sent is not None or self._unsure or (self._goal is not None and not goals):
             self._begin_stop(now, hard=decision.fault or self._unsure)
         elif (wanted := self._take_goal()) is not None:
             self._beat(first=True)

@@ -188,6 +188,28 @@ class Connection:
             raise self.translate(error, name, False, 0.0) from None
         return PendingCall(self, future, name)
 
+    def register_service(self, name: str, service: object, listen: str | None = None) -> None:
+        """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
+
+        Args:
+            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one).
+                Without it libqi listens on loopback: enough for a simulated robot.
+
+        Raises:
+            RobotUnreachable: No link, or no answer in time.
+            CallRefused: The name is taken, or `listen` is no address of this machine.
+        """
+        session = self._session
+        if session is None:
+            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        try:
+            if listen is not None:
+                session.listen(listen)
+            future = session.registerService(name, service, _async=True)
+        except RuntimeError as error:
+            raise self.translate(error, name, False, 0.0) from None
+        PendingCall(self, future, f"registering {name}").result()
+
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
         """What an error of libqi means to the caller of `name`."""
         if unanswered:

@@ -41,6 +41,9 @@ class Decision(NamedTuple):
 class CommandGate:
     """Holds the newest velocity command and says whether it still counts."""
 
+    allows_goals = True
+    """Whether a drive to a goal may begin and go on."""
+
     def __init__(self, timeout: float = COMMAND_TIMEOUT) -> None:
         self.timeout = timeout
         self.refused = 0

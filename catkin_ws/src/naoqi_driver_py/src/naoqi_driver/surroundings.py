@@ -1,0 +1,218 @@
+"""What Pepper's range sensors and bumpers say, and where it stands, for the safety gate.
+
+Wire (NAOqi 2.8 documentation, laser_pep, sonar_pep, bumper_pep): ALMemory keys below
+`Device/SubDeviceList/Platform`, read with one `getListData`:
+`LaserSensor/{Front,Left,Right}/Horizontal/SegNN/{X,Y}/Sensor/Value` [m], a point in a floor frame under that camera, x
+ahead and y left of it, Seg01 leftmost, renewed every 160 ms, at 3 m or beyond when nothing was hit;
+`LaserSensor/{Front,Left,Right}/Reg/FrameCount/Sensor/Value`, which counts measurements;
+`{Front,Back}/Sonar/Sensor/Value` [m], every 100 ms while somebody is subscribed to ALSonar;
+`{FrontLeft,FrontRight,Back}/Bumper/Sensor/Value`, 1 when pressed.
+`ALMotion.getRobotPosition(True)` is x, y, theta of the odometry [m, m, rad].
+
+ALMemory keeps the last value of a device that has died. What tells a new measurement from an old one is the frame
+counter, or, where a robot doesn't count, a value that has changed.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from naoqi_driver.connection import CallRefused, Connection, RobotError
+from telepresence.safety import PEPPER, UNKNOWN, Odometry
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.05
+"""Seconds between two questions."""
+CALL_TIMEOUT = 0.4
+SONAR_SUBSCRIBER = "TelepresenceGuard"
+_PLATFORM = "Device/SubDeviceList/Platform"
+SEGMENTS = 15
+IN_FAN = math.radians(34.0)
+"""A laser point farther than this from its camera's axis is none: the fan has 30 degrees to either side. Fillers such
+as (-1, -1) lie outside."""
+LASERS = {"front laser": ("Front", 0.0), "left laser": ("Left", 1.75728), "right laser": ("Right", -1.75728)}
+"""Name in the gate's profile: side, and direction of its camera in base_footprint [rad]."""
+SONARS = {"front sonar": "Front", "back sonar": "Back"}
+BUMPERS = {"FrontLeft": math.atan2(0.227, 0.129), "FrontRight": math.atan2(-0.227, 0.129), "Back": math.pi}
+"""Direction of each in base_footprint [rad]: frames BumperFL, BumperFR and BumperB of Pepper's URDF."""
+
+KEYS: list[str] = [
+    *(
+        f"{_PLATFORM}/LaserSensor/{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"
+        for side, _ in LASERS.values()
+        for segment in range(1, SEGMENTS + 1)
+        for axis in "XY"
+    ),
+    *(f"{_PLATFORM}/LaserSensor/{side}/Reg/FrameCount/Sensor/Value" for side, _ in LASERS.values()),
+    *(f"{_PLATFORM}/{side}/Sonar/Sensor/Value" for side in SONARS.values()),
+    *(f"{_PLATFORM}/{side}/Bumper/Sensor/Value" for side in BUMPERS),
+]
+_COUNTS = 2 * SEGMENTS * len(LASERS)
+_SONARS = _COUNTS + len(LASERS)
+_BUMPERS = _SONARS + len(SONARS)
+
+
+class Reading(NamedTuple):
+    """One answer of the robot.
+
+    Args:
+        odometry: Where it stood, with the time of the question on the monotonic clock.
+        points: Per laser that has measured anew: (15, 2) points in base_footprint, leftmost first [m]; a segment that
+            says nothing is a point in its camera.
+        ranges: Per sonar that has measured anew [m]; `telepresence.safety.UNKNOWN` if it says nothing.
+        pressed: Directions of the bumpers that are pressed [rad].
+    """
+
+    odometry: Odometry
+    points: dict[str, np.ndarray]
+    ranges: dict[str, float]
+    pressed: tuple[float, ...]
+
+
+class Reader:
+    """Makes readings of what `getListData` answers for `KEYS`; remembers what was measured last."""
+
+    def __init__(self) -> None:
+        self._news = {name: _News(PEPPER.source(name).period) for name in (*LASERS, *SONARS)}
+
+    def read(self, values: Sequence[object], position: Sequence[float], stamp: float) -> Reading:
+        """
+        Args:
+            values: The answer.
+            position: x, y, theta of the odometry [m, m, rad].
+            stamp: When the robot was asked [s, monotonic].
+        Raises:
+            ValueError: The number of values does not fit, or the position is none.
+        """
+        if len(values) != len(KEYS):
+            raise ValueError(f"asked for {len(KEYS)} sensor values, the robot sent {len(values)}")
+        if len(position) != 3:
+            raise ValueError(f"the robot's position should be x, y, theta, it is {position}")
+        x, y, theta = (float(part) for part in position)
+        points, ranges = {}, {}
+        for index, (name, (_, heading)) in enumerate(LASERS.items()):
+            own = values[2 * SEGMENTS * index : 2 * SEGMENTS * (index + 1)]
+            if self._news[name].is_new(stamp, own, values[_COUNTS + index]):
+                points[name] = _points_in_base(name, own, heading)
+        for index, name in enumerate(SONARS):
+            value = values[_SONARS + index]
+            if self._news[name].is_new(stamp, [value], None):
+                # A sonar that has never pinged holds 0; a real echo is never nearer than 0.25 m.
+                ranges[name] = UNKNOWN if not _is_number(value) or value <= 0.0 else float(value)
+        pressed = tuple(
+            bearing
+            for value, bearing in zip(values[_BUMPERS:], BUMPERS.values(), strict=True)
+            if _is_number(value) and value > 0.5
+        )
+        return Reading(Odometry(x, y, theta, stamp), points, ranges, pressed)
+
+
+class _News:
+    """Whether a device has measured since the last question.
+
+    A counter is believed once it has been seen counting; some robots may not keep one.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._values: list | None = None
+        self._count: object = None
+        self._counts = False
+        self._newest = -math.inf
+
+    def is_new(self, stamp: float, values: Sequence[object], count: object) -> bool:
+        values = list(values)
+        if _is_number(count):
+            self._counts = self._counts or (self._count is not None and count != self._count)
+        counted, self._count = count != self._count, count
+        changed, self._values = values != self._values, values
+        new = counted if self._counts else changed or stamp - self._newest >= self._period
+        if new:
+            self._newest = stamp
+        return new
+
+
+class SensorWatch:
+    """Asks the robot on a thread of its own, so that no velocity waits for a sensor.
+
+    Args:
+        connection: The link to the robot.
+        hear: Gets every reading, on that thread.
+    """
+
+    def __init__(self, connection: Connection, hear: Callable[[Reading], None]) -> None:
+        self.problem = "not asked yet"
+        """Why there is no reading now; empty if there is one."""
+        self._connection = connection
+        self._hear = hear
+        self._reader = Reader()
+        self._link = 0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="sensor-watch", daemon=True)
+
+    def start(self) -> SensorWatch:
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """End the thread, and let the sonars rest if nobody else wants them."""
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout=1.0)
+        if self._link and self._link == self._connection.connections and self._connection.connected:
+            try:
+                self._connection.call("ALSonar", "unsubscribe", SONAR_SUBSCRIBER, timeout=CALL_TIMEOUT)
+            except RobotError as error:
+                log.debug("%s", error)
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._stop.wait(max(0.0, due - time.monotonic())):
+            due = max(due + PERIOD, time.monotonic())
+            try:
+                if self._link != self._connection.connections:
+                    self._greet()
+                self._hear(self._ask())
+                self.problem = ""
+            except (RobotError, ValueError) as error:
+                self.problem = str(error)
+
+    def _greet(self) -> None:
+        """First words on a new link: what was measured before it is another robot's life."""
+        link = self._connection.connections
+        self._reader = Reader()
+        try:
+            self._connection.call("ALSonar", "subscribe", SONAR_SUBSCRIBER)
+        except CallRefused as error:
+            # From NAOqi 2.9 on they are on without it (ros-naoqi/naoqi_driver).
+            log.debug("the sonars may be off: %s", error)
+        self._link = link
+
+    def _ask(self) -> Reading:
+        stamp = time.monotonic()
+        position = self._connection.call_async("ALMotion", "getRobotPosition", True)
+        values = self._connection.call("ALMemory", "getListData", KEYS, timeout=CALL_TIMEOUT)
+        return self._reader.read(values, position.result(CALL_TIMEOUT), stamp)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float)
+
+
+def _points_in_base(name: str, values: Sequence[object], heading: float) -> np.ndarray:
+    """Points (15, 2) [m]. Values that are not finite stay so: the gate refuses them, and the robot stands."""
+    missing = np.array([not _is_number(value) for value in values]).reshape(-1, 2).any(axis=1)
+    points = np.array([value if _is_number(value) else 0.0 for value in values], float).reshape(-1, 2)
+    with np.errstate(invalid="ignore"):
+        outside = np.abs(np.arctan2(points[:, 1], points[:, 0])) > IN_FAN
+    points[missing | outside | ~points.any(axis=1)] = 0.0
+    c, s = math.cos(heading), math.sin(heading)
+    return points @ np.array(((c, s), (-s, c))) + PEPPER.source(name).origins[0]
