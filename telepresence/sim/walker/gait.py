@@ -17,8 +17,9 @@ from telepresence.sim.walker.kinematics import FOOT_RADIUS, HIPS, OFFSET, SIDE
 
 HEIGHT = 0.185
 """Of the trunk's middle over the ground [m]."""
-STANCE = HIPS + np.stack([np.full(4, -0.006), 1.15 * OFFSET * SIDE, np.full(4, FOOT_RADIUS - HEIGHT)], axis=1)
-"""Feet of the standing robot in the trunk's frame (4, 3) [m]; a little behind the hips, where the weight is."""
+STANCE = HIPS + np.stack([np.full(4, -0.020), 1.15 * OFFSET * SIDE, np.full(4, FOOT_RADIUS - HEIGHT)], axis=1)
+"""Feet of the standing robot in the trunk's frame (4, 3) [m], so far behind the hips that it trots forward as
+fast as backward."""
 ACCELERATION = np.array([0.6, 0.6, 3.0])
 """[m/s², m/s², rad/s²]"""
 LANDING = 0.10
