@@ -14,7 +14,7 @@ import contextlib
 import logging
 import threading
 import time
-from typing import Any
+from collections.abc import Callable
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -207,9 +207,15 @@ class WebrtcCamera:
         self.problem = problem
 
 
-async def receive_by_copy_and_paste(signaling: BaseSignaling, take: Any) -> None:
-    """Read an offer, give the answer, hand over pictures (av.VideoFrame) until the sender ends or says goodbye.
+async def receive_by_copy_and_paste(
+    signaling: BaseSignaling, take: Callable[[av.VideoFrame], None], address: str | None = None
+) -> None:
+    """Read an offer, give the answer, hand over pictures until the sender ends or says goodbye.
 
+    Args:
+        signaling: aiortc's CopyAndPasteSignaling.
+        take: Must be quick.
+        address: Of this machine, for the sender to find us at; None for all but loopback.
     Raises:
         ValueError: What was pasted is not an offer.
     """
@@ -220,7 +226,8 @@ async def receive_by_copy_and_paste(signaling: BaseSignaling, take: Any) -> None
         if not isinstance(offer, RTCSessionDescription) or offer.type != "offer":
             raise ValueError("this is not the offer that the sender printed")
         await peer.setRemoteDescription(offer)
-        await peer.setLocalDescription(await peer.createAnswer())
+        with on_address(address):
+            await peer.setLocalDescription(await peer.createAnswer())
         await signaling.send(peer.localDescription)
         videos = [each.receiver.track for each in peer.getTransceivers() if each.kind == "video"]
         if not videos:

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 
 DRIVE_PORT, CAMERA_PORT = 8082, 8083
-ROBOT = "127.0.0.1"
+ROBOT = LOOPBACK = "127.0.0.1"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,9 +36,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     camera = roles.add_parser("camera", help="sends the camera's pictures by WebRTC")
     for role, port, run in ((drive, DRIVE_PORT, run_drive), (camera, CAMERA_PORT, run_camera)):
         role.add_argument(
-            "--address", default="127.0.0.1",
-            help="where to listen: this robot's address in the pilot's network, 0.0.0.0 for all (default: %(default)s, "
-                 "which only this machine reaches)",
+            "--address",
+            help=f"where to listen: this robot's address in the pilot's network, 0.0.0.0 for all (default: {LOOPBACK}, "
+                 "which only this machine reaches; with --copy-paste all but that)",
         )  # fmt: skip
         role.add_argument("--port", type=int, default=port, help="0 takes a free one (default: %(default)s)")
         role.set_defaults(run=run)
@@ -61,7 +61,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
-    with DriveServer(options.robot, options.address, options.port, laser=options.laser) as server:
+    with DriveServer(options.robot, options.address or LOOPBACK, options.port, laser=options.laser) as server:
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
@@ -85,9 +85,9 @@ async def _send_pictures(options: argparse.Namespace, source) -> int:
 
     server = CameraServer(source)
     if options.copy_paste:
-        work = asyncio.ensure_future(server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.time))
+        work = asyncio.ensure_future(server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time))
     else:
-        work = asyncio.ensure_future(serve(server, options.address, options.port, _announce))
+        work = asyncio.ensure_future(serve(server, options.address or LOOPBACK, options.port, _announce))
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, work.cancel)

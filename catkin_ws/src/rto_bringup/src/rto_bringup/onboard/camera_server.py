@@ -96,8 +96,10 @@ class CameraServer:
             raise
         return number, peer.localDescription.sdp
 
-    async def send_by_copy_and_paste(self, signaling: CopyAndPasteSignaling, with_time: bool = False) -> None:
-        """Offer, read the answer, and send until the receiver says goodbye or is lost.
+    async def send_by_copy_and_paste(
+        self, signaling: CopyAndPasteSignaling, address: str | None, with_time: bool = False
+    ) -> None:
+        """Offer, read the answer, and send until the receiver says goodbye or is lost. Arguments as for `answer`.
 
         Raises:
             ValueError: What was pasted is not an answer.
@@ -107,7 +109,8 @@ class CameraServer:
         peer.addTrack(NewestPictureTrack(self._source.image, with_time))
         await signaling.connect()
         try:
-            await peer.setLocalDescription(await peer.createOffer())
+            with on_address(address):
+                await peer.setLocalDescription(await peer.createOffer())
             await signaling.send(peer.localDescription)
             answer = await signaling.receive()
             if not isinstance(answer, RTCSessionDescription) or answer.type != "answer":

@@ -1,0 +1,199 @@
+"""The camera sender as a program: offers, several receivers, lost cameras and lost senders."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import signal
+import subprocess
+import time
+import urllib.error
+import urllib.request
+
+import pytest
+from aiortc.contrib.signaling import BYE, object_from_string, object_to_string
+from rto_bringup.onboard.picture_sources import open_source
+from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste, sender_url
+
+
+def ask(port: int, method: str = "GET", path: str = "/camera", body: bytes | None = None, kind="application/sdp"):
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{port}{path}", body, {"Content-Type": kind} if body is not None else {}, method=method
+    )
+    try:
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def receivers(port: int) -> int:
+    return json.loads(ask(port)[1])["receivers"]
+
+
+@pytest.fixture
+def make_camera():
+    made = []
+
+    def make(port: int, **options) -> WebrtcCamera:
+        made.append(WebrtcCamera(f"127.0.0.1:{port}", **options))
+        made[-1].want(True)
+        return made[-1]
+
+    yield make
+    for camera in made:
+        camera.close()
+
+
+@pytest.fixture(scope="module")
+def sender(run_onboard):
+    return run_onboard("camera", "--port", "0", "--source", "test", "--rate", "15", "--size", "320x240")
+
+
+def test_pictures_come_with_their_age_and_end_when_nobody_wants_them(sender, make_camera, until_true):
+    camera = make_camera(sender.port, with_time=True)
+    until_true(lambda: camera.received > 5 and camera.age is not None, "pictures come")
+    assert camera.image.peek().pixels.shape == (240, 320, 3)
+    assert 0.0 < camera.age < 1.0
+    assert receivers(sender.port) == 1
+    camera.want(False)
+    until_true(lambda: receivers(sender.port) == 0, "the receiver has left")
+    camera.want(True)
+    before = camera.received
+    until_true(lambda: camera.received > before, "and is back")
+
+
+def test_three_receivers_see_and_a_fourth_is_told(sender, make_camera, until_true):
+    cameras = [make_camera(sender.port) for _ in range(3)]
+    until_true(lambda: all(camera.received > 2 for camera in cameras), "three see")
+    fourth = make_camera(sender.port)
+    until_true(lambda: "which is the limit" in fourth.problem, "the fourth is told why not")
+    cameras[0].want(False)
+    until_true(lambda: fourth.received > 2, "and sees when there is room")
+
+
+@pytest.mark.parametrize("offer", [b"", b"v=0\r\n", b"\xff\xfe", b"v=0\r\nm=video x y z\r\n" * 50])
+def test_nonsense_is_refused_and_leaves_nothing(sender, offer, until_true):
+    until_true(lambda: receivers(sender.port) == 0, "nobody is there")
+    status, text = ask(sender.port, "POST", body=offer)
+    assert status == 400
+    assert text.strip()
+    assert receivers(sender.port) == 0
+
+
+def test_other_requests_are_refused(sender):
+    assert ask(sender.port, "POST", body=b"{}", kind="application/json")[0] == 415
+    assert ask(sender.port, "POST", body=b"v=0\r\n" * 20000)[0] == 413
+    assert ask(sender.port, "DELETE", "/camera/99")[0] == 404
+    assert ask(sender.port, "GET", "/")[0] == 404
+
+
+def test_a_killed_sender_is_noticed_and_its_successor_found(run_onboard, make_camera, until_true):
+    first = run_onboard("camera", "--port", "0", "--source", "test", "--size", "320x240")
+    camera = make_camera(first.port)
+    until_true(lambda: camera.received > 5, "pictures come")
+    first.process.kill()
+    killed = time.monotonic()
+    until_true(lambda: camera.problem, "silence is noticed")
+    assert time.monotonic() - killed < 3.0, "the library alone takes half a minute"
+    until_true(lambda: "does not answer" in camera.problem, "and named")
+    second = run_onboard("camera", "--port", str(first.port), "--source", "test", "--size", "320x240")
+    started = time.monotonic()
+    until_true(lambda: not camera.problem, "pictures come again")
+    assert time.monotonic() - started < 3.0
+    second.process.send_signal(signal.SIGTERM)
+    until_true(lambda: camera.problem, "a sender that ends says so")
+    assert "has ended" in camera.problem or "does not answer" in camera.problem
+    assert second.process.wait(5) == 0
+
+
+def test_a_frozen_sender_is_left_for_a_fresh_connection(run_onboard, make_camera, until_true):
+    sender = run_onboard("camera", "--port", "0", "--source", "test", "--size", "320x240")
+    camera = make_camera(sender.port, with_time=True)
+    until_true(lambda: camera.received > 5, "pictures come")
+    sender.process.send_signal(signal.SIGSTOP)
+    until_true(lambda: camera.problem, "silence is noticed")
+    connections = camera.connections
+    sender.process.send_signal(signal.SIGCONT)
+    until_true(lambda: camera.connections > connections and not camera.problem, "a new connection")
+    assert camera.age < 1.0, "not what was taken before"
+
+
+def test_the_robots_own_pictures_are_sent_on(simulation, run_onboard, make_camera, until_true):
+    sender = run_onboard("camera", "--port", "0", "--source", simulation.url)
+    camera = make_camera(sender.port)
+    until_true(lambda: camera.received > 3, "pictures come")
+    assert camera.image.peek().pixels.std() > 10, "the picture is not plain"
+    assert json.loads(ask(sender.port)[1])["problem"] == ""
+
+
+def test_a_lost_camera_is_told(run_onboard, make_camera, free_port, until_true):
+    sender = run_onboard("camera", "--port", "0", "--source", f"127.0.0.1:{free_port()}")
+    make_camera(sender.port)
+    until_true(lambda: "connection refused" in ask(sender.port)[1], "the reason is told")
+
+
+def test_a_device_that_is_none_is_told(until_true):
+    source = open_source("/dev/no_such_camera", 30.0, (640, 480))
+    source.watch()
+    until_true(lambda: "does not open" in source.problem, "the problem")
+    source.close()
+
+
+@pytest.mark.parametrize(("text", "rate"), [("test", 0.0), ("test", float("nan")), ("no address/", 30.0)])
+def test_sources_that_make_no_sense_are_refused(text, rate):
+    with pytest.raises(ValueError):
+        open_source(text, rate, (640, 480))
+
+
+@pytest.mark.parametrize("text", ["", "host:port", "https://host", "http://host/path", "a:1:2"])
+def test_addresses_that_are_none_are_refused(text):
+    with pytest.raises(ValueError, match="camera sender"):
+        sender_url(text)
+
+
+class Hands:
+    """A person between two terminals: pastes lines from the sender's output to us, and ours into its input."""
+
+    def __init__(self, process: subprocess.Popen) -> None:
+        self._process = process
+
+    async def connect(self) -> None:
+        pass
+
+    async def close(self) -> None:
+        with contextlib.suppress(OSError):
+            await self.send(BYE)
+
+    async def send(self, description) -> None:
+        self._process.stdin.write(object_to_string(description) + "\n")
+        self._process.stdin.flush()
+
+    async def receive(self):
+        def next_line() -> str:
+            for line in self._process.stdout:
+                if line.startswith("{"):
+                    return line
+            raise ValueError("the sender's output ended")
+
+        return object_from_string(await asyncio.get_running_loop().run_in_executor(None, next_line))
+
+
+def test_copy_and_paste(start_onboard):
+    """As in the Robotino guide: the sender prints its offer, a person carries lines to and fro."""
+    sender = start_onboard("camera", "--copy-paste", "--address", "127.0.0.1", "--source", "test", "--size", "320x240")
+
+    async def look() -> int:
+        seen = []
+        work = asyncio.ensure_future(receive_by_copy_and_paste(Hands(sender), seen.append, "127.0.0.1"))
+        deadline = asyncio.get_running_loop().time() + 30
+        while len(seen) < 5 and not work.done() and asyncio.get_running_loop().time() < deadline:
+            await asyncio.sleep(0.02)
+        work.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await work
+        return len(seen)
+
+    assert asyncio.run(look()) >= 5
+    assert sender.wait(10) == 0, "the receiver's goodbye ends the sender"

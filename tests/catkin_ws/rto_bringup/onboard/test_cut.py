@@ -1,0 +1,61 @@
+"""The network between pilot and robot is cut: the robot stops by itself, and everything goes on when it is back."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+from rto_node.drive_link import DriveLink
+from rto_node.webrtc_camera import WebrtcCamera
+
+
+@pytest.fixture
+def link(network, drive_server, until_true):
+    made = DriveLink(f"127.0.0.1:{network.datagrams_to(drive_server.port)}")
+    until_true(lambda: not made.problem, "the drive server answers")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def camera(network, run_onboard, until_true):
+    sender = run_onboard("camera", "--port", "0", "--source", "test", "--rate", "20")
+    made = WebrtcCamera(f"127.0.0.1:{network.signaling_to(sender.port)}")
+    made.want(True)
+    until_true(lambda: made.received > 10, "pictures come")
+    yield made
+    made.close()
+
+
+def stopping(track):
+    """Seconds until the robot was where it stayed, and how far it went [m]."""
+    _, x, y = track[-1]
+    moving = [when for when, *at in track if math.dist(at, (x, y)) > 1e-3]
+    return (max(moving, default=0.0), math.dist(track[0][1:], (x, y)))
+
+
+def test_a_cut_network_stops_the_robot_and_both_come_back(
+    simulation, network, link, camera, hold, watch_robot, until_true
+):
+    hold(link, 0.2, 0.0, 0.0)
+    until_true(lambda: link.report()[0].given[0] > 0.19, "the robot drives")
+    until_true(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the wheels follow")
+    network.cut()
+    track = watch_robot(simulation, 1.5)
+    seconds, metres = stopping(track)
+    assert 0.02 < metres < 0.1
+    assert seconds < 0.5
+    assert network.dropped > 10
+    assert "does not answer" in link.problem
+    until_true(lambda: camera.problem, "the lost picture is noticed")
+    received = camera.received
+
+    network.join()
+    back = time.monotonic()
+    until_true(lambda: camera.received > received + 2, "the picture is back")
+    assert time.monotonic() - back < 3.0
+    until_true(lambda: link.report()[0].given[0] > 0.19, "the robot drives on, the key was held all the time")
+    assert time.monotonic() - back < 3.0
+    assert not link.problem
+

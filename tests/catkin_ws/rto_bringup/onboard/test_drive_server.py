@@ -1,0 +1,171 @@
+"""The drive server as a program, against the simulated robot's web server."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+import socket
+import time
+
+import pytest
+from rto_bringup.onboard.__main__ import main
+from rto_bringup.onboard.sensors import ranges_of_sectors
+from rto_node.client import RobotinoClient, Scan
+from rto_node.drive_link import DriveLink
+
+from telepresence.safety import UNKNOWN
+
+
+@pytest.fixture
+def make_link(until_true):
+    made = []
+
+    def make(port: int) -> DriveLink:
+        link = DriveLink(f"127.0.0.1:{port}")
+        made.append(link)
+        until_true(lambda: not link.problem, "the drive server answers")
+        return link
+
+    yield make
+    for link in made:
+        link.close()
+
+
+@pytest.fixture
+def link(make_link, drive_server, simulation, until_true):
+    made = make_link(drive_server.port)
+    until_true(lambda: abs(simulation.robot.snapshot().odometry.vx) < 0.002, "the robot stands")
+    return made
+
+
+def state(link):
+    return link.report()[0].state
+
+
+def given(link):
+    return link.report()[0].given
+
+
+def test_drives_and_lets_go_gently(link, hold, simulation, watch_robot, until_true):
+    driving = hold(link, 0.2, 0.0, 0.0)
+    until_true(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the robot drives")
+    assert state(link) == "clear"
+    driving.let_go()
+    track = watch_robot(simulation, 1.2)
+    until_true(lambda: state(link) == "no command", "nobody drives")
+    # v²/2a = 5 cm of the base's own ramp, and what a tick, a datagram and a write take
+    assert 0.04 < math.dist(track[0][1:], track[-1][1:]) < 0.09
+
+
+def test_stop_latches_until_it_is_reset_and_the_key_let_go(link, hold, until_true):
+    driving = hold(link, 0.0, 0.1, 0.0)
+    until_true(lambda: given(link)[1] > 0.09, "the robot drives")
+    assert link.ask("stop").ok
+    until_true(lambda: state(link) == "stopped" and given(link) == (0.0, 0.0, 0.0), "the robot is stopped")
+    assert link.ask("reset stop").ok
+    until_true(lambda: "Let go" in link.report()[0].reason, "the key is still held")
+    driving.let_go()
+    until_true(lambda: state(link) == "no command", "the key is let go")
+    hold(link, 0.0, -0.1, 0.0)
+    until_true(lambda: given(link)[1] < -0.09, "the robot drives again")
+
+
+def test_a_velocity_that_is_not_finite_stops_the_robot(link, until_true):
+    def drives():
+        link.drive(0.0, 0.1, 0.0)
+        return given(link)[1] > 0.05
+
+    until_true(drives, "the robot drives")
+    with pytest.raises(ValueError, match="nan"):
+        link.drive(math.nan, 0.0, 0.0)
+    seq = link.report()[0].seq
+    until_true(lambda: link.report()[0].seq > seq + 1, "two more reports")
+    assert given(link) == (0.0, 0.0, 0.0)
+
+
+def test_a_flood_of_noise_disturbs_nobody(link, drive_server, hold, until_true):
+    hold(link, 0.0, 0.1, 0.0)
+    until_true(lambda: given(link)[1] > 0.09, "the robot drives")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as noise:
+        for count in range(2000):
+            noise.sendto(b"\x00noise" * (count % 200), ("127.0.0.1", drive_server.port))
+    seq = link.report()[0].seq
+    until_true(lambda: link.report()[0].seq > seq + 10, "reports go on")
+    assert given(link)[1] > 0.09
+    assert not link.problem
+
+
+def test_two_pilots(link, make_link, drive_server, hold, until_true):
+    other = make_link(drive_server.port)
+    hold(link, 0.0, 0.1, 0.0)
+    until_true(lambda: given(link)[1] > 0.09, "the first drives")
+    driving = hold(other, 0.0, -0.1, 0.0)
+    until_true(lambda: "Another pilot drives" in other.report()[0].reason, "the second is told")
+    assert given(link)[1] > 0.09
+    assert not other.ask("reset stop").ok
+    assert other.ask("stop").ok, "anybody may stop"
+    until_true(lambda: state(link) == "stopped", "the robot is stopped")
+    assert link.ask("reset stop").ok
+    driving.let_go()
+
+
+def test_leaves_the_robot_to_others_when_nobody_drives(link, simulation, hold, until_true):
+    """REST has no lock; a drive server that sent zeros for ever would be a bad neighbour."""
+    until_true(lambda: state(link) == "no command", "nobody drives")
+    time.sleep(1.1)  # zeros end a second after the pilot let go
+    with_rest = RobotinoClient(simulation.url)
+
+    def driven():
+        with_rest.drive(0.0, 0.0, 0.3)
+        return simulation.robot.snapshot().odometry.omega > 0.25
+
+    until_true(driven, "another client of the web server drives")
+    with_rest.drive(0.0, 0.0, 0.0)
+    with_rest.close()
+
+
+def test_a_robot_whose_web_server_is_gone_is_a_fault_that_says_so(run_onboard, make_link, free_port, until_true):
+    server = run_onboard("drive", "--port", "0", "--robot", f"127.0.0.1:{free_port()}")
+    link = make_link(server.port)
+    until_true(lambda: "connection refused" in link.report()[0].reason, "the reason reaches the pilot")
+    assert state(link) == "fault"
+    assert server.end() == 0
+    until_true(lambda: "no program listens" in link.problem, "the pilot learns that the server has ended")
+
+
+def test_a_terminated_server_stops_the_robot_first(simulation, run_onboard, make_link, hold, until_true):
+    server = run_onboard("drive", "--port", "0", "--robot", simulation.url)
+    link = make_link(server.port)
+    hold(link, 0.0, 0.0, 0.5)
+    until_true(lambda: simulation.robot.snapshot().odometry.omega > 0.4, "the robot turns")
+    server.process.send_signal(signal.SIGTERM)
+    assert server.process.wait(5) == 0
+    until_true(lambda: abs(simulation.robot.snapshot().odometry.omega) < 0.01, "the robot stands")
+
+
+def test_a_taken_port_is_named(capsys):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        assert main(["drive", "--port", str(port)]) == 1
+    assert f"udp port {port}" in capsys.readouterr().err
+
+
+def test_a_scan_is_the_nearest_return_in_each_direction():
+    step = math.radians(0.5)
+    ranges = [2.0] * 441
+    ranges[220] = 0.5  # straight ahead
+    ranges[100] = 0.0  # nothing came back
+    scan = Scan(1, math.radians(-110), step, 0.0, 0.1, 0.05, 20.0, tuple(ranges))
+    sectors = ranges_of_sectors(scan, mount=0.08)
+    assert len(sectors) == 72
+    assert sectors[0] == pytest.approx(0.58)
+    assert sectors[36] == UNKNOWN, "no ray looks back"
+    assert sectors[18] == pytest.approx(2.0, abs=0.1)
+    assert json.dumps(sectors), "all of them finite"
+
+
+def test_an_unwilling_scanner_says_nothing():
+    nothing = Scan(1, -1.9, 0.0087, 0.0, 0.1, 0.0, 20.0, (0.0,) * 441)
+    assert {round(each) for each in ranges_of_sectors(nothing) if each != UNKNOWN} == {20}
