@@ -14,6 +14,7 @@ from gui.floor import scaled_to
 from gui.floor_drive import FloorDrive
 from gui.floor_overlay import Place, paint_way
 from gui.picture import Picture
+from gui.profiles import camera_info_of
 from gui.readings import BodyState, CameraView, DriveState, Lens, PostureResult, Safety, VoiceState
 from gui.robots import ROBOTS
 from gui.round_trip import RoundTrip
@@ -66,6 +67,7 @@ class Views(QObject):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
         link.channel("picture").arrived.connect(self._on_picture)
+        self._offer_cameras()
         self._join_panels()
         self._join_picture()
 
@@ -143,6 +145,28 @@ class Views(QObject):
         drive.target_changed.connect(self._window.around.show_target)
         drive.target_changed.connect(lambda _target: video.update())
         drive.refused.connect(lambda reason: self.said.emit(reason, "warn"))
+
+    def _offer_cameras(self) -> None:
+        choice = self._window.cameraChoice
+        choice.clear()
+        choice.setVisible(bool(self.robot.cameras))
+        self._window.feedLabel.setVisible(not self.robot.cameras)
+        for name, topic in self.robot.cameras:
+            choice.addItem(name, topic)
+            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ToolTipRole)
+        if self.robot.cameras and self._link.feed not in [self._link.resolve(topic) for _, topic in self.robot.cameras]:
+            choice.insertItem(0, "Other", self._link.feed)
+        choice.setCurrentIndex(0)
+        choice.activated.connect(lambda index: self._change_camera(choice.itemData(index)))
+
+    def _change_camera(self, topic: str) -> None:
+        """Show another of the robot's cameras."""
+        self._lens = None
+        self.floor_drive.release_all()
+        self._link.change_topic("picture", topic)
+        self._link.change_topic("lens", camera_info_of(topic))
+        self._window.video.clear("Waiting for the first picture", self._link.feed)
+        self._window.pad.setFocus()
 
     def _on_picture(self, picture: Picture) -> None:
         age = time.time() - picture.stamp
