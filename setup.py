@@ -14,7 +14,7 @@ EXTRAS = {
     # aiortc: WebRTC in pure Python, on the robot too.
     "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0", "aiohttp==3.14.5"],
     "gui": ["PyQt5==5.15.11"],
-    "dev": ["pytest==9.0.1", "ruff==0.14.5", "hypothesis==6.148.1", "websockets==15.0.1"],
+    "dev": ["pytest==9.0.1", "ruff==0.14.5", "hypothesis==6.148.1", "websockets==15.0.1", "matplotlib==3.10.8"],
 }
 
 setup(
@@ -26,6 +26,7 @@ setup(
     packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*"]),
     package_data={
         "telepresence.sim": ["scenes/*.xml", "scenes/parts/*.xml", "scenes/textures/*.png"],
+        "telepresence.sim.walker": ["*.xml"],
         "pepper_sim": ["models/*"],
         "robotino_sim": ["models/*"],
         "gui": ["*.ui", "*.conf", "*.bashrc", "themes/*"],
