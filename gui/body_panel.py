@@ -49,11 +49,11 @@ class BodyPanel(QFrame):
         if body is None or time.monotonic() - body.arrived > FORGET_AFTER:
             return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
         return [
-            ("roll, pitch", f"{math.degrees(body.roll):+.0f}°  {math.degrees(body.pitch):+.0f}°"),
-            ("x, y", f"{body.x:+.2f}  {body.y:+.2f} m"),
-            ("heading", f"{math.degrees(body.yaw):+.0f}°"),
+            ("roll, pitch", f"{_signed(math.degrees(body.roll), 0)}° {_signed(math.degrees(body.pitch), 0)}°"),
+            ("x, y", f"{_signed(body.x, 2)} {_signed(body.y, 2)}"),
+            ("heading", f"{_signed(math.degrees(body.yaw), 0)}°"),
             ("speed", f"{math.hypot(body.vx, body.vy):.2f} m/s"),
-            ("turning", f"{body.wz:+.2f} rad/s"),
+            ("turning", f"{_signed(math.degrees(body.wz), 0)} °/s"),
         ]
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -105,3 +105,9 @@ class BodyPanel(QFrame):
         painter.setPen(QPen(theme.colour("line"), 1.5))
         painter.setBrush(Qt.NoBrush)
         painter.drawEllipse(centre, radius, radius)
+
+
+def _signed(value: float, digits: int) -> str:
+    """With its sign, and the minus as wide as the plus."""
+    text = f"{round(value, digits) + 0.0:+.{digits}f}"  # adding nothing makes minus nothing plain nothing
+    return text.replace("-", "−")

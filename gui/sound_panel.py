@@ -6,7 +6,7 @@ import math
 import time
 
 from PyQt5.QtCore import QRectF, QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QPainter, QPaintEvent
+from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from gui import theme
@@ -115,6 +115,13 @@ class SoundPanel(QFrame):
             self._state.setText("No sound program runs. It starts with the robot's programs.")
         elif self._state.text().startswith("No sound"):
             self._state.setText("")
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Out of sight the microphone is not held open."""
+        if self.talk_button.isDown():
+            self.talk_button.setDown(False)
+            self.talk.emit(False)
+        super().hideEvent(event)
 
     def show_reading(self, reading: object) -> None:
         """Take in `Levels` and `VoiceState`; other readings are ignored."""
