@@ -16,9 +16,13 @@ from PyQt5.QtWidgets import QApplication
 
 from gui import theme
 from gui.controller import Attach, Controller
+from gui.entrance import Entrance
+from gui.gamepad import Gamepad
+from gui.keeping import Keeping, default_folder
 from gui.profiles import PROFILES
 from gui.ros_link import RosLink, RosNode, without_remappings
 from gui.terminal import TerminalView
+from gui.users import Users
 from gui.window import OperatorWindow, themes
 from gui.x11 import hold_display
 
@@ -48,7 +52,13 @@ def main(argv: list[str] | None = None) -> int:
         profile = profile.with_feed(arguments.feed)
     node = RosNode()
     link = RosLink(node, profile)
-    Controller(window, link, terminal, arguments.attach, profile)
+    gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
+    controller = Controller(window, link, terminal, arguments.attach, profile, arguments.sign_in, gamepad)
+    if arguments.gamepad == "joy":
+        link.channel("joy").arrived.connect(lambda joy: gamepad.hear(*joy))
+        link.watch("joy", True)
+    keeping = Keeping(window, link, arguments.folder)
+    keeping.said.connect(window.status.say)
     node.trouble.connect(link.trouble)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
@@ -58,13 +68,16 @@ def main(argv: list[str] | None = None) -> int:
         )
     signals = _close_on_signals(window)
     window.show_on_screen()
-    terminal.start()
+    # On the screen first: the terminal opens its window in this one.
+    Entrance(window, terminal, [controller], Users(arguments.users) if arguments.sign_in else None)
+    gamepad.start()
     node.start()
     try:
         return application.exec_()
     finally:
         signals.setEnabled(False)
-        window.pad.release_all()
+        keeping.recorder.close()
+        controller.dismiss()
         node.close()
         terminal.close_terminal()
 
@@ -76,6 +89,17 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--profile", choices=PROFILES, default="pepper", help="kind of robot; default %(default)s")
     parser.add_argument("--feed", metavar="TOPIC", help="camera topic; default the profile's")
+    parser.add_argument(
+        "--no-sign-in", dest="sign_in", action="store_false",
+        help="let everybody in as a pilot: for simulated robots; the robot's programs need sign_in:=false, too",
+    )  # fmt: skip
+    parser.add_argument(
+        "--users", metavar="FILE", type=Path, help="the accounts; default TELEPRESENCE_USERS or gui/users.db"
+    )
+    parser.add_argument(
+        "--gamepad", metavar="DEVICE", default="",
+        help="a joystick device, joy for the topic of that name, or none; default the first that is plugged in",
+    )  # fmt: skip
     attach = parser.add_mutually_exclusive_group()
     attach.add_argument(
         "--attach", dest="attach", action="store_const", const=Attach.ALWAYS, default=Attach.AUTO,
@@ -86,6 +110,9 @@ def parse(argv: list[str]) -> argparse.Namespace:
         "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
     )
     parser.add_argument("--theme", choices=themes(), default="dark", help="colours; default %(default)s")
+    parser.add_argument(
+        "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
+    )
     parser.add_argument("--screenshot", metavar="FILE", type=Path, help="save a picture of the window there")
     return parser.parse_args(argv)
 

@@ -11,6 +11,8 @@ from urllib.parse import urlparse
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
 SECOND_NAME = "name:=window_keyboard"
 """For a keyboard beside one that runs elsewhere: of two nodes with one name the older is thrown out."""
+OPEN_TO_ALL = "sign_in:=false"
+"""For a robot that everybody may drive without signing in."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_NAOQI_PORT = 9559

@@ -5,23 +5,26 @@ from __future__ import annotations
 import enum
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer
+from PyQt5.QtCore import QObject
 
 from gui import commands
-from gui.drive_pad import SEND_PERIOD
+from gui.access_bar import AccessBar
+from gui.drive_access import DriveAccess
+from gui.drive_controls import DriveControls
+from gui.driving import Driving
+from gui.gamepad import Gamepad
 from gui.link_state import LinkState
+from gui.pad_view import PadView
 from gui.picture import Picture
 from gui.profiles import PROFILES, Profile
+from gui.robots import ROBOTS
 from gui.views import Views
+from telepresence.drive_lease import Account
 
 if TYPE_CHECKING:
     from gui.ros_link import RosLink
     from gui.terminal import TerminalView
     from gui.window import OperatorWindow
-
-STOP_REPEATS = 5
-"""Zeros after Stop, one every 100 ms: a keyboard somewhere else hears them and lets go of its latched key."""
-
 
 class Attach(enum.Enum):
     """Whether to join programs that run already: show the camera, and start the keyboard in the terminal."""
@@ -39,6 +42,9 @@ class Controller(QObject):
     Args:
         window, link, terminal: What it joins. `link` and `terminal` are started by the caller.
         attach: Whether to join programs that run already.
+        profile: The robot.
+        sign_in: Whether people sign in; otherwise the robot's programs are started for everybody.
+        gamepad: Hand on the robot.
     """
 
     def __init__(
@@ -48,14 +54,20 @@ class Controller(QObject):
         terminal: TerminalView,
         attach: Attach = Attach.AUTO,
         profile: Profile = PROFILES["pepper"],
+        sign_in: bool = False,
+        gamepad: Gamepad | None = None,
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
         self._profile = profile
-        self._zeros_left = 0
-        self._zeros = QTimer(self, interval=SEND_PERIOD)
-        self._zeros.timeout.connect(self._send_zero)
+        self._sign_in = sign_in
+        self.access = DriveAccess(link)
+        self.gamepad = gamepad or Gamepad(None, self)
+        self.controls = DriveControls()
+        self.bar = AccessBar(self.access, sign_in)
+        self.driving = Driving(window, link, self.access, self.gamepad, self.controls)
+        self._mount()
 
         window.roscoreButton.clicked.connect(self.start_roscore)
         window.sessionButton.clicked.connect(self.start_session)
@@ -64,11 +76,11 @@ class Controller(QObject):
         window.feedButton.toggled.connect(self.show_feed)
         window.stopButton.clicked.connect(self.stop)
         window.activation_changed.connect(self._show_keys)
-        window.pad.velocity.connect(self._drive)
-        window.pad.blocked.connect(lambda reason: window.status.say(reason, "warn"))
+        self.driving.said.connect(self._say)
         self.views = Views(window, link)
         self.views.said.connect(self._say)
-        self.views.floor_drive.velocity.connect(self._drive)
+        self.driving.hub.add(self.views.floor_drive)
+        self.driving.sent.connect(self.views.note_sent)
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
         link.state_changed.connect(self._on_state)
@@ -83,6 +95,34 @@ class Controller(QObject):
         self._clear_video()
         self._show_links()
         self._advise()
+
+    def _mount(self) -> None:
+        """Put the parts of driving into the places that the window has for them."""
+        window = self._window
+        window.accessSlot.addWidget(self.bar)
+        window.driveSlot.addWidget(self.controls)
+        self.pad_view = PadView()
+        window.deck.addTab(self.pad_view, "Gamepad")
+        self.gamepad.changed.connect(self.pad_view.show_state)
+        self.controls.pad_wanted.connect(lambda: window.show_page(self.pad_view))
+        robot = ROBOTS[self._profile.name]
+        self.controls.set_limits(robot.top_speed, robot.top_turn)
+        self.gamepad.top_speed = robot.top_speed
+
+    def admit(self, account: Account) -> None:
+        """Somebody has signed in."""
+        self._link.set_open(True)
+        self.access.sign_in(account)
+        for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
+            button.setEnabled(self.access.is_pilot)
+        self._on_state(self._link.state)
+
+    def dismiss(self) -> None:
+        """Nobody is signed in any more: nothing is heard, nothing is sent."""
+        self.driving.hub.release_all()
+        self.access.sign_out()
+        self._window.feedButton.setChecked(False)
+        self._link.set_open(False)
 
     # --- buttons ---
 
@@ -109,7 +149,10 @@ class Controller(QObject):
             self._mark_address(valid=False)
             self._say(str(error), "bad")
             return
-        self._terminal.type_line(lambda: self._profile.session(address, commands.own_address_towards(address.host)))
+        open_to_all = "" if self._sign_in else f" {commands.OPEN_TO_ALL}"
+        self._terminal.type_line(
+            lambda: self._profile.session(address, commands.own_address_towards(address.host)) + open_to_all
+        )
         self._terminal.take_keyboard()
 
     def _start_keyboard(self, state: LinkState) -> None:
@@ -126,52 +169,26 @@ class Controller(QObject):
 
     def stop(self) -> None:
         """Stop the robot, and what runs in the terminal's session."""
-        self._window.pad.stop()
-        self._zeros_left = STOP_REPEATS - 1
-        self._zeros.start()
+        self.driving.stop()
         self._terminal.interrupt()
         self._say("Stopped. Session start brings the programs or the keyboard back.", "warn")
-
-    # --- driving ---
-
-    def _drive(self, vx: float, vy: float, wz: float) -> None:
-        self._zeros.stop()
-        self._link.send("drive", vx, vy, wz)
-        self.views.note_sent()
-
-    def _send_zero(self) -> None:
-        self._link.send("drive", 0.0, 0.0, 0.0)
-        self._zeros_left -= 1
-        if self._zeros_left <= 0:
-            self._zeros.stop()
-
-    def _block_pad(self) -> None:
-        """A pad that drives nothing, or a robot that nobody sees, is worse than one that says why it does not."""
-        state = self._link.state
-        if not state.joined:
-            reason = "The drive pad needs a ROS master. Press Roscore start."
-        elif not state.driver:
-            reason = "No driver listens to the drive pad. Press Session start."
-        elif self._window.video.stale:
-            reason = "The robot's picture is lost, so the drive pad is off. Turn Robot feed off to drive without it."
-        else:
-            reason = ""
-        self._window.pad.set_block(reason)
-        self.views.floor_drive.set_block(reason)
-        self._window.padLabel.setText("off" if reason else f"{self._window.pad.speed:.1f} m/s")
-        self._window.padLabel.setToolTip(reason)
 
     # --- what the link reports ---
 
     def _on_state(self, state: LinkState) -> None:
-        if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):
-            self._attach = Attach.NEVER
-            self._window.feedButton.setChecked(True)
-            self._start_keyboard(state)
+        if self.access.account is not None:
+            self._join_running(state)
         if self._window.video.age() == float("inf"):
             self._clear_video()
         self._show_links()
         self._advise()
+
+    def _join_running(self, state: LinkState) -> None:
+        if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):
+            self._attach = Attach.NEVER
+            self._window.feedButton.setChecked(True)
+            if self.access.is_pilot:
+                self._start_keyboard(state)
 
     def _on_picture(self, picture: Picture) -> None:
         first = self._window.video.age() == float("inf")
@@ -230,7 +247,6 @@ class Controller(QObject):
         else:
             picture = ("Picture", "good")
         set_chip("picture", *picture, self._link.feed)
-        self._block_pad()
 
     # --- keyboard ---
 

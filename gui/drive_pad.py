@@ -1,7 +1,7 @@
 """Driving by held keys and buttons, for mouse and keyboard.
 
-While anything is held the velocity is sent ten times a second; on the last release zero is sent once, and then nothing,
-so that another input can drive. Losing the keyboard counts as releasing everything.
+While anything is held the velocity is sent twenty times a second; on the last release zero is sent once, and then
+nothing, so that another input can drive. Losing the keyboard counts as releasing everything.
 """
 
 from __future__ import annotations
@@ -11,9 +11,21 @@ from typing import NamedTuple
 
 from PyQt5.QtCore import QEvent, QObject, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QKeyEvent
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QFrame, QGridLayout, QLineEdit, QPushButton, QWidget
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QFrame,
+    QGridLayout,
+    QLineEdit,
+    QPlainTextEdit,
+    QPushButton,
+    QTextEdit,
+    QWidget,
+)
 
-SEND_PERIOD = 100  # ms
+_TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
+SEND_PERIOD = 50  # ms
 BOUNCE = 30
 """ms. X11 repeats a held key as releases and presses; a pair torn apart on its way looks like a real release."""
 SPEED = 0.2
@@ -77,6 +89,8 @@ class DrivePad(QFrame):
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held."""
     blocked = pyqtSignal(str)
     """Somebody tried to drive while that is not possible; why."""
+    stop_pressed = pyqtSignal()
+    """The space bar, or the pad's stop."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -98,7 +112,7 @@ class DrivePad(QFrame):
             self._caps[name] = cap
         stop = self._make_cap("Stop   Space", "Stop (space bar)")
         stop.setObjectName("padStop")
-        stop.pressed.connect(self.stop)
+        stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
         self._timer = QTimer(self, interval=SEND_PERIOD)
         self._timer.setTimerType(Qt.PreciseTimer)
@@ -137,7 +151,7 @@ class DrivePad(QFrame):
         kind = event.type()
         if kind in (QEvent.KeyPress, QEvent.KeyRelease):
             return self._is_for_us(watched) and self._take_key(event)
-        if kind in (QEvent.WindowDeactivate, QEvent.Hide) and watched is self.window():
+        if kind in (QEvent.WindowDeactivate, QEvent.WindowBlocked, QEvent.Hide) and watched is self.window():
             self.release_all()
         return False
 
@@ -145,13 +159,13 @@ class DrivePad(QFrame):
         """Key events pass the filter for the window and again for the widget: the second time counts."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
-        return not isinstance(QApplication.focusWidget(), QLineEdit)
+        return not isinstance(QApplication.focusWidget(), _TEXTS)
 
     def _take_key(self, event: QKeyEvent) -> bool:
         """True when the key means something here, and so nothing elsewhere."""
         if event.key() == Qt.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
             if event.type() == QEvent.KeyPress and not event.isAutoRepeat():
-                self.stop()
+                self._press_stop()
             return True
         name = KEYS.get(event.key())
         if name is None:
@@ -166,6 +180,10 @@ class DrivePad(QFrame):
         elif not event.modifiers() & (Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier):
             self._press(event.key(), name)
         return True
+
+    def _press_stop(self) -> None:
+        self.stop()
+        self.stop_pressed.emit()
 
     def _press(self, source: object, name: str) -> None:
         if self._block:

@@ -79,5 +79,5 @@ def _first(codes: Sequence[int], wanted: Sequence[int]) -> int:
 
 
 def _count(codes: Sequence[int]) -> int:
-    """How many of the codes mean something: behind the pad's own ones are zeros. ABS_X is zero, too, and comes first."""
+    """How many of the codes mean something: behind the pad's own are zeros. ABS_X is zero, too, and comes first."""
     return max((index for index, code in enumerate(codes) if code), default=0) + 1

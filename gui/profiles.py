@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from gui import commands, topics_actions, topics_sensors
+from gui import commands, drive_topics, topics_actions, topics_sensors
 from gui.channels import Incoming, Offered, Outgoing
 from gui.commands import Address
 from gui.picture import read_picture
@@ -44,10 +44,6 @@ def _picture(topic: str, channel: str = "picture") -> Incoming:
     return Incoming(channel, topic, "sensor_msgs/Image", read_picture, on_wish=True)
 
 
-def _fill_twist(message: object, vx: float, vy: float, wz: float) -> None:
-    message.linear.x, message.linear.y, message.angular.z = vx, vy, wz
-
-
 PROFILES = {
     "pepper": Profile(
         name="pepper",
@@ -59,12 +55,13 @@ PROFILES = {
             _picture("pepper_robot/camera/front/image_raw"),
             _picture("tablet/image_raw", "tablet"),
             *topics_sensors.pepper(),
+            *drive_topics.INCOMING,
         ),
         outgoing=(
-            Outgoing("drive", "cmd_vel", "geometry_msgs/Twist", _fill_twist),
+            *drive_topics.outgoing("cmd_vel"),
             *topics_actions.pepper_outgoing(),
         ),
-        services=(Offered("restart_simulation", "restart_simulation"), *topics_actions.pepper_services()),
+        services=(*drive_topics.SERVICES, *topics_actions.pepper_services()),
     ),
     "robotino": Profile(
         name="robotino",
@@ -72,8 +69,8 @@ PROFILES = {
         cmd_vel="safe_cmd_vel",
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-        incoming=(_picture("img_raw"), *topics_sensors.robotino()),
-        outgoing=(Outgoing("drive", "safe_cmd_vel", "geometry_msgs/Twist", _fill_twist),),
-        services=(Offered("restart_simulation", "restart_simulation"), *topics_actions.sound_services()),
+        incoming=(_picture("img_raw"), *topics_sensors.robotino(), *drive_topics.INCOMING),
+        outgoing=drive_topics.outgoing("safe_cmd_vel"),
+        services=(*drive_topics.SERVICES, *topics_actions.sound_services()),
     ),
 }

@@ -15,7 +15,7 @@ class Robot:
     Args:
         title: What the window calls it.
         outline: Its shape on the floor.
-        top_speed: As fast as its safety layer ever allows [m/s].
+        top_speed, top_turn: As fast as its safety layer ever allows [m/s, rad/s].
         reach: Half the width of the sensor view at first [m].
         farthest_click: Places in the picture farther away than this are driven to in part [m]; by the height of the
             camera: an error of 1 degree moves a place by 0.15 m at 3 m from 1.1 m, and at 2 m from 0.5 m.
@@ -29,6 +29,7 @@ class Robot:
     title: str
     outline: Outline
     top_speed: float
+    top_turn: float
     reach: float
     farthest_click: float
     speaks: bool
@@ -45,6 +46,7 @@ ROBOTS = {
         title="Pepper",
         outline=PEPPER.outline,
         top_speed=PEPPER.limits.max_speed,
+        top_turn=PEPPER.limits.max_turn,
         reach=1.8,
         farthest_click=3.0,
         speaks=True,
@@ -67,6 +69,7 @@ ROBOTS = {
         title="Robotino",
         outline=ROBOTINO.outline,
         top_speed=ROBOTINO.limits.max_speed,
+        top_turn=ROBOTINO.limits.max_turn,
         reach=0.9,
         farthest_click=2.0,
         speaks=False,

@@ -164,11 +164,22 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
+        self._open = True
         self._looked.connect(self._on_looked, Qt.QueuedConnection)
         self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
         for channel in self._channels.values():
             channel.trouble.connect(self.trouble)
         node.links.append(self)
+
+    @property
+    def node_name(self) -> str:
+        """What ROS calls this window."""
+        return self._node.name
+
+    def set_open(self, wanted: bool) -> None:
+        """Hear and send, or neither: nobody has signed in."""
+        self._open = wanted
+        self._node.hurry()
 
     @property
     def feed(self) -> str:
@@ -192,6 +203,10 @@ class RosLink(QObject):
         self._channels[name].wanted = wanted
         self._node.hurry()
 
+    def resolve(self, name: str) -> str:
+        """The full name of a topic or service of this robot."""
+        return self._resolve(name)
+
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """See `Frames.place_of`."""
         return self._node.frames.place_of(frame, seen_from, stamp)
@@ -204,7 +219,7 @@ class RosLink(QObject):
 
     def send(self, name: str, *values: object) -> bool:
         """Publish; whether the graph has been joined."""
-        publisher = self._publishers.get(name)
+        publisher = self._publishers.get(name) if self._open else None
         if publisher is None:
             return False
         message = publisher.data_class()
@@ -227,6 +242,9 @@ class RosLink(QObject):
                 settled.append(answer)
                 then(answer)
 
+        if not self._open:
+            QTimer.singleShot(0, lambda: settle(Answer(False, "Sign in first.")))
+            return
         if not self._node.joined:
             QTimer.singleShot(0, lambda: settle(Answer(False, "There is no ROS master. Press Roscore start.")))
             return
@@ -270,9 +288,10 @@ class RosLink(QObject):
                 subscriber = self._subscribers.get(name)
                 if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):
                     self._subscribers.pop(name).unregister()
-                if channel.wanted and name not in self._subscribers:
+                wanted = channel.wanted and self._open
+                if wanted and name not in self._subscribers:
                     self._subscribe(name, channel)
-                elif not channel.wanted and name in self._subscribers:
+                elif not wanted and name in self._subscribers:
                     self._subscribers.pop(name).unregister()
         self._looked.emit(self._state_of(graph))
 

@@ -57,6 +57,7 @@ class TerminalView(QFrame):
         self._has_keyboard = False
         self._wants_keyboard = False
         self._closing = False
+        self._denied = ""
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._worker = threading.Thread(target=self._work, name="terminal-typist", daemon=True)
         self._worker.start()
@@ -77,9 +78,23 @@ class TerminalView(QFrame):
     def has_keyboard(self) -> bool:
         return self._has_keyboard
 
+    def deny(self, reason: str) -> None:
+        """Show this in place of the terminal, and let nobody type; an empty string gives it back. What runs in it goes
+        on."""
+        self._denied = reason
+        if reason:
+            if self._has_keyboard:
+                self._host.take_keyboard(int(self.window().winId()))
+                self._set_keyboard(False)
+            self._wants_keyboard = False
+            self._cover.say(reason)
+            self._layout.setCurrentWidget(self._cover)
+        elif self._xterm is not None:
+            self._layout.setCurrentWidget(self._container)
+
     def start(self) -> None:
         """Open the terminal, or open it again after its shell has ended."""
-        if self._xterm is not None:
+        if self._xterm is not None or self._denied:
             return
         if QGuiApplication.platformName() != "xcb":
             self._cover.say("The terminal needs an X11 display.")
@@ -124,6 +139,8 @@ class TerminalView(QFrame):
 
     def take_keyboard(self) -> None:
         """From now on keys go to the terminal."""
+        if self._denied:
+            return
         self._wants_keyboard = True
         if self._host is None or self._guest is None:
             return

@@ -133,8 +133,12 @@ class OperatorWindow(QMainWindow):
 
     def show_terminal(self) -> None:
         """Bring the terminal to the front of the deck."""
+        self.show_page(self.terminalPage)
+
+    def show_page(self, page: QWidget) -> None:
+        """Bring a page to the front of the deck."""
         self._fold.setChecked(False)
-        self.deck.setCurrentWidget(self.terminalPage)
+        self.deck.setCurrentWidget(page)
 
     def fold_deck(self, folded: bool) -> None:
         """Leave only the deck's tabs, and the room to the sensors; or bring it back."""

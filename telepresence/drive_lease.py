@@ -139,7 +139,8 @@ class _Window:
 
 @dataclass(frozen=True)
 class State:
-    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now."""
+    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now; `present` are
+    names with roles, `windows` the nodes of their windows."""
 
     pilot: str = ""
     window: str = ""
@@ -149,6 +150,7 @@ class State:
     other: str = ""
     velocity: Velocity = ZERO
     present: tuple[str, ...] = ()
+    windows: tuple[str, ...] = ()
 
 
 class DriveLease:
@@ -250,7 +252,8 @@ class DriveLease:
     def state(self, now: float) -> State:
         """What is the case at `now` [s]."""
         pilot, asking = self._pilot, self._asking
-        present = (w for w in self._windows.values() if w.proven and now - w.heard <= LEASE)
+        here = (w for w in self._windows.values() if w.proven and now - w.heard <= LEASE)
+        present = sorted((f"{w.account.name} ({w.account.role})", w.node) for w in here)
         return State(
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
@@ -259,7 +262,8 @@ class DriveLease:
             hold=self._hold_reason(),
             other=self._other if now - self._other_at <= OTHER_TIME else "",
             velocity=self._velocity,
-            present=tuple(sorted(f"{w.account.name} ({w.account.role})" for w in present)),
+            present=tuple(name for name, _ in present),
+            windows=tuple(node for _, node in present),
         )
 
     # --- what may be asked for ---

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
 from gui.channels import Answer, Channel
+from gui.drive_topics import LeaseState
 from gui.link_state import LinkState
 from gui.profiles import PROFILES
 from gui.tmux import Tmux
 from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
+from telepresence.drive_lease import NONCE, Velocity
 from telepresence.virtual_display import VirtualDisplay, grab
 
 
@@ -56,12 +59,21 @@ class FakeLink(QObject):
         self.feed = "/robot/image"
         self.state = LinkState("http://127.0.0.1:11311")
         self.channels = {row.channel: Channel(row) for row in self.profile.incoming}
+        self.node_name = "/gui_ros_node"
+        self.open = True
+        self.lease = {
+            "epoch": "1", "sign_in": False, "pilot": "anna", "window": self.node_name, "asking": "", "stopped_by": "",
+            "hold": "", "other": "", "velocity": Velocity(0.0, 0.0, 0.0),
+            "present": (("anna (pilot)", self.node_name),),
+        }  # fmt: skip
         self.sent: list[tuple] = []
         self.called: list[tuple] = []
 
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
         self.state_changed.emit(self.state)
+        if self.state.joined and self.state.driver:
+            self.tell_lease()
 
     @property
     def picture(self) -> object:
@@ -74,7 +86,24 @@ class FakeLink(QObject):
 
     @property
     def driven(self) -> list[tuple[float, float, float]]:
-        return [tuple(values) for name, *values in self.sent if name == "drive"]
+        """Velocities that were sent, zeros past the lease among them."""
+        velocities = []
+        for name, *values in self.sent:
+            if name == "zero":
+                velocities.append((0.0, 0.0, 0.0))
+            elif name == "command" and values[1].velocity is not None:
+                velocities.append(tuple(values[1].velocity))
+        return velocities
+
+    @property
+    def asked(self) -> list[str]:
+        """What was asked of drive_lease."""
+        return [values[2] for name, *values in self.called if name == "ask"]
+
+    def tell_lease(self, **changes: object) -> None:
+        """drive_lease says who drives: this window, unless changed."""
+        self.lease.update(changes)
+        self.channels["lease"].arrived.emit(LeaseState(**self.lease, arrived=time.monotonic()))
 
     def channel(self, name: str) -> Channel:
         return self.channels[name]
@@ -87,6 +116,9 @@ class FakeLink(QObject):
         """A level camera one metre above the origin, looking along x."""
         return np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))), np.array((0.0, 0.0, 1.0))
 
+    def resolve(self, name: str) -> str:
+        return name if name.startswith("/") else f"/{name}"
+
     def watch(self, name: str, wanted: bool) -> None:
         self.channels[name].wanted = wanted
 
@@ -96,7 +128,10 @@ class FakeLink(QObject):
 
     def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
         self.called.append((name, *values))
-        then(Answer(True))
+        then(Answer(True, "", ("session", bytes(NONCE)) if name == "join" else None))
+
+    def set_open(self, wanted: bool) -> None:
+        self.open = wanted
 
 
 class FakeTerminal(QFrame):
@@ -167,7 +202,9 @@ class Screen:
         self._windows: list[Window] = []
         self._run_program, self._wait_until = run_program, wait_until
 
-    def open_window(self, *arguments: str, program: tuple[str, ...] = (sys.executable, "-m", "gui")) -> Window:
+    def open_window(
+        self, *arguments: str, program: tuple[str, ...] = (sys.executable, "-m", "gui", "--no-sign-in")
+    ) -> Window:
         process = self._run_program(
             *program, *arguments, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )

@@ -116,12 +116,15 @@ def test_exit_closes_the_window(screen, wait_until, place):
 def test_session_start_types_into_the_terminal(screen, wait_until, place):
     window = screen.open_window("--robot", "127.0.0.1:9")
     window.click(place("sessionButton"))
-    line = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9"
+    line = (
+        "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9"
+        " sign_in:=false"
+    )
     wait_until(lambda: line in window.terminal_text().replace("\n", ""), "the line is typed")
 
 
 def test_the_old_command_line(screen, wait_until):
-    window = screen.open_window(program=("sh", "-c", f"cd {GUI_FOLDER} && exec python3 gui_main.py"))
+    window = screen.open_window(program=("sh", "-c", f"cd {GUI_FOLDER} && exec python3 gui_main.py --no-sign-in"))
     processes.send(window.process.pid, signal.SIGTERM)
     assert window.process.wait(15) == 0
 

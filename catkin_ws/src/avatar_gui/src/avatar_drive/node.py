@@ -140,6 +140,7 @@ class LeaseNode:
             vy=state.velocity.vy,
             wz=state.velocity.wz,
             present=list(state.present),
+            windows=list(state.windows),
         )
         if message != self._state or now >= self._state_due:
             self._state, self._state_due = message, now + STATE_PERIOD

@@ -1,0 +1,100 @@
+"""All hands on the robot in one window: drive pad, gamepad, a place in the picture. One drives at a time, the one that
+began last; a reason not to drive holds for all of them."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+
+class Source(Protocol):
+    """What may be added: `velocity` is a signal (forward, left [m/s], counter-clockwise [rad/s]), repeated ten times a
+    second or more while something is held, with one zero at the end. `speed` and `turn` are what it may ask for."""
+
+    velocity: pyqtSignal
+    speed: float
+    turn: float
+
+    def release_all(self) -> None: ...
+
+    def set_block(self, reason: str) -> None: ...
+
+
+class DriveHub(QObject):
+    """The one that drives."""
+
+    velocity = pyqtSignal(float, float, float)
+    """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held, zero once at the end, then quiet."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._sources: list[Source] = []
+        self._driver: Source | None = None
+        self._block = ""
+        self._speeds: tuple[float, float] | None = None
+
+    @property
+    def driver(self) -> Source | None:
+        """Which source drives now."""
+        return self._driver
+
+    @property
+    def block(self) -> str:
+        """Why nobody may drive; empty when everybody may."""
+        return self._block
+
+    def add(self, source: Source) -> None:
+        """Let it drive, too."""
+        self._sources.append(source)
+        source.velocity.connect(lambda *velocity: self._on_velocity(source, velocity))
+        source.set_block(self._block)
+        if self._speeds is not None:
+            source.speed, source.turn = self._speeds
+
+    def set_speeds(self, speed: float, turn: float) -> None:
+        """What every source may ask for from now on [m/s, rad/s]."""
+        self._speeds = speed, turn
+        for source in self._sources:
+            source.speed, source.turn = speed, turn
+
+    def set_block(self, reason: str) -> None:
+        """Do not drive until the reason is an empty string again."""
+        if reason == self._block:
+            return
+        self._block = reason
+        for source in self._sources:
+            source.set_block(reason)
+        if reason:
+            self._let_go()
+
+    def stop(self) -> None:
+        """Let go of everything and send zero, whether anything was held or not."""
+        self._driver = None
+        for source in self._sources:
+            source.release_all()
+        self.velocity.emit(0.0, 0.0, 0.0)
+
+    def release_all(self) -> None:
+        """As if everything that is held had been released."""
+        if self._driver is not None:
+            self.stop()
+        else:
+            for source in self._sources:
+                source.release_all()
+
+    def _on_velocity(self, source: Source, velocity: tuple[float, float, float]) -> None:
+        if source is self._driver:
+            if not any(velocity) and not getattr(source, "held", False):
+                self._driver = None
+            self.velocity.emit(*velocity)
+        elif any(velocity) and not self._block:
+            before, self._driver = self._driver, source
+            if before is not None:
+                before.release_all()  # its zero is not passed on: the newcomer's velocity follows at once
+            self.velocity.emit(*velocity)
+
+    def _let_go(self) -> None:
+        if self._driver is not None:
+            self._driver = None
+            self.velocity.emit(0.0, 0.0, 0.0)
