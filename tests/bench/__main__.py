@@ -21,6 +21,7 @@ BENCHMARKS = {
     "video": "the robot's camera to the pilot's screen: age when painted, rate",
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
     "teleop": "key press in a terminal to ALMotion's setpoint",
+    "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
     "startup": "./stack up to the first picture in the window",
 }
 
