@@ -24,8 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--robot",
         action="append",
         required=True,
-        metavar="KIND[:NAME[:PORT]]",
-        help=f"a robot of the world, give one for each; kinds: {', '.join(kinds())}; port 0 takes a free one",
+        metavar="KIND[*COUNT][:NAME[:PORT]]",
+        help=f"robots of the world; may be given again; kinds: {', '.join(kinds())}; port 0 takes a free one",
     )
     options = parser.parse_args(arguments)
     return command_line.run(

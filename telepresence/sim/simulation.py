@@ -1,6 +1,7 @@
 """Simulation: one world with any number of robots in it, each behind its own wire.
 
-Also the command line's word for a robot, `kind[:name[:port]]`: `pepper`, `pepper:anna`, `robotino:rto3:8080`.
+Also the command line's words for robots, `kind[:name[:port]]`: `pepper`, `pepper:anna`, `robotino:rto3:8080`, and
+`robotino*8` for eight of them.
 """
 
 from __future__ import annotations
@@ -38,33 +39,45 @@ class RobotWish:
 
 
 def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] | None = None) -> list[RobotWish]:
-    """Read words of the form `kind[:name[:port]]`.
+    """Read words of the form `kind[:name[:port]]`, or `kind*count[:name[:port]]` for several that are alike.
 
     The name is the kind's when none is given, then kind_2, kind_3, ...; the port is the kind's usual one for the first
-    robot and a free one for the others.
+    robot and a free one for the others. Several that are alike are name_1, name_2, ... on ports that follow each other.
 
     Args:
         options: Kind or name of a robot -> settings of its kind.
     Raises:
-        ValueError: Unknown kind, a name that is none or is taken, or a port that is none.
+        ValueError: Unknown kind, a count or port that is none, or a name that is none or is taken.
     """
     wishes: list[RobotWish] = []
     for word in words:
         kind, _, rest = word.partition(":")
+        kind, _, count = kind.partition("*")
         name, _, port = rest.partition(":")
         usual = find_kind(kind).DEFAULT_PORT
-        alike = sum(wish.kind == kind for wish in wishes)
-        name = name or (f"{kind}_{alike + 1}" if alike else kind)
-        if not _NAME.fullmatch(name):
-            raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
-        if name in (wish.name for wish in wishes):
-            raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
-        if port and not (port.isascii() and port.isdigit() and int(port) < 65536):
-            raise ValueError(f"{word!r}: a port is a number from 0 to 65535")
-        number = int(port) if port else (usual or 0) if not alike else 0
-        settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
-        wishes.append(RobotWish(kind, name, number, settings))
+        number = _number(word, port, "port", 0, 65535) if port else None
+        if count:
+            many = _number(word, count, "count", 1, 999)
+            entries = [(f"{name or kind}_{i + 1}", number + i if number else 0) for i in range(many)]
+        else:
+            alike = sum(wish.kind == kind for wish in wishes)
+            if number is None:
+                number = 0 if alike else usual or 0
+            entries = [(name or (f"{kind}_{alike + 1}" if alike else kind), number)]
+        for name, number in entries:
+            if not _NAME.fullmatch(name):
+                raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
+            if name in (wish.name for wish in wishes):
+                raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
+            settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
+            wishes.append(RobotWish(kind, name, number, settings))
     return wishes
+
+
+def _number(word: str, text: str, what: str, least: int, most: int) -> int:
+    if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
+        raise ValueError(f"{word!r}: a {what} is a number from {least} to {most}")
+    return int(text)
 
 
 class Simulation:

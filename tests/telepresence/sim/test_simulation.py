@@ -32,9 +32,18 @@ def test_a_robot_is_named_by_kind_name_and_port():
     assert wishes[2].options == {"laser": True} and wishes[0].options == {}
 
 
+def test_several_that_are_alike_are_numbered():
+    wishes = parse_robots(["robotino*3:cart:8100", "pepper*2"])
+    assert [(wish.name, wish.port) for wish in wishes] == [
+        *(("cart_1", 8100), ("cart_2", 8101), ("cart_3", 8102)),
+        *(("pepper_1", 0), ("pepper_2", 0)),
+    ]
+
+
 @pytest.mark.parametrize(
     ("words", "hint"),
     [
+        (["robotino*0"], "count is a number from 1"),
         (["cat"], "pepper, robotino"),
         (["pepper:Anna"], "small letters"),
         (["pepper:a", "robotino:a"], "both be called 'a'"),
@@ -124,7 +133,8 @@ def test_each_is_seen_by_the_sensors_of_the_other(facing):
     nearest = min(math.hypot(x, y) for x, y in pepper.laser["Front"])
     assert 0.1 < nearest < APART, "Pepper's front laser sees the Robotino"
     assert pepper.sonar["Front"] < APART
-    assert min(robotino.distances[0], robotino.distances[1], robotino.distances[8]) < 0.40, "infrared sees Pepper's foot"
+    in_front = (robotino.distances[8], *robotino.distances[:2])
+    assert min(in_front) < 0.40, "infrared sees Pepper's foot"
     assert robotino.distances[4] == pytest.approx(0.41)
     ahead = robotino.scan.ranges[len(robotino.scan.ranges) // 2]
     assert 0.1 < ahead < APART, "the laser scanner sees Pepper"
