@@ -157,6 +157,41 @@ def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
 
 
+def test_the_simulation_guides_debugging_commands_answer_as_the_guide_says(station):
+    """Every command of its debugging section, in the spelling of ROS 1."""
+    rate = subprocess.Popen(
+        ["rostopic", "hz", "/robot_camera", "/body_state"],
+        env={**station.environment, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert {"/robot_control_node", "/gui_ros_node"} <= set(station.run("rosnode", "list").split())
+    topics = station.run("rostopic", "list").split()
+    assert {"/robot_camera", "/body_state", "/movement_command"} <= set(topics)
+    camera = station.run("rostopic", "info", "/robot_camera")
+    assert "Type: sensor_msgs/Image" in camera and "/robot_control_node" in camera.partition("Subscribers")[0]
+    assert "std_msgs/Float32MultiArray" in station.run("rostopic", "info", "/body_state")
+    command = station.run("rostopic", "info", "/movement_command")
+    assert "Type: std_msgs/Int32" in command and "/robot_control_node" in command.partition("Subscribers")[2]
+    state = station.run("rostopic", "echo", "-n1", "/body_state/data")
+    assert len(re.findall(r"-?\d+\.\d+(?:e-?\d+)?", state)) == 6
+    header = station.run("rostopic", "echo", "-n1", "--noarr", "/robot_camera")
+    for line in ("height: 480", "width: 640", 'encoding: "rgb8"', 'frame_id: "robot_camera"'):
+        assert line in header
+    assert "/restart_simulation" in station.run("rosservice", "list").split()
+    assert "std_srvs/Trigger" in station.run("rosservice", "info", "/restart_simulation")
+    answer = station.run("rosservice", "call", "/restart_simulation")
+    assert "success: True" in answer and re.search(r'message: "\w', answer)
+    lines: dict[str, float] = {}
+    deadline = time.monotonic() + 30.0
+    while len(lines) < 2 and time.monotonic() < deadline:
+        for name, value in re.findall(r"^(/robot_camera|/body_state)\s+(\d+\.\d+)", rate.stdout.readline()):
+            lines[name] = float(value)
+    processes.end(rate)
+    rate.stdout.close()
+    assert lines == {"/robot_camera": pytest.approx(10.0, abs=2.0), "/body_state": pytest.approx(10.0, abs=2.0)}
+
+
 def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):
     begin = station.truth()
     station.type_in_terminal("i")
