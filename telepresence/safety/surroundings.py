@@ -130,11 +130,15 @@ class Surroundings:
             if known is not None or motion is None:
                 return known
             bearing = motion
-        width = BUMP_SPACING if exact else BUMP_WIDTH
+        width = BUMP_WIDTH if not exact else BUMP_SPACING if motion is not None else 0.0
         bearings = bearing + np.arange(-width, width + 1e-6, BUMP_SPACING)
         reach = self._profile.outline.reach(bearings) + BUMP_OUTSIDE
         felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         lifetime = self._profile.limits.bumper_memory
+        if motion is not None:
+            # A side that the robot was drawing away from has hit nothing, and would only bar the way back.
+            closing = self._profile.outline.measure(felt)[1] @ np.array([math.cos(motion), math.sin(motion)]) > 0.0
+            felt = felt[closing] if closing.any() else felt
         moment = Moment(now, self._clock, self.poses.driven)
         self._memory.add(from_base(felt, pose.x, pose.y, pose.theta), moment, lifetime)
         return bearing

@@ -98,6 +98,10 @@ def _sensor_caps(
     watched = np.zeros(SECTORS, bool)
     complaint = ""
     usable = refused = False
+    beams = np.zeros(SECTORS, bool)
+    for watch in watches.values():
+        if not watch.source.cone:
+            beams |= watch.source.sectors
     doubtful = min(profile.limits.unseen_speed, profile.limits.escape_speed)
     for watch in watches.values():
         source = watch.source
@@ -105,10 +109,12 @@ def _sensor_caps(
         health = watch.health(now)
         if health is Health.LIVE:
             usable = True
-            seen = watch.watched(now)
-            caps[source.sectors] = np.maximum(caps[source.sectors], doubtful)
+            # A cone tells that something is there, hardly that nothing is: it doesn't stand in for beams.
+            own = source.sectors & ~beams if source.cone else source.sectors
+            seen = own & watch.watched(now)
+            caps[own] = np.maximum(caps[own], doubtful)
             caps[seen] = np.maximum(caps[seen], source.speed)
-            watched |= source.sectors
+            watched |= own
         elif not complaint or health is Health.REFUSED:
             complaint = watch.complaint(now)
         refused |= health is Health.REFUSED
