@@ -69,7 +69,7 @@ class LoudspeakerOutput:
             at += PERIOD
             data = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype("<i2").tobytes()
             if self._sink is not None:
-                self._sink.push(data)
+                self._sink.push(data, at - PERIOD)
             if self._file is not None:
                 try:
                     self._file.writeframes(data)
@@ -97,20 +97,28 @@ class _Sink:
         from telepresence.audio.pipeline import Gst, KeptPipeline
 
         self._gst = Gst
-        # Pieces come from a thread that shares its processor with physics: 20 ms in advance carry over its pauses.
+        # A piece is there when its time is over, and its thread shares the processor with physics: 10 ms and 20 more.
         head = (
-            "appsrc name=in is-live=true format=time do-timestamp=true min-latency=20000000 max-bytes=19200 "
+            "appsrc name=in is-live=true format=time min-latency=30000000 max-bytes=19200 "
             f"leaky-type=downstream caps=audio/x-raw,format=S16LE,rate={RATE},channels=1,layout=interleaved"
         )
         self._pipeline = KeptPipeline(
             "loudspeaker of the simulated robot",
             lambda: f"{head} ! audioconvert ! audioresample ! {devices.sink(device)}",
+            # The clock of time.monotonic(), by which the pieces are stamped; the device follows it.
+            lambda pipeline: pipeline.use_clock(Gst.SystemClock.obtain()),
         ).start()
 
-    def push(self, data: bytes) -> None:
+    def push(self, data: bytes, start: float) -> None:
+        """Play int16 samples that began at `start` [s, monotonic]."""
         source = self._pipeline.get("in")
-        if source is not None:
-            source.emit("push-buffer", self._gst.Buffer.new_wrapped(data))
+        if source is None:
+            return
+        stamp = int(start * self._gst.SECOND) - source.get_base_time()
+        if stamp >= 0:
+            buffer = self._gst.Buffer.new_wrapped(data)
+            buffer.pts = stamp
+            source.emit("push-buffer", buffer)
 
     def close(self) -> None:
         self._pipeline.close()

@@ -19,7 +19,7 @@ from pathlib import Path
 from telepresence.audio.pipeline import Gst, SoundError
 
 SOURCE_TIMES = "buffer-time=20000 latency-time=10000"
-SINK_TIMES = "buffer-time=40000 latency-time=10000 processing-deadline=0"
+SINK_TIMES = "buffer-time=24000 latency-time=6000 processing-deadline=0"
 """Microseconds, except the deadline [ns]. GStreamer's default deadline would add 20 ms to every live sound."""
 _NAME = re.compile(r"[\w.:@+,-]{1,200}")
 _CARDS = Path("/proc/asound/cards")

@@ -1,0 +1,166 @@
+"""The robot's microphones, through NAOqi alone: the robot calls a service of ours with every block of sound.
+
+Wire: a service registered by this side with a method `processRemote(channels, samples per channel, [s, µs], buffer)`;
+`ALAudioDevice.setClientPreferences(name, rate, channels, deinterleaved)`, `subscribe(name)`, `unsubscribe(name)`.
+Buffers are int16 little-endian: 48000 Hz with four microphones, or 16000 Hz with one. A block is 85 to 170 ms long,
+which is the larger part of the delay. The robot opens a connection to this machine for it; where a firewall forbids
+that, no call ever comes, which is noticed here. Source: NAOqi 2.8 documentation, ALAudioDevice.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import qi
+from naoqi_driver.connection import Connection, RobotError
+
+log = logging.getLogger(__name__)
+
+MICROPHONES = {"stereo": (48000, 0, 0), "front": (16000, 3, 0)}
+"""What can be heard -> rate [Hz], channels, deinterleaved, as `setClientPreferences` takes them."""
+FRONT_LEFT, FRONT_RIGHT = 2, 3
+"""Of Pepper's four microphones: rear left, rear right, front left, front right."""
+SILENT_AFTER = 3.0
+"""Seconds without a block after which the subscription counts as dead."""
+_DEVICE = "ALAudioDevice"
+
+
+class RobotEars:
+    """Listens while `wanted` and connected, from `start` to `close`.
+
+    Args:
+        on_block: Gets every block: (n, channels) int16, samples per second, arrival [s, monotonic]; on libqi's thread.
+        microphones: "stereo": the two in front at 48 kHz, 3 Mbit/s on the robot's Wi-Fi. "front": one at 16 kHz,
+            a twelfth of that.
+        listen: Where the robot reaches this machine; see `Connection.register_service`.
+    """
+
+    def __init__(
+        self,
+        connection: Connection,
+        on_block: Callable[[np.ndarray, int, float], None],
+        microphones: str = "stereo",
+        listen: str | None = None,
+    ) -> None:
+        if microphones not in MICROPHONES:
+            raise ValueError(f"microphones are {' or '.join(MICROPHONES)}, not {microphones!r}")
+        self.rate = MICROPHONES[microphones][0]
+        self.channels = 2 if microphones == "stereo" else 1
+        self.wanted = True
+        """Set it to False when nobody would hear."""
+        self.problem: str | None = "not connected yet"
+        """Why nothing is heard; None while blocks come."""
+        self.blocks = 0
+        self._preferences = MICROPHONES[microphones]
+        self._connection = connection
+        self._on_block = on_block
+        self._listen = listen
+        self._link = -1  # number of the link on which the subscription was made
+        self._last_block = self._asked = 0.0
+        self._told: str | None = None
+        self._name = ""
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="robot-ears", daemon=True)
+
+    def start(self) -> RobotEars:
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout=3.0)
+
+    def _run(self) -> None:
+        while not self._stop.wait(0.2):
+            try:
+                self._keep()
+            except RobotError as error:
+                self._tell(str(error))
+                self._link = -1
+                self._stop.wait(1.0)
+            except Exception:
+                log.exception("the robot's microphones cannot be kept")
+                self._stop.wait(1.0)
+        self._leave()
+
+    def _keep(self) -> None:
+        """Subscribe, or unsubscribe, as things stand."""
+        if not self._connection.connected:
+            self._link = -1
+            self.problem = self._connection.problem
+            return
+        subscribed = self._link == self._connection.connections
+        if not self.wanted:
+            if subscribed:
+                self._leave()
+            self.problem = "nobody listens"
+            return
+        now = time.monotonic()
+        if not subscribed:
+            self._subscribe(now)
+        elif now - max(self._last_block, self._asked) > SILENT_AFTER:
+            self._tell(
+                "the robot's microphones send nothing: can the robot open connections to this machine "
+                f"({self._listen or 'loopback'})? A firewall may be in the way"
+            )
+            self._leave()
+
+    def _subscribe(self, now: float) -> None:
+        link = self._connection.connections
+        call = self._connection.call
+        self._name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
+        self._connection.register_service(self._name, _listener(self._heard), self._listen)
+        call(_DEVICE, "setClientPreferences", self._name, *self._preferences)
+        call(_DEVICE, "subscribe", self._name, timeout=3.0)
+        self._link, self._asked = link, now
+
+    def _leave(self) -> None:
+        if self._link == self._connection.connections and self._connection.connected:
+            try:
+                self._connection.call(_DEVICE, "unsubscribe", self._name)
+            except RobotError as error:
+                log.debug("not unsubscribed: %s", error)
+        self._link = -1
+
+    def _heard(self, channels: int, count: int, buffer: Any) -> None:
+        samples = np.frombuffer(bytes(buffer), "<i2")
+        if not 0 < channels <= 8 or len(samples) < channels * count:
+            self._tell(f"a block of {len(samples)} samples claims {channels} x {count}; it is left out")
+            return
+        block = samples[: channels * count].reshape(count, channels)
+        if channels == 4:
+            block = block[:, (FRONT_LEFT, FRONT_RIGHT)]
+        if block.shape[1] != self.channels:
+            block = np.repeat(block[:, :1], self.channels, axis=1)
+        self._last_block = time.monotonic()
+        self.blocks += 1
+        if self.problem is not None:
+            self.problem = self._told = None
+        self._on_block(block, self.rate, self._last_block)
+
+    def _tell(self, problem: str) -> None:
+        self.problem = problem
+        if problem != self._told and self._connection.connected:
+            log.warning("the robot is not heard: %s", problem)
+            self._told = problem
+
+
+def _listener(heard: Callable[[int, int, Any], None]) -> object:
+    """The service that the robot calls. libqi shows every attribute to clients, so it has none."""
+
+    class Listener:
+        @qi.bind(qi.Void, (qi.Int32, qi.Int32, qi.Dynamic, qi.Buffer))
+        def processRemote(self, nbOfChannels: int, nbOfSamplesByChannel: int, timeStamp: Any, buffer: Any) -> None:
+            try:
+                heard(nbOfChannels, nbOfSamplesByChannel, buffer)
+            except Exception:
+                log.exception("a block of the robot's microphones is lost")
+
+    return Listener()

@@ -1,0 +1,173 @@
+"""Sound over RTP: from the program that hears the robot to the loudspeaker beside the pilot, here or elsewhere.
+
+Wire, UDP, default port 10001, payload type 96:
+    l16   RFC 3551 L16/44100/2: what the first telepresence rig sent; 1.5 Mbit/s, a packet every 8 ms
+    opus  RFC 7587; 0.1 Mbit/s, a packet every 10 ms, lost ones are rebuilt from the next one or concealed
+Both sides are plain GStreamer; `gst-launch-1.0` can take either place.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from telepresence.audio import devices
+from telepresence.audio.pipeline import Gst, KeptPipeline
+
+PORT = 10001
+CODECS = ("l16", "opus")
+LEAD = 0.012
+"""Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
+MAX_LEAD = 0.1
+"""More than this much sound in advance is thrown away [s]: blocks came in a burst after a pause."""
+_PULL = 0.05
+"""Share of a block's lateness that moves the schedule: follows the robot's clock, not single late blocks."""
+_LEVEL = "level name=level interval=100000000 post-messages=true"
+_ENCODERS = {
+    "l16": "audio/x-raw,format=S16BE,rate=44100,channels=2 ! rtpL16pay pt=96",
+    "opus": "audio/x-raw,rate=48000,channels=2 ! opusenc bitrate=96000 frame-size=10 inband-fec=true "
+    "packet-loss-percentage=5 ! rtpopuspay pt=96",
+}
+_CAPS = {
+    "l16": "application/x-rtp,media=audio,clock-rate=44100,encoding-name=L16,encoding-params=(string)2,channels=2,"
+    "payload=96",
+    "opus": "application/x-rtp,media=audio,clock-rate=48000,encoding-name=OPUS,payload=96",
+}
+_DECODERS = {"l16": "rtpL16depay", "opus": "rtpopusdepay ! opusdec plc=true use-inband-fec=true"}
+
+
+class RtpSender:
+    """Sends blocks of sound at an even pace, however they arrive.
+
+    Args:
+        rate, channels: Of the blocks [Hz].
+        host, port: Where the receiver listens.
+        on_level: Gets the mean level [dBFS] ten times a second while sound is sent.
+    """
+
+    def __init__(
+        self,
+        rate: int,
+        channels: int,
+        host: str = "127.0.0.1",
+        port: int = PORT,
+        codec: str = "l16",
+        on_level: Callable[[float], None] = lambda level: None,
+    ) -> None:
+        self._rate = rate
+        self._due: float | None = None
+        self._lock = threading.Lock()
+        description = (
+            "appsrc name=in is-live=true format=time max-bytes=0 "
+            f"caps=audio/x-raw,format=S16LE,rate={rate},channels={channels},layout=interleaved ! {_LEVEL} "
+            f"! audioconvert ! audioresample ! {_ENCODERS[codec]} ! udpsink name=out sync=true async=false"
+        )
+        self._target = (host, port)
+        self.pipeline = KeptPipeline("sound of the robot", lambda: description, self._reset, on_level)
+
+    def start(self) -> RtpSender:
+        self.pipeline.start()
+        return self
+
+    def close(self) -> None:
+        self.pipeline.close()
+
+    def push(self, block: np.ndarray, arrival: float) -> None:
+        """Send a block of (n, channels) int16 that arrived at `arrival` [s, monotonic]."""
+        source = self.pipeline.get("in")
+        if source is None:
+            return
+        clock, base = source.get_clock(), source.get_base_time()
+        if clock is None:
+            return
+        # GStreamer's system clock and time.monotonic() are the same clock.
+        now = arrival - base / Gst.SECOND
+        with self._lock:
+            wanted = now + LEAD
+            fresh = self._due is None or self._due < now or self._due > now + MAX_LEAD
+            due = wanted if fresh else self._due + _PULL * (wanted - self._due)
+            self._due = due + len(block) / self._rate
+        if due < 0.0:
+            return
+        buffer = Gst.Buffer.new_wrapped(np.ascontiguousarray(block).tobytes())
+        buffer.pts = int(due * Gst.SECOND)
+        buffer.duration = len(block) * Gst.SECOND // self._rate
+        if fresh:
+            buffer.set_flags(Gst.BufferFlags.DISCONT)
+        source.emit("push-buffer", buffer)
+
+    def _reset(self, pipeline: Gst.Pipeline) -> None:
+        out = pipeline.get_by_name("out")
+        for name, value in zip(("host", "port"), self._target, strict=True):
+            out.set_property(name, value)
+        with self._lock:
+            self._due = None
+
+
+class RtpPlayer:
+    """Plays what arrives.
+
+    Args:
+        device: A loudspeaker, see `telepresence.audio.devices`.
+        address: Of this machine, on which packets are accepted; loopback by default.
+        jitter: Seconds that a packet may be late.
+        on_state: See `KeptPipeline`.
+    """
+
+    def __init__(
+        self,
+        device: str = "auto",
+        address: str = "127.0.0.1",
+        port: int = PORT,
+        codec: str = "l16",
+        jitter: float = 0.02,
+        on_state: Callable[[str | None], None] = lambda problem: None,
+    ) -> None:
+        self.device = device
+        self._address = address
+        self._muted = False
+        self._head = (
+            f'udpsrc name=in port={port} reuse=false caps="{_CAPS[codec]}" ! rtpjitterbuffer name=jitter '
+            f"latency={round(jitter * 1000)} do-lost=true ! {_DECODERS[codec]} ! audioconvert ! audioresample ! "
+            "audiorate skip-to-first=true ! volume name=volume"
+        )
+        self.pipeline = KeptPipeline("loudspeaker", self._describe, self._prepare, on_state=on_state)
+
+    def start(self) -> RtpPlayer:
+        self.pipeline.start()
+        return self
+
+    def close(self) -> None:
+        self.pipeline.close()
+
+    @property
+    def muted(self) -> bool:
+        return self._muted
+
+    @muted.setter
+    def muted(self, muted: bool) -> None:
+        self._muted = muted
+        self.pipeline.set("volume", "mute", muted)
+
+    def choose(self, device: str) -> None:
+        """Play on another device."""
+        self.device = device
+        self.pipeline.reopen()
+
+    def packets(self) -> tuple[int, int]:
+        """(played, lost or late) since the pipeline started."""
+        jitter = self.pipeline.get("jitter")
+        if jitter is None:
+            return 0, 0
+        stats = jitter.get_property("stats")
+        read = {name: int(stats.get_value(name) or 0) for name in ("num-pushed", "num-lost", "num-late")}
+        return read["num-pushed"], read["num-lost"] + read["num-late"]
+
+    def _describe(self) -> str:
+        return f"{self._head} ! {devices.sink(self.device)}"
+
+    def _prepare(self, pipeline: Gst.Pipeline) -> None:
+        pipeline.get_by_name("in").set_property("address", self._address)
+        pipeline.get_by_name("volume").set_property("mute", self._muted)

@@ -1,0 +1,176 @@
+"""A sound server without a sound card, mouths and ears on it, and how alike and how late two sounds are.
+
+PulseAudio with null sinks: what is played into `pilot_mic` is what the microphone `pilot_mic.monitor` hears. Times are
+`time.monotonic()` [s], samples mono float32, -1 to 1.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pepper_sim.speech import Manner, synthesise
+from telepresence import processes
+from telepresence.audio.pipeline import Gst
+
+RATE = 48000
+SINKS = ("pilot_mic", "pilot_speaker", "robot_speaker")
+START_TIMEOUT = 20.0
+
+
+class SoundServer:
+    """A PulseAudio of its own, on its own socket, with one null sink per name."""
+
+    def __init__(self, folder: Path, sinks: Sequence[str] = SINKS) -> None:
+        self._folder, self._sinks = folder, sinks
+        folder.mkdir(parents=True, exist_ok=True)
+        self._socket = folder / "native"
+        self.address = f"unix:{self._socket}"
+        self._process: subprocess.Popen | None = None
+        self.start()
+
+    def environment(self) -> dict[str, str]:
+        """What programs need to find it."""
+        return {"PULSE_SERVER": self.address}
+
+    def start(self) -> None:
+        command = ["pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "--disallow-exit"]
+        modules = [f"module-native-protocol-unix socket={self._socket} auth-anonymous=1"]
+        modules += [f"module-null-sink sink_name={name} rate={RATE} channels=2" for name in self._sinks]
+        for module in modules:
+            command += ["-L", module]
+        home = {"HOME": str(self._folder), "XDG_RUNTIME_DIR": str(self._folder / "run")}
+        with (self._folder / "pulseaudio.log").open("a") as log:
+            self._process = processes.start(
+                command, env={**os.environ, **home}, stdin=subprocess.DEVNULL, stdout=log, stderr=log
+            )
+        deadline = time.monotonic() + START_TIMEOUT
+        while not self.answers():
+            if time.monotonic() > deadline or self._process.poll() is not None:
+                raise RuntimeError(f"no PulseAudio: {(self._folder / 'pulseaudio.log').read_text()[-2000:]}")
+            time.sleep(0.05)
+
+    def answers(self) -> bool:
+        environment = {**os.environ, **self.environment(), "HOME": str(self._folder)}
+        return subprocess.run(["pactl", "info"], env=environment, capture_output=True).returncode == 0
+
+    def close(self) -> None:
+        if self._process is not None:
+            processes.end(self._process, patience=3.0)
+            self._process = None
+
+
+class Recorder:
+    """Listens to a microphone from construction until `close`.
+
+    A sample's time is when it had arrived here, so that delays come out too long rather than too short.
+    """
+
+    def __init__(self, server: SoundServer, device: str) -> None:
+        self._lock = threading.Lock()
+        self._pieces: list[np.ndarray] = []
+        self._count = 0
+        self._offset = float("inf")
+        self._pipeline = Gst.parse_launch(
+            f"pulsesrc server={server.address} device={device} buffer-time=20000 latency-time=5000 ! audioconvert ! "
+            f"audio/x-raw,format=S16LE,rate={RATE},channels=1 ! appsink name=out emit-signals=true sync=false"
+        )
+        self._pipeline.get_by_name("out").connect("new-sample", self._take)
+        self._pipeline.set_state(Gst.State.PLAYING)
+
+    def between(self, start: float, stop: float) -> np.ndarray:
+        """What was heard; silence where nothing was recorded."""
+        with self._lock:
+            heard = np.concatenate([*self._pieces, np.zeros(0, np.int16)])
+            first = round((start - self._offset) * RATE) if self._pieces else 0
+        wanted = np.zeros(round((stop - start) * RATE), np.float32)
+        source = heard[max(0, first) : max(0, first + len(wanted))]
+        at = max(0, -first)
+        wanted[at : at + len(source)] = source.astype(np.float32) / 32768.0
+        return wanted
+
+    def level(self, seconds: float = 0.3) -> float:
+        """Mean amplitude of the newest sound."""
+        with self._lock:
+            newest = np.concatenate([*self._pieces[-int(seconds * 200) :], np.zeros(1, np.int16)])
+        return float(np.sqrt(np.mean((newest.astype(np.float64) / 32768.0) ** 2)))
+
+    def close(self) -> None:
+        self._pipeline.set_state(Gst.State.NULL)
+
+    def _take(self, sink: Gst.Element) -> Gst.FlowReturn:
+        now = time.monotonic()
+        buffer = sink.emit("pull-sample").get_buffer()
+        piece = np.frombuffer(buffer.extract_dup(0, buffer.get_size()), "<i2")
+        with self._lock:
+            self._pieces.append(piece)
+            self._count += len(piece)
+            self._offset = min(self._offset, now - self._count / RATE)
+        return Gst.FlowReturn.OK
+
+
+class Mouth:
+    """Plays into a null sink; what a person says into the microphone that is its monitor."""
+
+    def __init__(self, server: SoundServer, sink: str) -> None:
+        self._pipeline = Gst.parse_launch(
+            f"appsrc name=in format=time is-live=true do-timestamp=true max-bytes=0 block=false "
+            f"caps=audio/x-raw,format=S16LE,rate={RATE},channels=1,layout=interleaved ! audioconvert ! "
+            f"pulsesink server={server.address} device={sink} buffer-time=40000 latency-time=10000"
+        )
+        self._pipeline.set_state(Gst.State.PLAYING)
+
+    def say(self, samples: np.ndarray) -> None:
+        """Begin to play and return at once."""
+        data = (np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes()
+        self._pipeline.get_by_name("in").emit("push-buffer", Gst.Buffer.new_wrapped(data))
+
+    def close(self) -> None:
+        self._pipeline.set_state(Gst.State.NULL)
+
+
+def sentence(text: str, voice: str = "en-us", amplitude: float = 0.5) -> np.ndarray:
+    """A text as espeak-ng says it, at `RATE`, without the silence at its ends."""
+    samples, rate = synthesise(text, Manner(voice=voice))
+    loud = np.flatnonzero(np.abs(samples) > 0.01)
+    samples = samples[loud[0] : loud[-1]]
+    at = np.arange(int(len(samples) * RATE / rate)) * rate / RATE
+    spoken = np.interp(at, np.arange(len(samples)), samples).astype(np.float32)
+    return spoken * np.float32(amplitude / np.abs(spoken).max())
+
+
+def match(sound: np.ndarray, heard: np.ndarray) -> tuple[float, float]:
+    """Where and how well `sound` is found in `heard`.
+
+    Returns:
+        The greatest normalised cross-correlation, 0 to 1, and its place in `heard` [s].
+    """
+    size = 1 << int(np.ceil(np.log2(len(sound) + len(heard))))
+    product = np.fft.irfft(np.fft.rfft(heard, size) * np.conj(np.fft.rfft(sound, size)), size)
+    places = max(1, len(heard) - len(sound) + 1)
+    energy = np.concatenate([[0.0], np.cumsum(heard.astype(np.float64) ** 2)])
+    window = energy[len(sound) : len(sound) + places] - energy[:places]
+    window = np.maximum(window, 1e-3 * float(window.max(initial=0.0)) + 1e-12)  # silence resembles nothing
+    score = product[:places] / np.sqrt(window * float(np.sum(sound.astype(np.float64) ** 2)))
+    best = int(np.argmax(score))
+    return float(score[best]), best / RATE
+
+
+def delays(
+    sound: np.ndarray, started: float, ear: Recorder, piece: float = 0.5, latest: float = 1.0
+) -> list[tuple[float, float]]:
+    """(likeness, delay [s]) of every `piece` seconds of a sound that began at `started`, as `ear` heard it."""
+    found = []
+    count = int(piece * RATE)
+    for first in range(0, len(sound) - count + 1, count):
+        part = sound[first : first + count]
+        if np.sqrt(np.mean(part**2)) > 0.02:
+            begin = started + first / RATE
+            found.append(match(part, ear.between(begin, begin + piece + latest)))
+    return found
