@@ -60,7 +60,6 @@ class RosNode(QObject):
         self.name = f"/{NODE}"
         self.joined = False
         self.links: list[RosLink] = []
-        self.frames = Frames()
         self._sent_at = -math.inf
         self._closing = threading.Event()
         self._wake = threading.Event()
@@ -118,7 +117,6 @@ class RosNode(QObject):
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        self.frames.listen()
         MasterWatch(rospy).start()
         for link in self.links:
             link.advertise()
@@ -164,6 +162,7 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
+        self._frames = Frames(profile.namespace)
         self._open = True
         self._looked.connect(self._on_looked, Qt.QueuedConnection)
         self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
@@ -209,7 +208,7 @@ class RosLink(QObject):
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """See `Frames.place_of`."""
-        return self._node.frames.place_of(frame, seen_from, stamp)
+        return self._frames.place_of(frame, seen_from, stamp)
 
     def change_topic(self, name: str, topic: str) -> None:
         """Hear a channel on another topic from now on."""
@@ -275,6 +274,7 @@ class RosLink(QObject):
 
     def advertise(self) -> None:
         """The graph has been joined."""
+        self._frames.listen()
         for row in self._outgoing.values():
             kind = self._message_class(row.kind)
             if kind is not None:

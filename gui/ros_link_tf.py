@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rospy
 import tf2_ros
+from tf2_msgs.msg import TFMessage
 
 KEPT = 10.0
 """Seconds of transforms."""
@@ -13,15 +14,42 @@ PATIENCE = 0.3
 
 
 class Frames:
-    """The transforms that are heard, from `listen` on. For any thread; nothing here waits."""
+    """The transforms of one robot that are heard, from `listen` on. For any thread; nothing here waits.
 
-    def __init__(self) -> None:
+    Two robots on one master both have a frame base_link, so one of them has its transforms in its namespace. As soon as
+    any is heard there, /tf is somebody else's.
+
+    Args:
+        namespace: Of the robot.
+    """
+
+    def __init__(self, namespace: str) -> None:
+        self._namespace = namespace.rstrip("/")
         self._buffer: tf2_ros.Buffer | None = None
+        self._has_own = False
 
     def listen(self) -> None:
         """The graph has been joined."""
-        self._buffer = tf2_ros.Buffer(rospy.Duration(KEPT), debug=False)
-        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._buffer = _new_buffer()
+        for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")):
+            rospy.Subscriber(f"/{topic}", TFMessage, self._on_common, callback_args=keep, queue_size=100)
+            if self._namespace:
+                own = f"{self._namespace}/{topic}"
+                rospy.Subscriber(own, TFMessage, self._on_own, callback_args=keep, queue_size=100)
+
+    def _on_common(self, message: TFMessage, keep: str) -> None:
+        if not self._has_own:
+            self._keep(message, keep)
+
+    def _on_own(self, message: TFMessage, keep: str) -> None:
+        if not self._has_own:
+            self._has_own = True
+            self._buffer = _new_buffer()
+        self._keep(message, keep)
+
+    def _keep(self, message: TFMessage, keep: str) -> None:
+        for transform in message.transforms:
+            getattr(self._buffer, keep)(transform, "window")
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """How `frame` stood in `seen_from` at `stamp` [s since 1970].
@@ -48,6 +76,10 @@ class Frames:
             if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
                 raise
             return newest
+
+
+def _new_buffer() -> tf2_ros.Buffer:
+    return tf2_ros.Buffer(rospy.Duration(KEPT), debug=False)
 
 
 def _rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
