@@ -84,6 +84,10 @@ class SimulatedPepper(SimulatedRobot):
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         return {"tablet": lambda: self.tablet.image}
 
+    def hear(self, text: str) -> None:
+        if self.room_sounds is not None:
+            self.room_sounds.say(text)
+
     def close(self) -> None:
         for part in (self._door, self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:

@@ -117,6 +117,9 @@ class SimulatedRobot(ABC):
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}
 
+    def hear(self, text: str) -> None:  # noqa: B027 -- nor ears
+        """A person beside the robot says a text."""
+
     def close(self) -> None:  # noqa: B027 -- nor to end
         """End the wire and everything else of this robot. Calling it again does nothing."""
 

@@ -1,7 +1,8 @@
 """A world with one simulated Pepper as a ROS node; `sim_bringup.node` says what it publishes and serves.
 
 Parameters: ~address (127.0.0.1), ~port (9559; 0 takes a free one), ~scene (apartment), ~seed (0), ~viewer (false): open
-            MuJoCo's viewer; ~wires/pepper/{cmd_vel, image}: where the driver takes commands and publishes pictures.
+            MuJoCo's viewer; ~wires/pepper/{cmd_vel, image}: where the driver takes commands and publishes pictures;
+            ~kinds/pepper/{speaker, record_speaker, room_sound}: its sound, see `SimulatedPepper`.
 """
 
 from __future__ import annotations
@@ -19,4 +20,5 @@ def main() -> int:
 
 
 def _robots() -> list[RobotWish]:
-    return [RobotWish("pepper", "pepper", int(rospy.get_param("~port", DEFAULT_PORT)))]
+    options = rospy.get_param("~kinds/pepper", {})
+    return [RobotWish("pepper", "pepper", int(rospy.get_param("~port", DEFAULT_PORT)), options)]

@@ -8,6 +8,7 @@ simulation guide defines, and what only a simulator can tell. For every robot, i
     body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, beside the wire
     truth             nav_msgs/Odometry, 20 Hz, in the frame world: the same with velocities
     restart_simulation  std_srvs/Trigger: the whole world back to the start, in place; clients stay connected
+    room_speech       std_msgs/String, taken: a person beside the robot says this (espeak-ng)
     <screen>/image_raw  sensor_msgs/Image: what the robot shows, such as Pepper's tablet
 
 For the world: overview/image_raw (sensor_msgs/Image, 10 Hz), the place seen by a fixed camera; restart_simulation.

@@ -12,7 +12,7 @@ from typing import Any
 
 import rospy
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Float32MultiArray, MultiArrayDimension
+from std_msgs.msg import Float32MultiArray, MultiArrayDimension, String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from sim_bringup.movement import DirectMover, DriverMover, Movements
@@ -140,6 +140,7 @@ class RobotSurface:
         self._truth = rospy.Publisher(wire.topic("truth"), Odometry, queue_size=1)
         self._body_state = rospy.Publisher(wire.topic("body_state"), Float32MultiArray, queue_size=1)
         mover = DirectMover(robot.controls) if robot.controls else DriverMover(wire.cmd_vel, wire.speed)
+        rospy.Subscriber(wire.topic("room_speech"), String, lambda message: robot.hear(message.data), queue_size=5)
         self.movements = Movements(wire.topic("movement_command"), mover)
         self.pictures = [
             PictureTopic(wire.topic(f"{screen}/image_raw"), f"{screen.capitalize()}_frame", _keep(source), first=True)
