@@ -1,4 +1,4 @@
-"""The operator's window:  python -m gui [--robot ADDRESS] [--feed TOPIC]"""
+"""The operator's window:  python -m gui [--profile pepper|robotino|both] [--robot ADDRESS]"""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from pathlib import Path
 from types import FrameType
 
 from PyQt5.QtCore import QSocketNotifier, QTimer
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
-from gui.controller import Attach, Controller
+from gui.controller import Attach
 from gui.entrance import Entrance
-from gui.gamepad import Gamepad
-from gui.keeping import Keeping, default_folder
+from gui.keeping import default_folder
 from gui.profiles import PROFILES
-from gui.ros_link import RosLink, RosNode, without_remappings
-from gui.terminal import TerminalView
+from gui.ros_link import RosNode, without_remappings
+from gui.seat import Seat, Terminals
+from gui.shell import Shell
 from gui.users import Users
-from gui.window import OperatorWindow, themes
+from gui.window import themes
 from gui.x11 import hold_display
 
+BOTH = "both"
 SCREENSHOT_DELAY = 1000
 """ms after the first picture: time for the terminal to show what it runs."""
 
@@ -44,51 +45,65 @@ def main(argv: list[str] | None = None) -> int:
     application.setStyle("Fusion")
     theme.apply(arguments.theme)
 
-    terminal = TerminalView()
-    window = OperatorWindow(terminal)
-    window.address.setText(arguments.robot)
-    profile = PROFILES[arguments.profile]
-    if arguments.feed:
-        profile = profile.with_feed(arguments.feed)
     node = RosNode()
-    link = RosLink(node, profile)
-    gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
-    controller = Controller(window, link, terminal, arguments.attach, profile, arguments.sign_in, gamepad)
-    if arguments.gamepad == "joy":
-        link.channel("joy").arrived.connect(lambda joy: gamepad.hear(*joy))
-        link.watch("joy", True)
-    keeping = Keeping(window, link, arguments.folder)
-    keeping.said.connect(window.status.say)
-    node.trouble.connect(link.trouble)
+    seats = take_seats(node, arguments)
+    if len(seats) == 1:
+        window = seats[0].window
+    else:
+        window = Shell([(seat.title, seat.window) for seat in seats])
+        window.changed.connect(lambda chosen: [seat.set_in_front(index == chosen) for index, seat in enumerate(seats)])
+        for seat in seats[1:]:
+            seat.set_in_front(False)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
-    window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
+    for seat in seats:
+        seat.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
     if arguments.screenshot:
-        window.video.first_picture.connect(
+        seats[0].window.video.first_picture.connect(
             lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
         )
     signals = _close_on_signals(window)
     window.show_on_screen()
     # On the screen first: the terminal opens its window in this one.
-    Entrance(window, terminal, [controller], Users(arguments.users) if arguments.sign_in else None)
-    gamepad.start()
+    users = Users(arguments.users) if arguments.sign_in else None
+    Entrance(window, Terminals(seats), [seat.controller for seat in seats], users)
+    for seat in seats:
+        seat.start()
     node.start()
     try:
         return application.exec_()
     finally:
         signals.setEnabled(False)
-        keeping.recorder.close()
-        controller.dismiss()
+        for seat in seats:
+            seat.close()
         node.close()
-        terminal.close_terminal()
+        for seat in seats:
+            seat.terminal.close_terminal()
+
+
+def take_seats(node: RosNode, arguments: argparse.Namespace) -> list[Seat]:
+    """One for each robot that the command line names."""
+    names = list(PROFILES) if arguments.profile == BOTH else [arguments.profile]
+    seats = []
+    for index, name in enumerate(names):
+        profile = PROFILES[name]
+        if index < len(arguments.feed):
+            profile = profile.with_feed(arguments.feed[index])
+        address = arguments.robot[min(index, len(arguments.robot) - 1)]
+        seats.append(Seat(node, profile, address, arguments, alone=len(names) == 1))
+    return seats
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
     parser.add_argument(
-        "--robot", metavar="ADDRESS", default=os.environ.get("NAO_IP", "127.0.0.1"), help="the robot; default NAO_IP"
-    )
-    parser.add_argument("--profile", choices=PROFILES, default="pepper", help="kind of robot; default %(default)s")
-    parser.add_argument("--feed", metavar="TOPIC", help="camera topic; default the profile's")
+        "--robot", metavar="ADDRESS", nargs="+", default=[os.environ.get("NAO_IP", "127.0.0.1")],
+        help="the robot, or both: Pepper first; default NAO_IP",
+    )  # fmt: skip
+    parser.add_argument(
+        "--profile", choices=[*PROFILES, BOTH], default="pepper",
+        help="kind of robot, or both in one window with tabs; default %(default)s",
+    )  # fmt: skip
+    parser.add_argument("--feed", metavar="TOPIC", nargs="+", default=[], help="camera topic; default the profile's")
     parser.add_argument(
         "--no-sign-in", dest="sign_in", action="store_false",
         help="let everybody in as a pilot: for simulated robots; the robot's programs need sign_in:=false, too",
@@ -132,7 +147,7 @@ def display_problem(environment: Mapping[str, str]) -> str | None:
     )
 
 
-def save_screenshot(window: OperatorWindow, path: Path) -> None:
+def save_screenshot(window: QMainWindow, path: Path) -> None:
     """Save what the screen shows of the window, terminal included."""
     picture = window.screen().grabWindow(int(window.winId()))
     if picture.save(str(path)):
@@ -141,12 +156,12 @@ def save_screenshot(window: OperatorWindow, path: Path) -> None:
         print(f"gui: {path} cannot be written; is the folder there, and the ending .png or .jpg?", file=sys.stderr)
 
 
-def _end_by_ros(window: OperatorWindow, reason: str) -> None:
+def _end_by_ros(window: QMainWindow, reason: str) -> None:
     print(f"gui: ROS ended this window: {reason}", file=sys.stderr)
     window.close()
 
 
-def _close_on_signals(window: OperatorWindow) -> QSocketNotifier:
+def _close_on_signals(window: QMainWindow) -> QSocketNotifier:
     """Close the window on SIGINT, SIGTERM and SIGHUP. Python runs a handler only between its own instructions, which
     Qt's loop does not execute; a byte in a socket wakes it."""
 

@@ -48,6 +48,7 @@ class Driving(QObject):
         super().__init__(window)
         self._window, self._link, self._access, self._controls = window, link, access, controls
         self._layer_stopped = ""
+        self._away = ""
         self._zeros_left = 0
         self._zeros = QTimer(self, interval=ZERO_PERIOD)
         self._zeros.timeout.connect(self._send_zero)
@@ -81,7 +82,9 @@ class Driving(QObject):
     def update_block(self) -> None:
         """A pad that drives nothing, or a robot that nobody sees, is worse than one that says why it does not."""
         state = self._link.state
-        if not state.joined:
+        if self._away:
+            reason = self._away
+        elif not state.joined:
             reason = "Driving needs a ROS master. Press Roscore start."
         elif not state.driver:
             reason = "No driver listens to this window. Press Session start."
@@ -98,6 +101,12 @@ class Driving(QObject):
         self._controls.show_stopped(stopped_by or ("the safety layer" if self._layer_stopped else ""))
         self._window.padLabel.setText("off" if reason else "hold to drive")
         self._window.padLabel.setToolTip(reason)
+
+    def set_away(self, reason: str) -> None:
+        """Nobody drives this robot from here, for this reason; with an empty one, it is this window's again."""
+        self._away = reason
+        self.hub.release_all()
+        self.update_block()
 
     def stop(self) -> None:
         """Let go of everything; keyboards elsewhere, too."""

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-WIDTH, HEIGHT = 860, 220
-LEFT, RIGHT, TOP, BOTTOM = 52, 14, 12, 30
+WIDTH, HEIGHT = 860, 230
+LEFT, RIGHT, TOP, BOTTOM = 52, 14, 30, 30
 MOST_POINTS = 1500
 """Of one line; more are not to be seen."""
 
@@ -61,8 +61,8 @@ def time_plot(
     for index, (name, kind, points) in enumerate(lines):
         parts.append(_polyline(kind, [(x(t), y(v)) for t, v in _thinned(points) if math.isfinite(v)]))
         at = LEFT + 8 + 170 * index
-        parts.append(f'<text class="name {kind}" x="{at}" y="{TOP + 13}">{html.escape(name)}</text>')
-    parts.append(f'<text x="{WIDTH - RIGHT}" y="{TOP + 13}" text-anchor="end">{html.escape(unit)}</text></svg>')
+        parts.append(f'<text class="name {kind}" x="{at}" y="{TOP - 12}">{html.escape(name)}</text>')
+    parts.append(f'<text x="{WIDTH - RIGHT}" y="{TOP - 12}" text-anchor="end">{html.escape(unit)}</text></svg>')
     return "".join(parts)
 
 

@@ -15,7 +15,7 @@ import threading
 from collections.abc import Callable
 
 from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QGuiApplication, QMouseEvent, QResizeEvent
+from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QApplication, QFrame, QLabel, QStackedLayout, QWidget
 
 from gui.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
@@ -46,10 +46,11 @@ class TerminalView(QFrame):
     focus_changed = pyqtSignal(bool)
     """Whether keys go to the terminal."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
+        """`name` tells it from other terminals of this process."""
         super().__init__(parent)
         self.setFocusPolicy(Qt.NoFocus)
-        self._tmux = Tmux(f"telepresence-{os.getpid()}")
+        self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
         self._guard: subprocess.Popen | None = None
         self._host: Host | None = None
@@ -112,7 +113,7 @@ class TerminalView(QFrame):
             return
         self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Read, self)
         self._clicks.activated.connect(self._on_x_event)
-        self._wants_keyboard = True
+        self._wants_keyboard = self.isVisible()
         self._guard = self._guard or self._tmux.start_guard()
         self._xterm = QProcess(self)
         self._xterm.setProcessEnvironment(_process_environment())
@@ -171,6 +172,13 @@ class TerminalView(QFrame):
         super().resizeEvent(event)
         self._fit()
 
+    def hideEvent(self, event: QHideEvent) -> None:
+        """What is typed must not go where nobody sees it."""
+        super().hideEvent(event)
+        if self._has_keyboard and self._host is not None:
+            self._host.take_keyboard(int(self.window().winId()))
+            self._set_keyboard(False)
+
     def _xterm_command(self) -> list[str]:
         resources = [f"XTerm*color{index}: {colour}" for index, colour in enumerate(PALETTE)]
         # On-screen keyboards and assistive programs send events; what could misuse them could type anyway (XTEST).
@@ -190,7 +198,7 @@ class TerminalView(QFrame):
         self._guest = guest
         self._fit()
         self._host.raise_shield()
-        if self._wants_keyboard and self.window().isActiveWindow():
+        if self._wants_keyboard and self.isVisible() and self.window().isActiveWindow():
             self.take_keyboard()
         self.ready.emit()
 
@@ -204,7 +212,7 @@ class TerminalView(QFrame):
         """Notice who has the keyboard. Qt does not: a child of its window got it, so for Qt nothing has changed."""
         kind = event.type()
         if self._guest is not None and isinstance(watched, QWidget) and watched.window() is self.window():
-            if kind == QEvent.WindowActivate and self._wants_keyboard:
+            if kind == QEvent.WindowActivate and self._wants_keyboard and self.isVisible():
                 self.take_keyboard()
             elif kind in (QEvent.WindowActivate, QEvent.WindowDeactivate):
                 self._host.raise_shield()

@@ -48,12 +48,25 @@ LARGEST = 0.9
 """Share of a large screen that the window takes at first."""
 
 
+def place_on_screen(window: QMainWindow) -> None:
+    """See `OperatorWindow.show_on_screen`."""
+    available = window.screen().availableGeometry()
+    window.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
+    window.move(available.center() - window.rect().center())
+    window.show()
+    window.activateWindow()
+
+
 class OperatorWindow(QMainWindow):
     """Widgets by name, as in window.ui."""
 
     activation_changed = pyqtSignal(bool)
     """Whether keys that the terminal does not get come to this window."""
+    closed_by_key = pyqtSignal()
+    """Ctrl+Q."""
 
+    headerLayout: QHBoxLayout
+    brand: QLabel
     address: QLineEdit
     addressLabel: QLabel
     roscoreButton: QPushButton
@@ -120,16 +133,17 @@ class OperatorWindow(QMainWindow):
                 button.setFocusPolicy(Qt.TabFocus)
         self.themeButton.clicked.connect(self.change_theme)
         self.exitButton.clicked.connect(self.close)
-        QShortcut(QKeySequence("Ctrl+Q"), self, activated=self.close)
+        QShortcut(QKeySequence("Ctrl+Q"), self, activated=self._on_close_key)
 
     def show_on_screen(self) -> None:
         """Show it at its usual size; on a large screen with room around it, on a small one as large as that allows."""
-        available = self.screen().availableGeometry()
-        self.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
-        self.move(available.center() - self.rect().center())
-        self.show()
-        self.activateWindow()
+        place_on_screen(self)
         self.pad.setFocus()
+
+    def put_tabs(self, tabs: QWidget) -> None:
+        """Show the robots to choose from, in place of the program's name."""
+        self.brand.hide()
+        self.headerLayout.insertWidget(0, tabs)
 
     def show_terminal(self) -> None:
         """Bring the terminal to the front of the deck."""
@@ -152,6 +166,10 @@ class OperatorWindow(QMainWindow):
         """The next theme there is."""
         known = themes()
         theme.apply(known[(known.index(theme.current()) + 1) % len(known)])
+
+    def _on_close_key(self) -> None:
+        self.closed_by_key.emit()
+        self.close()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """A click beside everything ends typing in a field: the keys drive."""

@@ -1,0 +1,85 @@
+"""Everything the window has for one robot, joined: link, page, terminal, hands, keeping."""
+
+from __future__ import annotations
+
+import argparse
+
+from PyQt5.QtCore import QObject
+
+from gui.controller import Controller
+from gui.gamepad import Gamepad
+from gui.keeping import Keeping
+from gui.profiles import Profile
+from gui.robots import ROBOTS
+from gui.ros_link import RosLink, RosNode
+from gui.terminal import TerminalView
+from gui.window import OperatorWindow
+
+AWAY = "Another robot is in front. Choose this one's tab to drive it."
+
+
+class Seat(QObject):
+    """One robot's part of the window.
+
+    Args:
+        node: The window's node, shared by all robots.
+        profile: The robot.
+        address: Where it is.
+        arguments: Of the command line, see gui/__main__.py.
+        alone: There is no other.
+    """
+
+    def __init__(
+        self, node: RosNode, profile: Profile, address: str, arguments: argparse.Namespace, alone: bool = True
+    ) -> None:
+        super().__init__()
+        self.title = ROBOTS[profile.name].title
+        self.terminal = TerminalView("" if alone else profile.name)
+        self.window = OperatorWindow(self.terminal)
+        self.window.address.setText(address)
+        self.link = RosLink(node, profile)
+        self.gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
+        self.controller = Controller(
+            self.window, self.link, self.terminal, arguments.attach, profile, arguments.sign_in, self.gamepad
+        )
+        if arguments.gamepad == "joy":
+            self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.hear(*joy))
+            self.link.watch("joy", True)
+        self.keeping = Keeping(self.window, self.link, arguments.folder)
+        self.keeping.said.connect(self.window.status.say)
+        node.trouble.connect(self.link.trouble)
+        self._had_feed = False
+
+    def set_in_front(self, in_front: bool) -> None:
+        """Only the robot in front is driven and looked at; the others keep running, and keep their terminals."""
+        self.controller.driving.set_away("" if in_front else AWAY)
+        feed = self.window.feedButton
+        if in_front:
+            feed.setChecked(feed.isChecked() or self._had_feed)
+        else:
+            self._had_feed = feed.isChecked()
+            feed.setChecked(False)
+
+    def start(self) -> None:
+        """The window is on the screen."""
+        self.gamepad.start()
+
+    def close(self) -> None:
+        """Stop the robot, and end what belongs to this window."""
+        self.keeping.recorder.close()
+        self.controller.dismiss()
+
+
+class Terminals:
+    """All terminals at once, for whoever lets people in."""
+
+    def __init__(self, seats: list[Seat]) -> None:
+        self._terminals = [seat.terminal for seat in seats]
+
+    def start(self) -> None:
+        for terminal in self._terminals:
+            terminal.start()
+
+    def deny(self, reason: str) -> None:
+        for terminal in self._terminals:
+            terminal.deny(reason)
