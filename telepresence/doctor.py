@@ -6,17 +6,28 @@ Needs nothing but Debian's Python, because it is asked when the rest does not wo
 from __future__ import annotations
 
 import argparse
+import email.utils
+import http.client
 import os
 import shutil
 import socket
 import subprocess
 import sys
+import time
+import urllib.error
 import urllib.parse
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 NAOQI_PORT = 9559
+WEB_PORTS = (80, 8080)
+"""A Robotino's, real and simulated."""
+ROUND_TRIPS = 10
+SLOW = 0.15
+"""A connection that takes longer [s] leaves a pilot too far behind the picture."""
+WRONG_CLOCK = 5.0
 Finding = tuple[bool, str, str]
 """(all is well, what was looked at, what to do about it)"""
 
@@ -120,25 +131,67 @@ def master() -> Iterator[Finding]:
 
 
 def robot(address: str) -> Iterator[Finding]:
+    """The way to a robot: name, port, round trip, our own address towards it, and its clock."""
     host, _, port = address.partition(":")
     number = int(port) if port.isdigit() else NAOQI_PORT
     try:
-        socket.create_connection((host, number), timeout=3.0).close()
-        yield True, f"robot at {host}:{number} accepts connections", ""
-    except socket.gaierror:
-        yield (
-            False,
-            f"robot at {host}:{number}",
-            f"nobody knows the name '{host}'; press the chest button for the address",
-        )
+        times = sorted(connect_time(host, number) for _ in range(ROUND_TRIPS))
+    except (socket.gaierror, UnicodeError):
+        cure = f"nobody knows the name '{host}'; press the chest button for the address"
+        yield False, f"robot at {host}:{number}", cure
+        return
     except ConnectionRefusedError:
-        yield (
-            False,
-            f"robot at {host}:{number}",
-            "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead",
-        )
+        cure = "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead, a Robotino on 80"
+        yield False, f"robot at {host}:{number}", cure
+        return
     except OSError as error:
         yield False, f"robot at {host}:{number}", f"{error}; is it switched on, and in this network? Try:  ping {host}"
+        return
+    yield True, f"robot at {host}:{number} accepts connections", ""
+    middle = times[len(times) // 2]
+    yield (
+        middle < SLOW,
+        f"round trip {middle * 1e3:.1f} ms, slowest of {len(times)} {times[-1] * 1e3:.1f} ms",
+        "too slow to drive well: use a cable or 5 GHz, or see docs/remote.md",
+    )
+    yield from towards(host, number)
+    if number in WEB_PORTS:
+        yield from robot_clock(host, number)
+    print("    On the robot's own computer:  python3 robot_system.py  (copy telepresence/robot_system.py there)")
+
+
+def connect_time(host: str, port: int) -> float:
+    """Seconds that opening a connection takes: one round trip. Raises OSError."""
+    begin = time.monotonic()
+    socket.create_connection((host, port), timeout=3.0).close()
+    return time.monotonic() - begin
+
+
+def towards(host: str, port: int) -> Iterator[Finding]:
+    """Which of our addresses the robot sees; ROS nodes elsewhere must be able to call back to ROS_IP."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((host, port))  # a datagram socket sends nothing yet
+        ours = probe.getsockname()[0]
+    announced = os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME") or ""
+    local = ours.startswith("127.")
+    fine = local or not announced.startswith(("127.", "localhost"))
+    what = f"this machine is {ours} to the robot" + (f", and ROS_IP is {announced}" if announced else "")
+    yield fine, what, f"ROS nodes on other machines cannot call back:  export ROS_IP={ours}"
+
+
+def robot_clock(host: str, port: int) -> Iterator[Finding]:
+    """The robot's clock, by the date of its web server's answer (whole seconds)."""
+    try:
+        with urllib.request.urlopen(f"http://{host}:{port}/", timeout=3.0) as answer:
+            date = answer.headers.get("Date")
+    except urllib.error.HTTPError as error:
+        date = error.headers.get("Date")
+    except (OSError, http.client.HTTPException) as error:
+        yield False, f"web server at {host}:{port}", f"{error}; a Robotino answers there: is its restapid running?"
+        return
+    if date:
+        ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+        yield abs(ahead) < WRONG_CLOCK, f"robot's clock: {ahead:+.0f} s", "set it: pictures and commands carry times"
 
 
 if __name__ == "__main__":
