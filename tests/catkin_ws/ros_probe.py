@@ -6,6 +6,7 @@ are lines of JSON; see `Probe` in conftest.py.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import sys
@@ -18,6 +19,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from roslib.message import get_message_class, get_service_class
+from std_msgs.msg import Int32
 
 
 class ProbeNode:
@@ -86,6 +88,21 @@ class ProbeNode:
         except (rospy.ServiceException, rospy.ROSException) as error:
             return [False, str(error)]
         return [True, {name: getattr(answer, name) for name in answer.__slots__}]
+
+    def order(self, topic: str, movement: int) -> None:
+        """Publish one std_msgs/Int32, once somebody listens."""
+        publisher = self._publishers.get(topic) or rospy.Publisher(topic, Int32, queue_size=1)
+        self._publishers[topic] = publisher
+        deadline = time.monotonic() + 10
+        while not publisher.get_num_connections() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        publisher.publish(movement)
+
+    def call_often(self, service: str, kind: str, count: int) -> int:
+        """Call a std_srvs/Trigger `count` times over one connection; how often it succeeded."""
+        rospy.wait_for_service(service, timeout=10)
+        with contextlib.closing(rospy.ServiceProxy(service, get_service_class(kind), persistent=True)) as proxy:
+            return sum(proxy().success for _ in range(count))
 
     def topics(self) -> dict[str, str]:
         return dict(rospy.get_published_topics())

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.ros
+from telepresence import processes
+from telepresence.virtual_display import VirtualDisplay
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
 LAUNCH = Path(__file__).resolve().parents[3] / "launch" / "both.launch"
+EXAMPLE = LAUNCH.parents[1] / "catkin_ws" / "src" / "sim_bringup" / "examples" / "custom_controller.py"
 STILL = 0.002
 """A robot that nobody drives moves less than this [m]."""
 
@@ -21,6 +28,7 @@ class Both:
             "gui": "false",
             "teleop": "false",
             "scene": "empty",
+            "viewer": "true",
             "source": "test",
             "nao_port": graph.robot_port,
             "robotino_port": graph.free_port(),
@@ -30,6 +38,23 @@ class Both:
         self.probe = graph.probe()
         for name in ("/truth", "/rto3/truth"):
             self.probe.watch(name, "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
+
+    @property
+    def memory(self) -> float:
+        """What the simulator holds of the machine's memory [MB]."""
+        for pid in processes.descendants(self.launch.process.pid):
+            if b"world_sim" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+                return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+        pytest.fail("the simulator does not run")
+
+    def restart(self, service: str = "/restart_simulation") -> None:
+        answer = self.probe.call(service, "std_srvs/Trigger", {})
+        assert answer[0] is True and answer[1]["success"] is True and answer[1]["message"]
+
+    def restart_often(self, count: int) -> None:
+        """One after the other over one connection, which stays."""
+        assert self.probe.call_often("/restart_simulation", "std_srvs/Trigger", count) == count
 
     def place(self, topic: str) -> list[float]:
         return self.probe.latest(topic)
@@ -41,7 +66,12 @@ class Both:
 
 @pytest.fixture(scope="module")
 def both(graph):
-    return Both(graph)
+    display = VirtualDisplay(320, 240)
+    graph.environment["DISPLAY"] = display.name
+    made = Both(graph)
+    yield made
+    made.launch.end()
+    display.close()
 
 
 def test_all_programs_of_both_are_on_one_master(both, until_true):
@@ -90,8 +120,70 @@ def test_pictures_of_both_come_through_their_own_wires(both):
         assert both.probe.latest(topic) == [640, 480, "rgb8", "robot_camera"]
 
 
-def test_one_restart_puts_both_back(both, until_true):
-    answer = both.probe.call("/rto3/restart_simulation", "std_srvs/Trigger", {})
-    assert answer[0] is True and answer[1]["success"] is True and answer[1]["message"]
+def test_one_restart_puts_both_back(both):
+    both.restart("/rto3/restart_simulation")
     assert both.place("/truth") == pytest.approx([0.0, 0.0], abs=0.001)
     assert both.place("/rto3/truth") == pytest.approx([0.0, -1.5], abs=0.001)
+
+
+def test_two_hundred_restarts_under_load(both):
+    """With the viewer open, both cameras drawn, and both robots driven; memory stays flat and everybody connected."""
+    both.probe.order("/rto3/movement_command", 1)
+    both.restart_often(20)
+    before = both.memory
+    both.probe.drive(0.2, 0.0, 0.3)
+    both.restart_often(90)
+    both.probe.silence()
+    both.restart_often(90)
+    assert both.memory < before + 15.0, "the simulator grows"
+    for robot, start in (("", [0.0, 0.0]), ("/rto3", [0.0, -1.5])):
+        assert both.place(f"{robot}/truth") == pytest.approx(start, abs=0.001)
+        assert both.probe.latest(f"{robot}/robot_camera")[:2] == [640, 480], "pictures go on"
+    both.probe.order("/movement_command", 2)
+    while both.place("/truth")[0] > -0.05:
+        assert both.launch.process.poll() is None
+    both.probe.order("/movement_command", 0)
+    assert "restarting process" not in both.launch.output, "nothing died"
+
+
+def test_commands_that_mean_nothing_stop_the_robot(both, until_true):
+    both.restart()
+    both.probe.order("/rto3/movement_command", 1)
+    until_true(lambda: both.place("/rto3/truth")[0] > 0.05, "the robot drives")
+    both.probe.order("/rto3/movement_command", 7)
+    both.launch.wait_for("movement_command 7 means nothing")
+    until_true(lambda: math.dist(both.place("/rto3/truth"), both.place("/rto3/truth")) < STILL, "it stops")
+    stands = both.place("/rto3/truth")
+    stranger = both.graph.run("rostopic", "pub", "-r", "20", "/rto3/movement_command", "std_msgs/String", "1")
+    until_true(lambda: "/rostopic" in " ".join(both.probe.nodes()), "the wrong type is published")
+    for _ in range(10):
+        assert math.dist(both.place("/rto3/truth"), stands) < STILL
+    stranger.kill()
+
+
+def test_a_flood_of_commands_is_coalesced(both, until_true):
+    """A thousand a second; the robot follows, the world keeps time, and the next stop counts at once."""
+    both.restart()
+    code = (
+        "import rospy; from std_msgs.msg import Int32; rospy.init_node('flood');"
+        "p = rospy.Publisher('/rto3/movement_command', Int32, queue_size=10); r = rospy.Rate(1000)\n"
+        "while not rospy.is_shutdown(): p.publish(1); r.sleep()"
+    )
+    flood = both.graph.run(sys.executable, "-c", code)
+    until_true(lambda: both.place("/rto3/truth")[0] > 0.2, "the robot follows")
+    assert "behind real time" not in both.launch.output
+    flood.kill()
+    until_true(lambda: math.dist(both.place("/rto3/truth"), both.place("/rto3/truth")) < STILL, "it stops")
+
+
+def test_the_example_of_an_own_controller_runs_as_it_is_written(both):
+    both.restart()
+    program = subprocess.run(
+        [sys.executable, str(EXAMPLE), "__ns:=/rto3", "_distance:=0.15", "_timeout:=40"],
+        env=both.graph.environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert program.returncode == 0, program.stdout + program.stderr
+    assert both.place("/rto3/truth")[0] == pytest.approx(0.0, abs=0.1)
