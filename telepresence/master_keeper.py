@@ -67,7 +67,9 @@ class MasterKeeper:
 
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311
-        self._process = processes.start(["roscore", "-p", str(port)], stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
+        # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
+        command = ["roscore", "-p", str(port)]
+        self._process = processes.start(command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
         deadline = time.monotonic() + START_TIMEOUT
         while not master_answers(self.uri):
             if self._process.poll() is not None or time.monotonic() > deadline:

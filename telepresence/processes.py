@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -30,10 +31,22 @@ def adopt_orphans() -> None:
         raise OSError(ctypes.get_errno(), "prctl(PR_SET_CHILD_SUBREAPER) failed")
 
 
-def start(argv: Sequence[str], **popen: Any) -> subprocess.Popen:
+def start(argv: Sequence[str], *, tied: bool = False, **popen: Any) -> subprocess.Popen:
     """Start a program in a session of its own: Ctrl-C in our terminal does not reach it, so we choose the order of
-    ending. It keeps our terminal as standard input unless `stdin` says otherwise."""
-    return subprocess.Popen(list(argv), start_new_session=True, **popen)
+    ending. It keeps our terminal as standard input unless `stdin` says otherwise.
+
+    Args:
+        tied: The kernel sends it SIGINT when the thread that calls this ends, even if that was killed (prctl(2),
+            PR_SET_PDEATHSIG, through util-linux's setpriv: code between fork and exec of a threaded Python may hang).
+    Raises:
+        FileNotFoundError: There is no such program.
+    """
+    words = list(argv)
+    if tied:
+        if shutil.which(words[0]) is None:
+            raise FileNotFoundError(f"there is no program {words[0]}")
+        words = ["setpriv", "--pdeathsig", "INT", *words]
+    return subprocess.Popen(words, start_new_session=True, **popen)
 
 
 def end(process: subprocess.Popen, patience: float = 5.0) -> int:

@@ -1,7 +1,7 @@
 """`./stack up`: robots, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
 
 Starts roscore (and brings it back when it dies), a virtual display where there is no real one, and roslaunch with the
-launch file of the robot. Ctrl-C ends all of it, and nothing stays behind.
+launch file of the robot. Ctrl-C ends all of it, and nothing stays behind, nor when this program is killed.
 """
 
 from __future__ import annotations
@@ -126,7 +126,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         # roslaunch reads its files while roscore starts.
         launch = processes.start(
             ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
-            + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"]
+            + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"],
+            tied=True,
         )
         if master_answers(master_uri, timeout=1.0):
             print(f"Using the ROS master that runs at {master_uri}")
@@ -187,6 +188,7 @@ def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
     """A web server for the picture of the display, in a process of its own; looking must not slow driving."""
     return processes.start(
         ["nice", sys.executable, "-m", "telepresence.screen_page", str(display.folder), "--port", str(port)],
+        tied=True,
         stdout=subprocess.DEVNULL,
     )
 

@@ -38,6 +38,7 @@ class VirtualDisplay:
         try:
             self._process = processes.start(
                 f"Xvfb -displayfd {writer} {options}".split(),
+                tied=True,
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pass_fds=[writer],

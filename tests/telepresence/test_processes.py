@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 from telepresence import processes
 
@@ -21,6 +24,25 @@ def test_end_of_an_ended_program_returns_its_code():
     process = processes.start([sys.executable, "-c", "raise SystemExit(7)"])
     process.wait()
     assert processes.end(process) == 7
+
+
+def test_a_tied_program_ends_when_its_parent_is_killed(wait_until):
+    parent = (
+        "import os, signal; from telepresence import processes;"
+        "child = processes.start(['sleep', '60'], tied=True); print(child.pid, flush=True); signal.pause()"
+    )
+    killed = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
+    child = int(killed.stdout.readline())
+    wait_until(lambda: b"sleep" in Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")[0], "setpriv has made way")
+    killed.kill()
+    killed.wait()
+    killed.stdout.close()
+    wait_until(lambda: child not in processes.descendants(), "the child has ended")
+
+
+def test_a_tied_program_that_does_not_exist_is_told_at_once():
+    with pytest.raises(FileNotFoundError, match="no-such-program"):
+        processes.start(["no-such-program"], tied=True)
 
 
 def test_orphans_in_sessions_of_their_own_are_ended(wait_until):
