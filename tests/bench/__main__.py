@@ -1,4 +1,4 @@
-"""`./stack bench [NAME ...] [--json FILE]`: ours against a peer or the physical limit, measured in the same run."""
+"""`./stack bench [NAME ...] [--json FILE] [--out FOLDER]`: ours against a peer or the physical limit, measured in the same run."""
 
 from __future__ import annotations
 
@@ -22,8 +22,15 @@ BENCHMARKS = {
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
     "teleop": "key press in a terminal to ALMotion's setpoint",
     "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
+    "rest": "Robotino's web server under 300 requests a second, the world in real time",
+    "webrtc": "age of Robotino's pictures by WebRTC, against a frame period and MJPEG",
     "startup": "./stack up to the first picture in the window",
+    "control": "by the clock or by odometry, with the gate or without, two gaits: time, error, work, slips, falls",
+    "safety": "collisions, share of the command passed, escapes; against no gate, the bubble and uniform scaling",
 }
+
+DRAWS = {"control", "safety"}
+"""Benchmarks that can write a record and pictures into a folder."""
 
 
 def main() -> int:
@@ -35,6 +42,7 @@ def main() -> int:
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="control, safety: also write record and pictures here")
     arguments = parser.parse_args()
     unknown = set(arguments.names) - BENCHMARKS.keys()
     if unknown:
@@ -45,7 +53,8 @@ def main() -> int:
     try:
         for name in arguments.names or BENCHMARKS:
             print(f"{name}: {BENCHMARKS[name]} ...", flush=True)
-            results[name] = importlib.import_module(f"bench_{name}").run()
+            benchmark = importlib.import_module(f"bench_{name}")
+            results[name] = benchmark.run(arguments.out) if name in DRAWS else benchmark.run()
             print(table(results[name]), flush=True)
     finally:
         processes.end_descendants()
