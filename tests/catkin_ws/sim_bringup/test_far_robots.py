@@ -1,0 +1,167 @@
+"""The pilot, a Robotino and a Pepper on three machines, over one ROS master and a bad link.
+
+Robotino's drivers run on its own machine, so ROS topics cross the link; Pepper carries no ROS, so NAOqi's wire does.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from telepresence import processes
+
+pytestmark = pytest.mark.ros
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[2]
+MOVED = 0.01
+"""Less than this [m] is noise of odometry."""
+STOP_TIME = 1.0
+"""A robot stands so long after the cut [s]."""
+OBSERVED = 0.15
+"""An observer looks every 50 ms; a busy machine delays it."""
+
+
+class Observer:
+    def __init__(self, log: Path) -> None:
+        self._log = log
+
+    def rows(self) -> list[list[float]]:
+        """time [s], x, y [m], theta [rad]."""
+        lines = self._log.read_text().splitlines() if self._log.exists() else []
+        rows = []
+        for line in lines:
+            try:
+                row = [float(word) for word in line.split()]
+            except ValueError:
+                continue  # libqi's log, or a line that is being written
+            if len(row) == 4:
+                rows.append(row)
+        return rows
+
+    def place(self) -> tuple[float, float]:
+        return tuple(self.rows()[-1][1:3])
+
+    def last_motion(self, since: float) -> float:
+        """When it was last seen elsewhere than where it is now; `since` when it has stood ever since."""
+        rows = [row for row in self.rows() if row[0] >= since]
+        x, y = rows[-1][1:3]
+        return max((row[0] for row in rows if math.hypot(row[1] - x, row[2] - y) > MOVED), default=since)
+
+
+class Far:
+    def __init__(self, network, environment: dict[str, str], folder: Path) -> None:
+        self.network, self._environment, self._folder = network, environment, folder
+        self._running: list[subprocess.Popen] = []
+        self.pilot, self.robotino_pc, self.pepper_pc = network.machines
+        nodes = ROOT / "catkin_ws" / "devel" / "lib"
+        rest = f"{self.robotino_pc.address}:8080"
+        naoqi = f"--pip={self.pepper_pc.address}"
+        sim = ("--scene", "empty")
+        self.run(self.pilot, "rosmaster", "--core", "-p", "11311")
+        self.run(self.robotino_pc, sys.executable, "-m", "robotino_sim", "--address", self.robotino_pc.address, *sim)
+        self.run(self.pepper_pc, sys.executable, "-m", "pepper_sim", "--address", self.pepper_pc.address, *sim)
+        self.run(self.robotino_pc, str(nodes / "rto_node/rto_node"), "--hostname", rest, "__ns:=/rto3")
+        self.run(self.robotino_pc, str(nodes / "rto_safe_teleop/safe_omni_drive"), "__ns:=/rto3")
+        self.run(self.pepper_pc, str(nodes / "pepper_bringup/watchdog.py"), f"--qi-url={self.pepper_pc.address}:9559")
+        self.run(self.pilot, str(nodes / "naoqi_driver_py/naoqi_moveto.py"), naoqi, "--pport=9559")
+        self.run(self.pilot, str(nodes / "rto_node/rto_camera_node"), "--hostname", rest, "__ns:=/rto3")
+        self.pictures = self.run(self.pilot, "rostopic", "echo", "/rto3/image_raw/header/seq")
+        self.robotino = self.observe(self.robotino_pc, "rest", f"http://{rest}")
+        self.pepper = self.observe(self.pepper_pc, "qi", f"tcp://{self.pepper_pc.address}:9559")
+        self._pilots: list[subprocess.Popen] = []
+
+    def run(self, machine, *argv: str) -> Path:
+        """Start a program there; the file with what it prints."""
+        log = self._folder / f"{len(self._running)}_{Path(argv[0]).name}.log"
+        self._running.append(machine.start(*argv, environment=self._environment, log=log))
+        return log
+
+    def observe(self, machine, kind: str, url: str) -> Observer:
+        script = f"until {sys.executable} {HERE / 'far_observer.py'} {kind} {url}; do sleep 0.3; done"
+        return Observer(self.run(machine, "bash", "-c", script))
+
+    def drive(self) -> None:
+        """Two people at the pilot's machine, each driving one robot forward, ten times a second."""
+        for topic in ("/rto3/safe_cmd_vel", "/cmd_vel"):
+            self.run(self.pilot, "rostopic", "pub", "-r", "10", topic, "geometry_msgs/Twist", "{linear: {x: 0.15}}")
+            self._pilots.append(self._running[-1])
+
+    def let_go(self) -> None:
+        while self._pilots:
+            processes.end(self._pilots.pop())
+
+    def close(self) -> None:
+        for process in reversed(self._running):
+            processes.end(process, patience=5.0)
+
+
+@pytest.fixture(scope="module")
+def far(far_network, workspace_environment, tmp_path_factory, until_true):
+    made = Far(far_network, workspace_environment, tmp_path_factory.mktemp("far"))
+    try:
+        until_true(lambda: made.robotino.rows() and made.pepper.rows(), "both robots are watched")
+        until_true(lambda: made.pictures.read_text().count("---") > 5, "pictures cross the link")
+        yield made
+    finally:
+        made.close()
+
+
+def both(far):
+    return (far.robotino, far.pepper)
+
+
+def wait_for_motion(far, until_true, distance: float = 0.1) -> None:
+    begin = [robot.place() for robot in both(far)]
+    until_true(
+        lambda: all(math.dist(robot.place(), was) > distance for robot, was in zip(both(far), begin, strict=True)),
+        "both robots drive",
+    )
+
+
+def test_drives_over_a_link_with_delay_and_loss_and_stops_when_let_go(far, until_true):
+    far.network.delay, far.network.jitter, far.network.loss = 0.06, 0.02, 0.02
+    far.drive()
+    wait_for_motion(far, until_true)
+    far.let_go()
+    let_go = time.time()
+    until_true(lambda: time.time() > let_go + 3.0, "time for a late packet")
+    for robot in both(far):
+        assert robot.last_motion(let_go) < let_go + 2.0, "it stands, whatever was on its way"
+
+
+def test_a_cut_stops_both_within_a_second_and_its_end_lets_them_go_on(far, until_true):
+    far.network.delay = far.network.jitter = far.network.loss = 0.0
+    far.drive()
+    wait_for_motion(far, until_true)
+    far.network.cut = True
+    cut = time.time()
+    until_true(lambda: all(robot.rows()[-1][0] > cut + 2.0 for robot in both(far)), "observations after the cut")
+    for robot in both(far):
+        assert robot.last_motion(cut) < cut + STOP_TIME + OBSERVED
+    pictures = far.pictures.read_text().count("---")
+    far.network.cut = False
+    wait_for_motion(far, until_true)
+    until_true(lambda: far.pictures.read_text().count("---") > pictures + 5, "pictures go on by themselves")
+    far.let_go()
+
+
+def test_what_was_commanded_before_a_cut_moves_nobody_after_it(far, until_true):
+    """The network delivers old commands when it is back; the pilot has left meanwhile."""
+    far.drive()
+    wait_for_motion(far, until_true, 0.05)
+    far.network.cut = True
+    cut = time.time()
+    until_true(lambda: all(robot.rows()[-1][0] > cut + 1.5 for robot in both(far)), "both stand")
+    far.let_go()
+    stand = [robot.place() for robot in both(far)]
+    far.network.cut = False
+    back = time.time()
+    until_true(lambda: all(robot.rows()[-1][0] > back + 5.0 for robot in both(far)), "time for what was held up")
+    for robot, place in zip(both(far), stand, strict=True):
+        assert math.dist(robot.place(), place) < 0.03
