@@ -21,6 +21,7 @@ BENCHMARKS = {
     "video": "the robot's camera to the pilot's screen: age when painted, rate",
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
     "teleop": "key press in a terminal to ALMotion's setpoint",
+    "bandwidth": "what each wire between pilot and robot takes of the network",
     "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
     "rest": "Robotino's web server under 300 requests a second, the world in real time",
     "webrtc": "age of Robotino's pictures by WebRTC, against a frame period and MJPEG",
