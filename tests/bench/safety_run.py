@@ -14,6 +14,7 @@ from safety_robots import TICK, BenchRobot, measure
 from safety_worlds import KINDS, PERSON, Batch, make_place
 
 from telepresence.safety import Command, Odometry
+from telepresence.safety.messages import sector_of
 
 SUBSTEPS = 2
 """Motion and contacts are computed this often per tick."""
@@ -25,6 +26,27 @@ QUIET = 1.0
 """... and for this long no further contact is counted; then the bumper is reset [s]."""
 STANDING = 0.02
 """[m/s]"""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The robot drove into something.
+
+    Args:
+        place: Number of the scenario within its seed.
+        time: [s].
+        kind: Index into `KINDS`.
+        bearing: Where on the body, from base_link [rad].
+        speed: At which the rim met it [m/s].
+        blind: No beam of any sensor points there.
+    """
+
+    place: int
+    time: float
+    kind: int
+    bearing: float
+    speed: float
+    blind: bool
 
 
 @dataclass
@@ -46,6 +68,7 @@ class Outcome:
     changes: np.ndarray  # of the shown state
     stopped_after: np.ndarray  # from the fault to the layer's first zero [s]; NaN without a fault or a zero
     pilot: np.ndarray
+    contacts: list[Contact]
 
     @property
     def static_hits(self) -> np.ndarray:
@@ -98,6 +121,7 @@ class Run:
     ) -> None:
         count = len(batch)
         rng = np.random.default_rng([*seed, 3])
+        self.first = seed[1]
         self.robot, self.layer, self.batch, self.fault = robot, layer, batch, fault
         self.hull = robot.hull
         self.pilots = pilots
@@ -118,8 +142,8 @@ class Run:
         self.bumped = np.zeros(count, bool)
         self.out = Outcome(
             *(np.zeros(count) if name != "hits" else np.zeros((count, len(KINDS)))
-              for name in list(Outcome.__dataclass_fields__)[:-2]),
-            np.full(count, math.nan), self.pilots.kind,
+              for name in list(Outcome.__dataclass_fields__)[:-3]),
+            np.full(count, math.nan), self.pilots.kind, [],
         )  # fmt: skip
         self.out.gap[:] = math.inf
         self.command: list[Command | None] = [None] * count
@@ -255,7 +279,10 @@ class Run:
             self.out.impact[i] += max(into, 0.0)
             self.out.hardest[i] = max(self.out.hardest[i], into)
         self.quiet_until[i] = now + QUIET
-        bearing = math.atan2(arm[1], arm[0]) - heading
+        bearing = math.remainder(math.atan2(arm[1], arm[0]) - heading, math.tau)
+        if kind != PERSON or into > DRIVES_INTO:
+            blind = not any(source.sectors[sector_of(bearing)] for source in self.robot.profile.sources)
+            self.out.contacts.append(Contact(self.first + i, now, kind, bearing, max(into, 0.0), blind))
         if self.robot.bumpers is None:
             self.layer.bump(i, self.fault.clock(i, now), True, None)
         else:

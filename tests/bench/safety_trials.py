@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from safety_faults import LinkCut
 from safety_layers import GateLayer
-from safety_robots import TICK, BenchRobot
+from safety_robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT, TICK, BenchRobot
 from safety_run import Run
+from safety_suite import in_parallel
+from safety_tick import tick_times
 from safety_worlds import BOX, FRAME, NOWHERE, THICK, WALL, Batch, Place
 
 AWAY_WITHIN = 0.5
@@ -37,6 +39,24 @@ class Script:
         now = self._decisions * 0.1
         self._decisions += 1
         return self._decide(now, pose)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Figures of one small trial.
+
+    Args:
+        robot: Key of `ROBOTS`.
+        values: By name, in `unit` unless the name says otherwise.
+        judged: Name of the value that stands beside `wanted`.
+    """
+
+    robot: str
+    name: str
+    values: dict[str, float]
+    judged: str
+    wanted: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -242,6 +262,72 @@ def reaction_to_silence(robot: BenchRobot, speed: float, count: int, seed: int) 
     return (
         Run(robot, GateLayer(robot, count), Batch(places, seed), script, (seed, 6), LinkCut()).drive(12.0).stopped_after
     )
+
+
+ROBOTS = {"infrared": (INFRARED_ROBOT, 0.20), "laser": (LASER_ROBOT, 0.35), "pepper": (PEPPER_ROBOT, 0.35)}
+"""With the speed of their trials [m/s]."""
+SEED = 9100
+"""Of the published figures."""
+
+
+def _escapes(robot: BenchRobot, speed: float, share: float) -> tuple:
+    found = escapes(robot, round(300 * share), SEED)
+    percent = 100.0 * found.obeyed / found.asked
+    return "away-commands obeyed within 0.5 s", dict(obeyed=percent, of=found.asked), "obeyed", 100.0, "%"
+
+
+def _slide(robot: BenchRobot, speed: float, share: float) -> tuple:
+    # Pepper looks ahead, so it drives ahead.
+    kept = 100.0 * slide(robot, speed, round(60 * share), SEED, ahead=robot is PEPPER_ROBOT)
+    values = dict(mean=kept.mean(), median=np.median(kept), worst_20th=np.percentile(kept, 5))
+    return "tangential speed kept at a wall", values, "mean", 90.0, "%"
+
+
+def _doorway(robot: BenchRobot, speed: float, share: float) -> tuple:
+    count = round(40 * share)
+    through, touched = doorway(robot, speed, count, SEED)
+    return "through a door 0.15 m wider", dict(through=100.0 * through / count, touched=touched), "through", 100.0, "%"
+
+
+def _false_stops(robot: BenchRobot, speed: float, share: float) -> tuple:
+    found = 100.0 * false_stops(robot, speed, round(24 * share), 40.0, SEED)
+    return "false stops in empty space", dict(share=found), "share", 1.0, "%"
+
+
+def _to_obstacle(robot: BenchRobot, speed: float, share: float) -> tuple:
+    # As near as it still can stop: the infrared sees no farther than 0.30 m.
+    gap = 0.15 if robot is INFRARED_ROBOT else 0.6
+    took = reaction_to_obstacle(robot, speed, gap, round(60 * share), SEED)
+    values = dict(p50=np.median(took), p95=np.percentile(took, 95), most=took.max())
+    return "obstacle appears to safe speed", values, "p95", 0.35, "s"
+
+
+def _to_silence(robot: BenchRobot, speed: float, share: float) -> tuple:
+    took = reaction_to_silence(robot, speed, round(40 * share), SEED)
+    values = dict(p50=np.median(took), p95=np.percentile(took, 95), most=took.max())
+    return "commands cease to zero", values, "p95", 0.35, "s"
+
+
+def _tick(robot: BenchRobot, speed: float, share: float) -> tuple:
+    times = 100.0 * tick_times(robot, round(2000 * share), SEED) / TICK
+    values = dict(p50=np.median(times), p99=np.percentile(times, 99), most=times.max())
+    return "processor time of a tick, share of its period", values, "p99", 2.0, "%"
+
+
+KINDS = (_escapes, _slide, _doorway, _false_stops, _to_obstacle, _to_silence, _tick)
+
+
+def run_trials(share: float = 1.0) -> list[Trial]:
+    """All trials with all robots, or with a share of the repetitions."""
+    jobs = [(name, kind, share) for name in ROBOTS for kind in range(len(KINDS))]
+    found = sorted(in_parallel(_job, jobs), key=lambda pair: jobs.index(pair[0]))
+    return [trial for _, trial in found]
+
+
+def _job(job: tuple[str, int, float]) -> tuple[tuple[str, int, float], Trial]:
+    name, kind, share = job
+    trial, values, judged, wanted, unit = KINDS[kind](*ROBOTS[name], share)
+    return job, Trial(name, trial, {key: float(value) for key, value in values.items()}, judged, wanted, unit)
 
 
 def _support(robot: BenchRobot, bearing: float) -> float:
