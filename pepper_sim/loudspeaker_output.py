@@ -7,6 +7,7 @@ import threading
 import time
 import wave
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class LoudspeakerOutput:
 
     def __init__(self, track: Track, device: str = "none", record: Path | None = None) -> None:
         self._track = track
-        self._file = _open(record) if record else None
+        self._stream, self._file = _open(record) if record else (None, None)
         self.record_start = time.monotonic()
         """When the file's first sample was played [s, monotonic]."""
         self._sink = _Sink(device) if device != "none" else None
@@ -50,8 +51,7 @@ class LoudspeakerOutput:
             self._thread.join(timeout=2.0)
         if self._sink is not None:
             self._sink.close()
-        if self._file is not None:
-            self._file.close()
+        self._end_record()
 
     def __enter__(self) -> LoudspeakerOutput:
         return self
@@ -75,17 +75,25 @@ class LoudspeakerOutput:
                     self._file.writeframes(data)
                 except OSError as error:
                     log.error("the loudspeaker's record ends: %s", error)
-                    self._file.close()
-                    self._file = None
+                    self._end_record()
+
+    def _end_record(self) -> None:
+        if self._file is not None and self._stream is not None:
+            self._file.close()  # it leaves the stream open, which it did not open
+            self._stream.close()
+        self._file = self._stream = None
 
 
-def _open(path: Path) -> wave.Wave_write:
+def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
     path.parent.mkdir(parents=True, exist_ok=True)
-    file = wave.open(str(path), "wb")
+    # Unbuffered: a reader finds everything but the last few milliseconds, and so does who kills this process.
+    stream = path.open("wb", buffering=0)
+    file = wave.open(stream, "wb")
     file.setnchannels(1)
     file.setsampwidth(2)
     file.setframerate(RATE)
-    return file
+    file.writeframes(b"")
+    return stream, file
 
 
 class _Sink:

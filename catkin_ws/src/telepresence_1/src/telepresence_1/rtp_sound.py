@@ -24,6 +24,9 @@ MAX_LEAD = 0.1
 """More than this much sound in advance is thrown away [s]: blocks came in a burst after a pause."""
 _PULL = 0.05
 """Share of a block's lateness that moves the schedule: follows the robot's clock, not single late blocks."""
+_GAP = 4_000_000
+"""A hole longer than this [ns] becomes silence of its length; by default holes below 40 ms are cut out, which shifts
+everything after a lost packet."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 _ENCODERS = {
     "l16": "audio/x-raw,format=S16BE,rate=44100,channels=2 ! rtpL16pay pt=96",
@@ -131,7 +134,7 @@ class RtpPlayer:
         self._head = (
             f'udpsrc name=in port={port} reuse=false caps="{_CAPS[codec]}" ! rtpjitterbuffer name=jitter '
             f"latency={round(jitter * 1000)} do-lost=true ! {_DECODERS[codec]} ! audioconvert ! audioresample ! "
-            "audiorate skip-to-first=true ! volume name=volume"
+            f"audiorate skip-to-first=true tolerance={_GAP} ! volume name=volume"
         )
         self.pipeline = KeptPipeline("loudspeaker", self._describe, self._prepare, on_state=on_state)
 

@@ -1,0 +1,181 @@
+"""Pilot and robot hear each other: the node `voice`, the simulated Pepper, and a sound server without a sound card."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
+
+from sound_lab import RATE, Mouth, Recorder, SoundServer, delays, match, sentence
+
+from pepper_sim.simulation import Simulation
+
+pytestmark = pytest.mark.ros
+
+PILOT_SAYS = "Good morning, this is the pilot. May I come in and have a look at the kitchen?"
+ROBOT_HEARS = "Hello robot, yes of course, but please be careful, the cat is asleep on the carpet."
+
+
+class Rig:
+    """Sound server, simulated Pepper, node, and ears on both loudspeakers."""
+
+    def __init__(self, graph, folder: Path) -> None:
+        self.graph = graph
+        self.server = SoundServer(folder)
+        os.environ.update(self.server.environment())
+        graph.environment.update(self.server.environment())
+        self.record = folder / "speaker.wav"
+        self.robot: Simulation | None = None
+        self.start_robot()
+        self.rtp_port = graph.free_port()
+        self.node = self.start_node()
+        self.said = Recorder(self.server, "pilot_mic.monitor")
+        self.at_robot = Recorder(self.server, "robot_speaker.monitor")
+        self.at_pilot = Recorder(self.server, "pilot_speaker.monitor")
+        self.mouth = Mouth(self.server, "pilot_mic")
+        self.probe = graph.probe()
+        self.probe.watch("/voice/state", "std_msgs/String", ["data"])
+        self.probe.watch("/voice/levels", "std_msgs/Float32MultiArray", ["data"])
+
+    def start_robot(self) -> None:
+        """On the same port every time."""
+        options = {"speaker": "robot_speaker", "record_speaker": str(self.record)}
+        self.robot = Simulation("empty", 0, "127.0.0.1", self.graph.robot_port, **options)
+
+    def start_node(self):
+        return self.graph.run_node(
+            *("telepresence_1", "voice", "_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker"),
+            f"_rtp_port:={self.rtp_port}",
+        )
+
+    def person_says(self, samples: np.ndarray) -> float:
+        """In the room, from the returned time on."""
+        start = time.monotonic() + 0.1
+        self.robot.room.surroundings.play(samples, RATE, start)
+        return start
+
+    def both_hear(self, tone: float) -> bool:
+        """Play half a second of a tone each way; whether it came out at the other ends."""
+        samples = (0.3 * np.sin(2 * np.pi * tone * np.arange(RATE // 2) / RATE)).astype(np.float32)
+        begin = time.monotonic()
+        self.mouth.say(samples)
+        self.person_says(samples)
+        time.sleep(1.2)
+        return all(_tone(ear.between(begin, time.monotonic()), tone) > 0.02 for ear in (self.at_robot, self.at_pilot))
+
+    def state(self) -> str:
+        return self.probe.newest("/voice/state")[0]
+
+    def close(self) -> None:
+        for part in (self.said, self.at_robot, self.at_pilot, self.mouth):
+            part.close()
+        self.node.end()
+        self.robot.close()
+        self.server.close()
+        for name in self.server.environment():
+            os.environ.pop(name, None)
+
+
+def _tone(samples: np.ndarray, frequency: float) -> float:
+    """Greatest amplitude of a frequency over a tenth of a second."""
+    count = RATE // 10
+    wave = np.exp(-2j * np.pi * frequency * np.arange(count) / RATE)
+    pieces = samples[: len(samples) // count * count].reshape(-1, count)
+    return float(np.abs(pieces @ wave).max() * 2 / count)
+
+
+@pytest.fixture(scope="module")
+def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -> Iterator[Rig]:
+    rig = Rig(graph, tmp_path_factory.mktemp("sound"))
+    try:
+        until_true(lambda: rig.state() == "you: live; robot: live", f"sound both ways; {rig.node.output}")
+        yield rig
+    finally:
+        rig.close()
+
+
+def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable) -> None:
+    ours, theirs = sentence(PILOT_SAYS), sentence(ROBOT_HEARS, "en-gb")
+    begin = time.monotonic()
+    rig.mouth.say(ours)
+    heard_from = rig.person_says(theirs)
+    time.sleep(max(len(ours), len(theirs)) / RATE + 2.0)
+    end = time.monotonic()
+    likeness, place = match(ours, rig.said.between(begin, end))
+    assert likeness > 0.99, "the microphone did not get the sentence"
+    said_from = begin + place
+    for name, sound, start, ear in (
+        ("pilot to robot", ours, said_from, rig.at_robot),
+        ("robot to pilot", theirs, heard_from, rig.at_pilot),
+    ):
+        likeness, delay = match(sound, ear.between(start, start + len(sound) / RATE + 1.0))
+        record_property(name, f"likeness {likeness:.3f}, delay {delay * 1e3:.0f} ms")
+        print(f"{name}: likeness {likeness:.3f}, delay {delay * 1e3:.0f} ms")
+        assert likeness >= 0.9, f"{name}: {likeness:.2f} at {delay * 1e3:.0f} ms; {delays(sound, start, ear)}"
+
+
+def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Callable) -> None:
+    probe = rig.probe
+
+    def switch(service: str, on: bool) -> str:
+        answered, answer = probe.call(f"/voice/{service}", "std_srvs/SetBool", {"data": on})
+        assert answered and answer["success"]
+        return answer["message"]
+
+    def heard() -> tuple[float, float]:
+        begin = time.monotonic()
+        tone = (0.3 * np.sin(2 * np.pi * 500.0 * np.arange(RATE // 2) / RATE)).astype(np.float32)
+        rig.mouth.say(tone)
+        time.sleep(1.2)
+        heard = rig.at_robot.between(begin, time.monotonic())
+        return _tone(heard, 500.0), max(levels[0] for at, (levels,) in probe.seen("/voice/levels")[-12:])
+
+    assert switch("mute_microphone", True) == "you: muted; robot: live"
+    loudness, level = heard()
+    assert loudness < 0.005, "a muted microphone is heard"
+    assert -25.0 < level < -8.0, "the meter shows that the microphone works, muted or not"
+    assert switch("talk", True).startswith("you: talking")
+    assert heard()[0] > 0.02
+    assert switch("talk", False).startswith("you: muted")
+    assert switch("mute_microphone", False) == "you: live; robot: live"
+    assert switch("mute_speaker", True) == "you: live; robot: muted"
+    begin = time.monotonic()
+    rig.person_says((0.3 * np.sin(2 * np.pi * 700.0 * np.arange(RATE // 2) / RATE)).astype(np.float32))
+    until_true(lambda: probe.newest("/voice/levels")[0][1] > -25.0, "the robot's meter moves")
+    assert _tone(rig.at_pilot.between(begin, time.monotonic()), 700.0) < 0.005, "a muted loudspeaker is heard"
+    assert switch("mute_speaker", False) == "you: live; robot: live"
+
+
+def test_either_end_may_die_and_come_back(rig: Rig, until_true: Callable) -> None:
+    rig.robot.close()
+    until_true(lambda: "not connected" in rig.state(), "the loss is told")
+    rig.start_robot()
+    until_true(lambda: rig.state() == "you: live; robot: live", "the robot is back")
+    until_true(lambda: rig.both_hear(450.0), "sound both ways with the new robot")
+    rig.node.kill()
+    rig.node = rig.start_node()
+    until_true(lambda: rig.both_hear(550.0), "sound both ways with the new node")
+    device = next(s for s in rig.robot.server.catalogue.services if s.name == "ALAudioDevice")
+    until_true(lambda: sum(stream.alive for stream in device._streams.values()) == 1, "the dead listener is forgotten")
+    assert "Traceback" not in rig.node.output
+
+
+def test_without_a_sound_server_it_says_so_once(graph, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(graph.environment, "PULSE_SERVER", "unix:/nonexistent/socket")
+    node = graph.run_node("telepresence_1", "voice", "__name:=deaf", f"_rtp_port:={graph.free_port()}")
+    node.wait_for("no microphone: no sound server")
+    node.wait_for("no loudspeaker: no sound server")
+    time.sleep(5.0)  # two more attempts
+    assert node.output.count("no sound server") == 2, node.output
+    assert node.process.poll() is None
+    node.signal(signal.SIGINT)
+    assert node.process.wait(10) == 0
+    assert "Traceback" not in node.output and "GStreamer-CRITICAL" not in node.output, node.output
