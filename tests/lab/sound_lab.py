@@ -76,6 +76,7 @@ class Recorder:
         self._lock = threading.Lock()
         self._pieces: list[np.ndarray] = []
         self._count = 0
+        self._forgotten = 0
         self._offset = float("inf")
         self._pipeline = Gst.parse_launch(
             f"pulsesrc server={server.address} device={device} buffer-time=20000 latency-time=5000 ! audioconvert ! "
@@ -88,12 +89,21 @@ class Recorder:
         """What was heard; silence where nothing was recorded."""
         with self._lock:
             heard = np.concatenate([*self._pieces, np.zeros(0, np.int16)])
-            first = round((start - self._offset) * RATE) if self._pieces else 0
+            first = round((start - self._offset) * RATE) - self._forgotten if self._pieces else 0
         wanted = np.zeros(round((stop - start) * RATE), np.float32)
         source = heard[max(0, first) : max(0, first + len(wanted))]
         at = max(0, -first)
         wanted[at : at + len(source)] = source.astype(np.float32) / 32768.0
         return wanted
+
+    def forget(self, before: float) -> None:
+        """Drop what was heard before a moment."""
+        with self._lock:
+            keep = max(0, round((before - self._offset) * RATE)) - self._forgotten
+            while self._pieces and keep >= len(self._pieces[0]):
+                gone = len(self._pieces.pop(0))
+                keep -= gone
+                self._forgotten += gone
 
     def level(self, seconds: float = 0.3) -> float:
         """Mean amplitude of the newest sound."""

@@ -4,74 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from telepresence_1.rtp_sound import CODECS, RtpPlayer, RtpSender
+from telepresence_1.rtp_sound import CODECS, RtpPlayer
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
 
-from bad_network import BadNetwork
-from sound_lab import RATE, Recorder, SoundServer, match, sentence
-
-TEXT = "One two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen."
-BLOCK = 4096
-SINKS = {"l16": "pilot_speaker", "opus": "robot_speaker"}
-
-
-class Line:
-    """One sender, a bad network, one player, and an ear."""
-
-    def __init__(self, server: SoundServer, codec: str, port: int) -> None:
-        self.network = BadNetwork(port, loss=0.02, jitter=0.05)
-        self.player = RtpPlayer(SINKS[codec], port=port, codec=codec, jitter=0.08).start()
-        self.sender = RtpSender(RATE, 2, port=self.network.port, codec=codec).start()
-        self.ear = Recorder(server, f"{SINKS[codec]}.monitor")
-        self.played: list[tuple[float, np.ndarray]] = []
-
-    def close(self) -> None:
-        for part in (self.sender, self.network, self.player, self.ear):
-            part.close()
-
-
-class Talk:
-    """Gives every line the same endless speech, in blocks at their real rate."""
-
-    def __init__(self, lines: list[Line]) -> None:
-        self.sound = np.tile(sentence(TEXT), 8)
-        self.start = time.monotonic()
-        self._lines = lines
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(5.0)
-
-    def _run(self) -> None:
-        for number in range(len(self.sound) // BLOCK):
-            due = self.start + (number + 1) * BLOCK / RATE
-            if self._stop.wait(max(0.0, due - time.monotonic())):
-                return
-            mono = self.sound[number * BLOCK : (number + 1) * BLOCK]
-            block = np.repeat((mono * 32767).astype(np.int16)[:, None], 2, axis=1)
-            for line in self._lines:
-                line.sender.push(block, time.monotonic())
-
-    def likeness(self, line: Line, begin: float, end: float, piece: float = 0.5) -> list[float]:
-        """Of every piece that was said between two moments, as the line's ear heard it."""
-        found = []
-        for at in np.arange(begin, end - piece, piece):
-            first = round((at - self.start) * RATE)
-            said = self.sound[first : first + round(piece * RATE)]
-            if np.sqrt(np.mean(said**2)) > 0.02:
-                found.append(match(said, line.ear.between(at, at + piece + 0.6))[0])
-        return found
+from rtp_line import SINKS, Line, Talk
+from sound_lab import Recorder, SoundServer
 
 
 @pytest.fixture(scope="module")
