@@ -20,6 +20,7 @@ BENCHMARKS = {
     "camera": "pictures through the wire: rate, freshness, cost",
     "video": "the robot's camera to the pilot's screen: age when painted, rate",
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
+    "audio": "mouth to ear each way at once, ten minutes; loss, jitter and a cut",
     "teleop": "key press in a terminal to ALMotion's setpoint",
     "bandwidth": "what each wire between pilot and robot takes of the network",
     "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
@@ -43,7 +44,7 @@ def main() -> int:
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="control, safety: also write record and pictures here")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="control, safety: record and pictures go here")
     arguments = parser.parse_args()
     unknown = set(arguments.names) - BENCHMARKS.keys()
     if unknown:
