@@ -11,6 +11,7 @@ from pepper_sim.services.service import (
     ServiceError,
     check_argument,
     finite,
+    octets,
     one_of,
     remote,
     within,
@@ -147,3 +148,19 @@ def test_a_long_value_is_shortened_in_errors():
     with pytest.raises(ServiceError) as caught:
         finite("x" * 10_000, "angle")
     assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize("data", [b"", b"\0" * 64, bytes(range(256)), b"plain", "ü€".encode(), b"it's \"q\" \\"])
+def test_bytes_arrive_whole_however_libqi_hands_them_over(data):
+    try:
+        shown = data.decode()
+    except UnicodeDecodeError:
+        shown = repr(data)
+    for value in (data, bytearray(data), shown):
+        assert bytes(octets(value, "buffer")) == data
+
+
+@pytest.mark.parametrize("value", [None, 3, [1, 2], {"a": 1}])
+def test_what_is_no_buffer_is_refused(value):
+    with pytest.raises(ServiceError, match="buffer must be a buffer"):
+        octets(value, "buffer")
