@@ -81,7 +81,8 @@ def save(out: Path, trials: Sequence[Trial], walks: Sequence[Walk]) -> None:
     (out / "control.json").write_text(json.dumps(record))
     if found:
         draw_figures(out / "control.png", found)
-        draw_paths(out / "control_square.png", trials)
+    if squares := [trial for trial in trials if trial.job.task == "square"]:
+        draw_paths(out / "control_square.png", squares)
     print(f"  written to {out}/control.json, control.png, control_square.png", flush=True)
 
 

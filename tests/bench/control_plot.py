@@ -34,15 +34,18 @@ _SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
 
 
 def draw_paths(path: Path, trials: Sequence[Trial]) -> None:
-    """Where the robots really went on the square: a panel for each robot, a line for each seed."""
-    vehicles = [v for v in VEHICLES if any(t.job.vehicle == v and t.job.task == "square" for t in trials)]
+    """Where the robots really went on the square: a panel for each robot, a line for each seed.
+
+    Args:
+        trials: Of the task "square", at least one.
+    """
+    vehicles = [v for v in VEHICLES if any(t.job.vehicle == v for t in trials)]
     with plt.rc_context(_STYLE):
         figure, panels = plt.subplots(1, len(vehicles), figsize=(3.0 * len(vehicles), 3.5), squeeze=False)
         for panel, vehicle in zip(panels[0], vehicles, strict=True):
             panel.plot(*zip(*_SQUARE, strict=True), color="#999999", linewidth=5, alpha=0.35, solid_joinstyle="round")
-            own = [t for t in trials if t.job.vehicle == vehicle and t.job.task == "square"]
-            for trial in own:
-                if STRATEGIES[trial.job.strategy].gate:
+            for trial in trials:
+                if trial.job.vehicle != vehicle or STRATEGIES[trial.job.strategy].gate:
                     continue
                 colour = COLOURS[trial.job.strategy]
                 panel.plot(*zip(*trial.track, strict=True), color=colour, linewidth=1.1, alpha=0.8)

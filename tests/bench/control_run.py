@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
-from control_pilots import PERIOD, STANDING, ByOdometry, ByTheClock
+from control_pilots import PERIOD, STANDING, ByOdometry, ByTheClock, Velocity
 from control_tasks import TASKS
 from control_vehicles import VEHICLES, Vehicle
 
@@ -118,7 +118,7 @@ def _drive(job: Job, vehicle: Vehicle, rng: np.random.Generator) -> Trial:
     limit = 10.0 + PATIENCE * shortest
     start, origin = vehicle.truth(), vehicle.odometry()
     vehicle.energy = vehicle.slip = 0.0
-    link: deque[tuple[float, tuple[float, float, float], float]] = deque()
+    link: deque[tuple[float, Velocity, float]] = deque()
     arrived = Command(0.0, 0.0, 0.0, 0.0)
     track, ended, now = [], math.inf, 0.0
     for tick in range(round((limit + AFTERWARDS) / PERIOD)):
@@ -152,7 +152,7 @@ def _drive(job: Job, vehicle: Vehicle, rng: np.random.Generator) -> Trial:
     )
 
 
-def _let_through(gate: VelocityGate | None, vehicle: Vehicle, command: Command, now: float) -> tuple[float, float, float]:
+def _let_through(gate: VelocityGate | None, vehicle: Vehicle, command: Command, now: float) -> Velocity:
     if gate is None:
         return command.vx, command.vy, command.wz
     vehicle.tell(gate, now)

@@ -13,7 +13,7 @@ from control_vehicles import Pose, Vehicle
 QUARTER = 0.5 * math.pi
 WALL_X = 4.0
 """Face of the flat hall's east wall [m]."""
-WANTED_GAP = 0.15
+WANTED_GAP = 0.10
 """To be left before the wall [m]."""
 WALL_WAY = 1.5
 """From the body's front to the wall, as the pilot believes [m]."""
@@ -87,9 +87,9 @@ TASKS = {
             (0.05, 0.05, 0.03), _from_its_end(_SQUARE), 0.15,
         ),
         Task(
-            "wall", "stop 15 cm before a wall that is up to 25 cm nearer or farther than believed", "flat",
+            "wall", "stop 10 cm before a wall that is up to 40 cm nearer or farther than believed", "flat",
             lambda front: (WALL_X - WALL_WAY - front, 0.0, 0.0), (Leg(distance=WALL_WAY - WANTED_GAP),),
-            (0.25, 0.05, 0.02), _from_wanted_gap, 0.16,
+            (0.40, 0.05, 0.02), _from_wanted_gap, 0.45,
         ),
         Task(
             "door", "through a doorway 90 cm wide, over a threshold of 10 mm", "ramp", lambda _: (-1.2, 1.9, 0.0),

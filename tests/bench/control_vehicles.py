@@ -25,7 +25,7 @@ from telepresence.sim.walker.kinematics import LEGS
 from telepresence.sim.walker.robot import Walker
 from telepresence.sim.world import TICK, World
 
-SAMPLE = 0.01
+SAMPLE = 0.02
 """Energy, slip and contacts are taken this often [s]."""
 SLIDING = 0.02
 """Slower than this a wheel or foot grips [m/s]."""
