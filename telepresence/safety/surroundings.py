@@ -13,7 +13,7 @@ from .movers import Movers
 from .plane import from_base, into_base, squared_lengths
 from .poses import PoseHistory
 from .profile import RobotProfile
-from .scan import Scan
+from .scan import Scan, together
 from .sonar import Echo, Echoes
 from .watchdogs import Health, SourceWatch
 
@@ -88,6 +88,7 @@ class Surroundings:
         pose = self.poses.newest
         position = np.array([pose.x, pose.y])
         moment = Moment(now, self._clock, self.poses.driven)
+        beams: list[Scan] = []
         for name, (stamp, scan) in self._waiting.items():
             watch = watches[name]
             watch.compare(stamp, scan, self.poses.moved)
@@ -99,10 +100,12 @@ class Surroundings:
                 continue
             if watch.source.spread <= NARROW:
                 self._movers.look(name, stamp, placed, position, self._memory)
-            self._memory.integrate(placed, position, moment)
+            beams.append(placed)
             if self._floor and self._has_moved(name, pose):
                 self._floor.look(placed, self._clock)
         self._waiting.clear()
+        if beams:
+            self._memory.integrate(together(beams), position, moment)
         self._memory.limit(position, moment)
         self._drop_overrun(pose, position)
         if self._floor:
@@ -130,15 +133,15 @@ class Surroundings:
             if known is not None or motion is None:
                 return known
             bearing = motion
-        width = BUMP_WIDTH if not exact else BUMP_SPACING if motion is not None else 0.0
+        width = BUMP_SPACING if exact else BUMP_WIDTH
         bearings = bearing + np.arange(-width, width + 1e-6, BUMP_SPACING)
         reach = self._profile.outline.reach(bearings) + BUMP_OUTSIDE
         felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         lifetime = self._profile.limits.bumper_memory
-        if motion is not None:
-            # A side that the robot was drawing away from has hit nothing, and would only bar the way back.
-            closing = self._profile.outline.measure(felt)[1] @ np.array([math.cos(motion), math.sin(motion)]) > 0.0
-            felt = felt[closing] if closing.any() else felt
+        if exact:
+            # Round a corner of the outline lies another side, which would bar the way straight back.
+            ahead = math.copysign(1.0, math.cos(bearing))
+            felt = felt[self._profile.outline.measure(felt)[1][:, 0] * ahead >= 0.0]
         moment = Moment(now, self._clock, self.poses.driven)
         self._memory.add(from_base(felt, pose.x, pose.y, pose.theta), moment, lifetime)
         return bearing
@@ -181,10 +184,9 @@ class Surroundings:
             velocities: (n, 2) how they move over the floor [m/s].
         """
         pose, limits = self.poses.newest, self._profile.limits
-        sure = self._memory.sure
-        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven[sure]), limits.max_drift)
+        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
         moving, velocity = self._movers.now(now)
-        points = np.concatenate([self._memory.points[sure], moving])
+        points = np.concatenate([self._memory.points, moving])
         velocities = np.zeros((len(points), 2))
         velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)
         return (
