@@ -34,7 +34,7 @@ def run_here(monkeypatch, capsys):
     return run
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_it_tells_its_address_serves_and_ends(run_program, number):
     program = run_program(*COMMAND, "--port", "0", stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     line = program.stdout.readline()

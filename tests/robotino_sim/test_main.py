@@ -40,7 +40,7 @@ def test_a_taken_port_is_named(run_program):
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
-        (("--scene", "moon"), "arena"),
+        (("--terrain", "moon"), "arena"),
         (("--port", "99999"), "65535"),
         (("--address", "203.0.113.7"), "203.0.113.7"),
         (("--watchdog", "7"), "0.2"),
