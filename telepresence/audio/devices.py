@@ -8,7 +8,7 @@ A choice is one of
     test          a microphone that hears a tone of 440 Hz, a loudspeaker that is a hole in the ground
     none          no device
 
-Buffers are short on purpose: PulseAudio's defaults alone are 200 ms in each direction.
+Delays are short on purpose: PulseAudio's defaults alone are 200 ms in each direction.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from pathlib import Path
 
 from telepresence.audio.pipeline import Gst, SoundError
 
-SOURCE_TIMES = "buffer-time=20000 latency-time=10000"
+SOURCE_TIMES = "buffer-time=200000 latency-time=10000"
+"""Microseconds. The second is the delay; the first is how long this program may be busy without losing sound."""
 SINK_TIMES = "buffer-time=24000 latency-time=6000 processing-deadline=0"
 """Microseconds, except the deadline [ns]. GStreamer's default deadline would add 20 ms to every live sound."""
 _NAME = re.compile(r"[\w.:@+,-]{1,200}")

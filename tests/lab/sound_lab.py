@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Sequence
@@ -79,11 +80,16 @@ class Recorder:
         self._forgotten = 0
         self._offset = float("inf")
         self._pipeline = Gst.parse_launch(
-            f"pulsesrc server={server.address} device={device} buffer-time=20000 latency-time=5000 ! audioconvert ! "
+            f"pulsesrc server={server.address} device={device} buffer-time=2000000 latency-time=5000 ! audioconvert ! "
             f"audio/x-raw,format=S16LE,rate={RATE},channels=1 ! appsink name=out emit-signals=true sync=false"
         )
         self._pipeline.get_by_name("out").connect("new-sample", self._take)
         self._pipeline.set_state(Gst.State.PLAYING)
+        deadline = time.monotonic() + START_TIMEOUT
+        while not self._pieces:
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"nothing comes from {device}")
+            time.sleep(0.01)
 
     def between(self, start: float, stop: float) -> np.ndarray:
         """What was heard; silence where nothing was recorded."""
@@ -129,20 +135,23 @@ class Mouth:
     """Plays into a null sink; what a person says into the microphone that is its monitor."""
 
     def __init__(self, server: SoundServer, sink: str) -> None:
-        self._pipeline = Gst.parse_launch(
-            f"appsrc name=in format=time is-live=true do-timestamp=true max-bytes=0 block=false "
-            f"caps=audio/x-raw,format=S16LE,rate={RATE},channels=1,layout=interleaved ! audioconvert ! "
-            f"pulsesink server={server.address} device={sink} buffer-time=40000 latency-time=10000"
-        )
-        self._pipeline.set_state(Gst.State.PLAYING)
+        self._server, self._sink = server, sink
+        self._players: list[subprocess.Popen] = []
 
     def say(self, samples: np.ndarray) -> None:
-        """Begin to play and return at once."""
-        data = (np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes()
-        self._pipeline.get_by_name("in").emit("push-buffer", Gst.Buffer.new_wrapped(data))
+        """Begin to play and return at once. It takes a tenth of a second to begin: listen to it to know when."""
+        self._players = [player for player in self._players if player.poll() is None]
+        # A long buffer, because a person's mouth does not stutter when the machine is busy.
+        command = ["pacat", "--playback", f"--server={self._server.address}", f"--device={self._sink}"]
+        command += ["--raw", "--format=s16le", f"--rate={RATE}", "--channels=1", "--latency-msec=200"]
+        with tempfile.TemporaryFile() as data:
+            data.write((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
+            data.seek(0)
+            self._players.append(processes.start(command, stdin=data, stderr=subprocess.DEVNULL))
 
     def close(self) -> None:
-        self._pipeline.set_state(Gst.State.NULL)
+        for player in self._players:
+            processes.end(player, patience=1.0)
 
 
 def sentence(text: str, voice: str = "en-us", amplitude: float = 0.5) -> np.ndarray:

@@ -35,7 +35,7 @@ QUIET = -60.0
 """A piece below this mean level is silence [dBFS]."""
 HANGOVER = 0.8
 """Seconds of silence that are still sent after a word."""
-DRIFT = 0.15
+DRIFT = 0.06
 """Seconds by which the microphone's clock may run ahead of ours before the robot's queue is emptied."""
 RESYNC = 600.0
 """Seconds of sound without a pause after which the robot's clock may have drifted from ours by too much."""
