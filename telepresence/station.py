@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     """
     settings = arguments.settings
     simulated = settings.get("sim", "true").lower() in ("true", "1")
-    window = settings.get("gui", "true").lower() in ("true", "1")
+    window = "gui" in launch_arguments(arguments.robot) and settings.get("gui", "true").lower() in ("true", "1")
     wires = STATIONS.get(arguments.robot, ())
     require_known(arguments.robot, settings)
     if simulated:
@@ -150,11 +150,16 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             display.close()
 
 
+def launch_arguments(robot: str) -> set[str]:
+    """Names of the arguments that a person can give to the launch file."""
+    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
+    return {argument.get("name", "") for argument in file.getroot().iterfind("arg") if argument.get("value") is None}
+
+
 def require_known(robot: str, settings: dict[str, str]) -> None:
     """Raises RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself says
     nothing to the former and starts a simulator that ends at once with the latter."""
-    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
-    known = sorted({argument.get("name", "") for argument in file.getroot().iterfind("arg")} | {"screen_port"})
+    known = sorted(launch_arguments(robot) | {"screen_port"})
     for name in settings:
         if name not in known:
             raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
