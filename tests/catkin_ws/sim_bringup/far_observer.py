@@ -11,6 +11,8 @@ import time
 import urllib.request
 from collections.abc import Callable
 
+import qi
+
 
 def rest(url: str) -> Callable[[], list[float]]:
     def ask() -> list[float]:
@@ -21,20 +23,23 @@ def rest(url: str) -> Callable[[], list[float]]:
 
 
 def naoqi(url: str) -> Callable[[], list[float]]:
-    import qi
-
     session = qi.Session()
-    session.connect(url)
-    motion = session.service("ALMotion")
-    ask = lambda: list(motion.getRobotPosition(False))  # noqa: E731
-    ask.session = session  # lives as long as its reader
+
+    def ask() -> list[float]:
+        if not session.isConnected():
+            session.connect(url)
+        return list(session.service("ALMotion").getRobotPosition(False))
+
     return ask
 
 
 def main() -> None:
     ask = {"rest": rest, "qi": naoqi}[sys.argv[1]](sys.argv[2])
     while True:
-        print(time.time(), *ask(), flush=True)
+        try:
+            print(time.time(), *ask(), flush=True)
+        except (OSError, RuntimeError) as error:
+            print("not yet:", error, flush=True)
         time.sleep(0.05)
 
 

@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,17 @@ class Both:
     def place(self, topic: str) -> list[float]:
         return self.probe.latest(topic)
 
+    def expect_at_start(self, until_true) -> None:
+        """Both within a millimetre of where they began; a message from before the restart may still be on its way."""
+        for topic, start in (("/truth", [0.0, 0.0]), ("/rto3/truth", [0.0, -1.5])):
+            until_true(lambda topic=topic, start=start: math.dist(self.place(topic), start) < 0.001, f"{topic} {start}")
+
+    def stands(self, robot: str) -> bool:
+        """Whether it is where it was a third of a second ago."""
+        before = self.place(f"{robot}/truth")
+        threading.Event().wait(0.3)
+        return math.dist(self.place(f"{robot}/truth"), before) < STILL
+
     def order(self, topic: str, movement: int):
         """Somebody who gives one movement command and stays."""
         return self.graph.run("rostopic", "pub", topic, "std_msgs/Int32", str(movement))
@@ -106,10 +118,7 @@ def test_each_drives_alone(both, until_true, driven, other):
     pilot = both.order(f"{driven}/movement_command", 1)
     until_true(lambda: math.dist(both.place(f"{driven}/truth"), begin) > 0.15, "the robot drives")
     pilot.end()
-    until_true(
-        lambda: math.dist(both.place(f"{driven}/truth"), both.place(f"{driven}/truth")) < STILL,
-        "it stops when whoever commanded is gone",
-    )
+    until_true(lambda: both.stands(driven), "it stops when whoever commanded is gone")
     assert math.dist(both.place(f"{other}/truth"), stands) < STILL
 
 
@@ -120,13 +129,12 @@ def test_pictures_of_both_come_through_their_own_wires(both):
         assert both.probe.latest(topic) == [640, 480, "rgb8", "robot_camera"]
 
 
-def test_one_restart_puts_both_back(both):
+def test_one_restart_puts_both_back(both, until_true):
     both.restart("/rto3/restart_simulation")
-    assert both.place("/truth") == pytest.approx([0.0, 0.0], abs=0.001)
-    assert both.place("/rto3/truth") == pytest.approx([0.0, -1.5], abs=0.001)
+    both.expect_at_start(until_true)
 
 
-def test_two_hundred_restarts_under_load(both):
+def test_two_hundred_restarts_under_load(both, until_true):
     """With the viewer open, both cameras drawn, and both robots driven; memory stays flat and everybody connected."""
     both.probe.order("/rto3/movement_command", 1)
     both.restart_often(20)
@@ -136,8 +144,8 @@ def test_two_hundred_restarts_under_load(both):
     both.probe.silence()
     both.restart_often(90)
     assert both.memory < before + 15.0, "the simulator grows"
-    for robot, start in (("", [0.0, 0.0]), ("/rto3", [0.0, -1.5])):
-        assert both.place(f"{robot}/truth") == pytest.approx(start, abs=0.001)
+    both.expect_at_start(until_true)
+    for robot in ("", "/rto3"):
         assert both.probe.latest(f"{robot}/robot_camera")[:2] == [640, 480], "pictures go on"
     both.probe.order("/movement_command", 2)
     while both.place("/truth")[0] > -0.05:
@@ -152,7 +160,7 @@ def test_commands_that_mean_nothing_stop_the_robot(both, until_true):
     until_true(lambda: both.place("/rto3/truth")[0] > 0.05, "the robot drives")
     both.probe.order("/rto3/movement_command", 7)
     both.launch.wait_for("movement_command 7 means nothing")
-    until_true(lambda: math.dist(both.place("/rto3/truth"), both.place("/rto3/truth")) < STILL, "it stops")
+    until_true(lambda: both.stands("/rto3"), "it stops")
     stands = both.place("/rto3/truth")
     stranger = both.graph.run("rostopic", "pub", "-r", "20", "/rto3/movement_command", "std_msgs/String", "1")
     until_true(lambda: "/rostopic" in " ".join(both.probe.nodes()), "the wrong type is published")
@@ -173,13 +181,13 @@ def test_a_flood_of_commands_is_coalesced(both, until_true):
     until_true(lambda: both.place("/rto3/truth")[0] > 0.2, "the robot follows")
     assert "behind real time" not in both.launch.output
     flood.kill()
-    until_true(lambda: math.dist(both.place("/rto3/truth"), both.place("/rto3/truth")) < STILL, "it stops")
+    until_true(lambda: both.stands("/rto3"), "it stops")
 
 
 def test_the_example_of_an_own_controller_runs_as_it_is_written(both):
     both.restart()
     program = subprocess.run(
-        [sys.executable, str(EXAMPLE), "__ns:=/rto3", "_distance:=0.15", "_timeout:=40"],
+        [sys.executable, str(EXAMPLE), "__ns:=/rto3", "_distance:=0.1", "_timeout:=40"],
         env=both.graph.environment,
         capture_output=True,
         text=True,
