@@ -6,6 +6,7 @@ but a stop and a bump end them too.
 
 from __future__ import annotations
 
+import cmath
 import math
 import threading
 from collections import deque
@@ -105,8 +106,10 @@ class GuardedGate:
             self._gate.update_range_points(name, now, points, reading.odometry.stamp)
         for name, distance in reading.ranges.items():
             self._gate.update_ranges(name, now, [distance], reading.odometry.stamp)
-        for bearing in set(reading.pressed) - set(self._pressed):
-            self._gate.update_bumper(now, True, bearing)
+        if set(reading.pressed) - set(self._pressed):
+            # The latch has one direction; that between two bumpers keeps the robot from both.
+            middle = sum(cmath.rect(1.0, bearing) for bearing in reading.pressed)
+            self._gate.update_bumper(now, True, cmath.phase(middle))
             self._bumped = True
         if self._pressed and not reading.pressed:
             self._gate.update_bumper(now, False)

@@ -130,11 +130,11 @@ class _News:
 
     def is_new(self, stamp: float, values: Sequence[object], count: object) -> bool:
         values = list(values)
-        if _is_number(count):
-            self._counts = self._counts or (self._count is not None and count != self._count)
-        counted, self._count = count != self._count, count
+        counted = _is_number(count) and _is_number(self._count) and count != self._count
+        self._counts, self._count = self._counts or counted, count
         changed, self._values = values != self._values, values
-        new = counted if self._counts else changed or stamp - self._newest >= self._period
+        believes = self._counts and _is_number(count)
+        new = counted if believes else changed or stamp - self._newest >= self._period
         if new:
             self._newest = stamp
         return new
