@@ -34,6 +34,8 @@ class Both:
             "nao_port": graph.robot_port,
             "robotino_port": graph.free_port(),
             "page_port": graph.free_port(),
+            "drive_port": graph.free_port(),
+            "camera_port": graph.free_port(),
         }
         self.launch = graph.run("roslaunch", str(LAUNCH), *(f"{name}:={value}" for name, value in settings.items()))
         self.probe = graph.probe()
@@ -94,7 +96,7 @@ def test_all_programs_of_both_are_on_one_master(both, until_true):
         "/pepper_robot/camera/front",
         "/rto3/rto_core",
         "/rto3/rto_odometry",
-        "/rto3/safe_omni_drive",
+        "/rto3/rto_drive_link",
     }
     until_true(lambda: expected <= set(both.probe.nodes()), "the nodes of both robots")
     wanted = {
