@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -22,6 +23,7 @@ from gui.profiles import PROFILES
 from gui.ros_link import RosNode, without_remappings
 from gui.seat import Seat, Terminals
 from gui.shell import Shell
+from gui.shortcuts import add_shortcuts
 from gui.users import Users
 from gui.window import themes
 from gui.x11 import hold_display
@@ -63,6 +65,7 @@ def main(argv: list[str] | None = None) -> int:
         )
     signals = _close_on_signals(window)
     window.show_on_screen()
+    add_shortcuts(window, seats, lambda: seats[0] if len(seats) == 1 else seats[window.current])
     # On the screen first: the terminal opens its window in this one.
     users = Users(arguments.users) if arguments.sign_in else None
     Entrance(window, Terminals(seats), [seat.controller for seat in seats], users)
@@ -88,6 +91,9 @@ def take_seats(node: RosNode, arguments: argparse.Namespace) -> list[Seat]:
         profile = PROFILES[name]
         if index < len(arguments.feed):
             profile = profile.with_feed(arguments.feed[index])
+        if index:
+            # Of two nodes with one name ROS ends the older.
+            profile = replace(profile, keyboard=f"{profile.keyboard} name:=keyboard_of_{name}")
         address = arguments.robot[min(index, len(arguments.robot) - 1)]
         seats.append(Seat(node, profile, address, arguments, alone=len(names) == 1))
     return seats

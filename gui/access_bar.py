@@ -34,6 +34,7 @@ class AccessBar(QWidget):
         self._menu.aboutToShow.connect(self._fill_menu)
         self.menuButton.setMenu(self._menu)
         self.menuButton.setShortcut("F2")
+        self.keepButton.setShortcut("Shift+F3")
         self.takeButton.clicked.connect(self._on_take)
         self.keepButton.clicked.connect(lambda: access.ask("keep"))
         access.changed.connect(self.show_access)
@@ -62,7 +63,10 @@ class AccessBar(QWidget):
         button.style().unpolish(button)
         button.style().polish(button)
         self.takeButton.setVisible(asking or (state is not None and access.is_pilot and not access.mine))
-        self.takeButton.setText("Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot")
+        text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
+        if text != self.takeButton.text():
+            self.takeButton.setText(text)
+            self.takeButton.setShortcut("F3")  # a new text drops it
         self.keepButton.setVisible(asking)
 
     def _on_take(self) -> None:

@@ -25,6 +25,8 @@ from PyQt5.QtWidgets import (
 )
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
+KEEPS_KEYS = "keepsKeys"
+"""Property of a widget that wants letters for itself while it has the focus."""
 SEND_PERIOD = 50  # ms
 BOUNCE = 30
 """ms. X11 repeats a held key as releases and presses; a pair torn apart on its way looks like a real release."""
@@ -120,6 +122,7 @@ class DrivePad(QFrame):
         self._bounce = QTimer(self, interval=BOUNCE, singleShot=True)
         self._bounce.timeout.connect(self._release_lifted)
         QApplication.instance().installEventFilter(self)
+        QApplication.instance().focusChanged.connect(self._on_focus)
 
     @property
     def held(self) -> set[str]:
@@ -150,16 +153,22 @@ class DrivePad(QFrame):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
         if kind in (QEvent.KeyPress, QEvent.KeyRelease):
-            return self._is_for_us(watched) and self._take_key(event)
+            # The release of a held key counts wherever the keyboard has gone meanwhile.
+            ends = kind == QEvent.KeyRelease and event.key() in self._pressed
+            return (self._is_for_us(watched) or ends) and self._take_key(event)
         if kind in (QEvent.WindowDeactivate, QEvent.WindowBlocked, QEvent.Hide) and watched is self.window():
             self.release_all()
         return False
+
+    def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:
+        if _keeps_keys(now):
+            self.release_all()
 
     def _is_for_us(self, watched: QObject) -> bool:
         """Key events pass the filter for the window and again for the widget: the second time counts."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
-        return not isinstance(QApplication.focusWidget(), _TEXTS)
+        return not _keeps_keys(QApplication.focusWidget())
 
     def _take_key(self, event: QKeyEvent) -> bool:
         """True when the key means something here, and so nothing elsewhere."""
@@ -221,6 +230,11 @@ class DrivePad(QFrame):
         cap.setFocusPolicy(Qt.NoFocus)
         cap.setProperty("kind", "cap")
         return cap
+
+
+def _keeps_keys(widget: QWidget | None) -> bool:
+    """Whether letters are meant for this widget."""
+    return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(KEEPS_KEYS)))
 
 
 def _set_property(widget: QWidget, name: str, value: bool) -> None:

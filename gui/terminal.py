@@ -31,6 +31,8 @@ PALETTE = (
 )  # fmt: skip
 """Colours 0 to 15 of the terminal."""
 
+_LEAVE_KEY, _STOP_KEY = "F6", "Pause"
+"""Keys that the programs in the terminal don't get."""
 SEARCH_PERIOD = 50  # ms, while xterm opens its window
 
 
@@ -45,6 +47,8 @@ class TerminalView(QFrame):
     """This line has been typed."""
     focus_changed = pyqtSignal(bool)
     """Whether keys go to the terminal."""
+    stop_typed = pyqtSignal()
+    """Pause was pressed while they do: everything must stop."""
 
     def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
         """`name` tells it from other terminals of this process."""
@@ -84,9 +88,7 @@ class TerminalView(QFrame):
         on."""
         self._denied = reason
         if reason:
-            if self._has_keyboard:
-                self._host.take_keyboard(int(self.window().winId()))
-                self._set_keyboard(False)
+            self.give_keyboard_back()
             self._wants_keyboard = False
             self._cover.say(reason)
             self._layout.setCurrentWidget(self._cover)
@@ -111,6 +113,8 @@ class TerminalView(QFrame):
             self._cover.say(str(error))
             self._layout.setCurrentWidget(self._cover)
             return
+        for key in (_LEAVE_KEY, _STOP_KEY):
+            self._host.keep_key(key)
         self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Read, self)
         self._clicks.activated.connect(self._on_x_event)
         self._wants_keyboard = self.isVisible()
@@ -217,14 +221,24 @@ class TerminalView(QFrame):
             elif kind in (QEvent.WindowActivate, QEvent.WindowDeactivate):
                 self._host.raise_shield()
                 self._set_keyboard(False)
-            elif kind == QEvent.MouseButtonPress and self._has_keyboard:
-                self._host.take_keyboard(int(self.window().winId()))
-                self._set_keyboard(False)
+            elif kind == QEvent.MouseButtonPress:
+                self.give_keyboard_back()
         return super().eventFilter(watched, event)
 
     def _on_x_event(self) -> None:
-        if self._host is not None and self._host.clicked():
+        happened = self._host.news() if self._host is not None else []
+        if _STOP_KEY in happened:
+            self.stop_typed.emit()
+        if _LEAVE_KEY in happened:
+            self.give_keyboard_back()
+        elif "click" in happened:
             self.take_keyboard()
+
+    def give_keyboard_back(self) -> None:
+        """From now on keys go to the window again."""
+        if self._has_keyboard:
+            self._host.take_keyboard(int(self.window().winId()))
+            self._set_keyboard(False)
 
     def _set_keyboard(self, has_keyboard: bool) -> None:
         if has_keyboard != self._has_keyboard:

@@ -17,6 +17,9 @@ _REVERT_TO_PARENT = 2
 _CURRENT_TIME = 0
 _BUTTON_PRESS_MASK = 1 << 2
 _BUTTON_PRESS = 4
+_KEY_PRESS = 2
+_ANY_MODIFIER = 1 << 15
+_GRAB_ASYNC = 1
 _IS_VIEWABLE = 2
 
 
@@ -46,8 +49,27 @@ class _Attributes(ctypes.Structure):
     )
 
 
+class _KeyEvent(ctypes.Structure):
+    """XKeyEvent of X11/Xlib.h."""
+
+    _fields_ = (
+        ("kind", c_int),
+        ("serial", c_ulong),
+        ("send_event", c_int),
+        ("display", c_void_p),
+        ("window", c_ulong),
+        ("root", c_ulong),
+        ("subwindow", c_ulong),
+        ("time", c_ulong),
+        ("places", c_int * 4),
+        ("state", c_uint),
+        ("keycode", c_uint),
+        ("same_screen", c_int),
+    )
+
+
 class _Event(ctypes.Union):
-    _fields_ = (("kind", c_int), ("room", c_long * 24))  # XEvent: long pad[24]
+    _fields_ = (("kind", c_int), ("key", _KeyEvent), ("room", c_long * 24))  # XEvent: long pad[24]
 
 
 _ErrorHandler = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p)
@@ -74,6 +96,9 @@ def _library() -> ctypes.CDLL:
         c_void_p, c_ulong, c_int, c_int, c_uint, c_uint, c_uint, c_int, c_uint, c_void_p, c_ulong, c_void_p,
     ]  # fmt: skip
     x11.XCreateWindow.restype = c_ulong
+    x11.XStringToKeysym.argtypes, x11.XStringToKeysym.restype = [c_char_p], c_ulong
+    x11.XKeysymToKeycode.argtypes, x11.XKeysymToKeycode.restype = [c_void_p, c_ulong], ctypes.c_ubyte
+    x11.XGrabKey.argtypes = [c_void_p, c_int, c_uint, c_ulong, c_int, c_int, c_int]
     for name in ("XMapRaised", "XUnmapWindow"):
         getattr(x11, name).argtypes = [c_void_p, c_ulong]
     x11.XSelectInput.argtypes = [c_void_p, c_ulong, c_long]
@@ -126,11 +151,12 @@ class Host:
         # under the pointer if that is inside the focus window).
         self._shield = self._x11.XCreateWindow(self._display, window, 0, 0, 1, 1, 0, 0, _INPUT_ONLY, None, 0, None)
         self._x11.XSelectInput(self._display, self._shield, _BUTTON_PRESS_MASK)
+        self._keys: dict[int, str] = {}
         self._sync()
 
     @property
     def connection(self) -> int:
-        """File descriptor that becomes readable when `clicked` has news."""
+        """File descriptor that becomes readable when there are `news`."""
         return self._x11.XConnectionNumber(self._display)
 
     def guest(self) -> int | None:
@@ -170,17 +196,27 @@ class Host:
         self.raise_shield()
 
     def raise_shield(self) -> None:
-        """Lay the shield over the guest: a click on it is reported by `clicked`."""
+        """Lay the shield over the guest: a click on it is reported by `news`."""
         self._x11.XMapRaised(self._display, self._shield)
         self._sync()
 
-    def clicked(self) -> bool:
-        """Whether the shield has been clicked since the last call."""
-        event, clicked = _Event(), False
+    def keep_key(self, name: str) -> None:
+        """Take this key from the guest; `news` reports it instead. Source of the names: X11/keysymdef.h."""
+        code = self._x11.XKeysymToKeycode(self._display, self._x11.XStringToKeysym(name.encode()))
+        self._keys[code] = name
+        self._x11.XGrabKey(self._display, code, _ANY_MODIFIER, self._window, 0, _GRAB_ASYNC, _GRAB_ASYNC)
+        self._sync()
+
+    def news(self) -> list[str]:
+        """What has happened since the last call: "click" on the shield, and names of `keep_key`."""
+        event, happened = _Event(), []
         while self._x11.XPending(self._display):
             self._x11.XNextEvent(self._display, byref(event))
-            clicked = clicked or event.kind == _BUTTON_PRESS
-        return clicked
+            if event.kind == _BUTTON_PRESS:
+                happened.append("click")
+            elif event.kind == _KEY_PRESS and event.key.keycode in self._keys:
+                happened.append(self._keys[event.key.keycode])
+        return happened
 
     def close(self) -> None:
         if self._display:

@@ -17,13 +17,14 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
 from gui.channels import Answer, Channel
+from gui.controller import Controller
 from gui.drive_topics import LeaseState
 from gui.link_state import LinkState
 from gui.profiles import PROFILES
 from gui.tmux import Tmux
 from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
-from telepresence.drive_lease import NONCE, Velocity
+from telepresence.drive_lease import NONCE, PILOT, Account, Velocity
 from telepresence.virtual_display import VirtualDisplay, grab
 
 
@@ -176,20 +177,30 @@ def terminal(qt: QApplication) -> FakeTerminal:
 def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
     """Where the middle of a widget of the 1280x720 window is [px]."""
 
-    def find(name: str) -> tuple[int, int]:
+    def widget_of(name: str) -> QWidget:
         if not opened:
             qt.setStyle("Fusion")
             qt.setStyleSheet(style_sheet("dark"))
             opened.append(OperatorWindow(FakeTerminal()))
+            link = FakeLink()
+            Controller(opened[0], link, FakeTerminal()).admit(Account("anna", PILOT))
+            link.become(master=True, joined=True, driver=True)
             opened[0].resize(1280, 720)
             opened[0].show()
             qt.processEvents()
             qt.setStyleSheet("")
-        widget = opened[0].findChild(QWidget, name)
+        return opened[0].findChild(QWidget, name)
+
+    def find(name: str) -> tuple[int, int]:
+        widget = widget_of(name)
         point = widget.mapTo(opened[0], widget.rect().center())
         return point.x(), point.y()
 
+    def size_of(name: str) -> tuple[int, int]:
+        return widget_of(name).width(), widget_of(name).height()
+
     opened: list[OperatorWindow] = []
+    find.size_of = size_of
     return find
 
 
@@ -203,12 +214,15 @@ class Screen:
         self._run_program, self._wait_until = run_program, wait_until
 
     def open_window(
-        self, *arguments: str, program: tuple[str, ...] = (sys.executable, "-m", "gui", "--no-sign-in")
+        self,
+        *arguments: str,
+        program: tuple[str, ...] = (sys.executable, "-m", "gui", "--no-sign-in"),
+        signed_in: bool = True,
     ) -> Window:
         process = self._run_program(
             *program, *arguments, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
-        window = Window(process, self, self._wait_until)
+        window = Window(process, self, self._wait_until, signed_in)
         self._windows.append(window)
         return window
 
@@ -238,12 +252,14 @@ class Screen:
 class Window:
     """The operator's window as a process of its own."""
 
-    def __init__(self, process: subprocess.Popen, screen: Screen, wait_until: Callable) -> None:
+    def __init__(self, process: subprocess.Popen, screen: Screen, wait_until: Callable, signed_in: bool) -> None:
         self.process, self.screen = process, screen
         self.tmux = Tmux(f"telepresence-{process.pid}")
         self.output = ""
         threading.Thread(target=self._read, name="window-output", daemon=True).start()
         self.id = wait_until(self._find, "the window is on the screen")
+        if not signed_in:
+            return
         wait_until(lambda: "$" in self.terminal_text(), "the terminal shows a prompt")
         wait_until(self.terminal_has_keyboard, "the terminal has the keyboard")
 
@@ -269,6 +285,12 @@ class Window:
     def click(self, point: tuple[int, int]) -> None:
         self.screen.do("mousemove", *point, "click", 1)
 
+    def corner(self) -> tuple[int, int]:
+        """Where a window manager has put it [px]."""
+        answer = self.screen.do("getwindowgeometry", "--shell", self.id)
+        values = dict(line.split("=") for line in answer.split("\n") if "=" in line)
+        return int(values["X"]), int(values["Y"])
+
     def type(self, *keys: str) -> None:
         self.screen.do("key", *keys)
 
@@ -293,6 +315,24 @@ def _command(pid: int) -> str:
         return ""
 
 
+@pytest.fixture(scope="module")
+def make_screen(wait_until: Callable) -> Iterator[Callable[[dict[str, str]], Screen]]:
+    """Displays for all tests of a file; their windows find ROS by the given environment."""
+    opened: list[tuple[VirtualDisplay, Screen]] = []
+
+    def make(environment: dict[str, str]) -> Screen:
+        display = VirtualDisplay()
+        screen = Screen(display, lambda *argv, **options: processes.start(list(argv), **options), wait_until)
+        screen.environment = {**environment, "DISPLAY": display.name}
+        opened.append((display, screen))
+        return screen
+
+    yield make
+    for display, screen in opened:
+        screen.close()
+        display.close()
+
+
 @pytest.fixture
 def screen(run_program: Callable, wait_until: Callable, ros_environment: dict[str, str]) -> Iterator[Screen]:
     display = VirtualDisplay()
@@ -302,6 +342,7 @@ def screen(run_program: Callable, wait_until: Callable, ros_environment: dict[st
     display.close()
 
 
+DRIVE_LEASE = Path(__file__).resolve().parents[2] / "catkin_ws" / "devel" / "lib" / "avatar_gui" / "drive_lease"
 FAKE_ROBOT = textwrap.dedent("""
     import sys, time, numpy as np, rospy
     from geometry_msgs.msg import Twist
@@ -343,4 +384,10 @@ class FakeRobot:
 
 @pytest.fixture
 def start_robot(ros_environment: dict[str, str], run_program: Callable) -> Callable[[], FakeRobot]:
-    return lambda: FakeRobot(run_program)
+    """A robot and the node that decides who drives it."""
+
+    def start() -> FakeRobot:
+        run_program(str(DRIVE_LEASE), "_sign_in:=false", stdout=subprocess.DEVNULL)
+        return FakeRobot(run_program)
+
+    return start

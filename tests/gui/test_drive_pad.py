@@ -178,3 +178,21 @@ def test_no_combination_is_faster_than_a_straight_line():
 def test_opposites_cancel():
     assert velocity_of({"forward", "backward"}) == ZERO
     assert velocity_of({"turn_left", "turn_right", "left", "right"}) == ZERO
+
+
+def test_a_key_that_is_held_while_a_field_gets_the_keyboard_does_not_go_on(window):
+    press(window, Qt.Key_W)
+    window.field.setFocus()
+    assert window.sent[-1] == ZERO and not window.pad.held
+
+
+def test_a_release_counts_wherever_the_keyboard_is(window, spin):
+    press(window, Qt.Key_W)
+    QApplication.sendEvent(window.field, QKeyEvent(QEvent.KeyRelease, Qt.Key_W, Qt.NoModifier))
+    spin(lambda: window.sent[-1] == ZERO, "the release sends zero")
+
+
+def test_a_dialog_stops(window):
+    press(window, Qt.Key_W)
+    QApplication.sendEvent(window, QEvent(QEvent.WindowBlocked))
+    assert window.sent[-1] == ZERO

@@ -43,6 +43,9 @@ def test_a_running_robot_is_shown_and_driven_from_the_terminal(screen, wait_unti
     window = open_attached(screen, wait_until, "--screenshot", str(shot))
     wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
 
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the window takes the robot, which stands")
+    robot.heard.clear()
+
     def press():
         if robot.velocity() is None:
             window.type("i")

@@ -3,7 +3,8 @@
 Subscribes: drive/command (avatar_gui/DriveCommand) of the windows; cmd_vel (geometry_msgs/Twist), to know when another
             program drives past the lease.
 Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
-            stops or falls silent; drive/state (avatar_gui/DriveState, latched).
+            stops or falls silent; drive/state (avatar_gui/DriveState, latched); drive/hold (std_msgs/String, latched):
+            why nobody may drive now, for keyboard programs; empty when they may.
 Services:   drive/join (avatar_gui/DriveJoin), drive/ask (avatar_gui/DriveAsk).
 Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety layer, with the red stop.
 Parameters: ~sign_in (true): check names against the accounts of gui.users; false: everybody who asks is a pilot.
@@ -22,6 +23,7 @@ import rospy
 from avatar_gui.msg import DriveCommand, DriveState
 from avatar_gui.srv import DriveAsk, DriveAskRequest, DriveAskResponse, DriveJoin, DriveJoinRequest, DriveJoinResponse
 from geometry_msgs.msg import Twist
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from gui.users import UserError, Users
@@ -48,6 +50,8 @@ class LeaseNode:
         self._stop = threading.Event()
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         self._states = rospy.Publisher("drive/state", DriveState, queue_size=1, latch=True)
+        self._holds = rospy.Publisher("drive/hold", String, queue_size=1, latch=True)
+        self._holds.publish("")
         # More than one: every window's command counts, not only the newest of them all.
         rospy.Subscriber("drive/command", DriveCommand, self._on_command, queue_size=20, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
@@ -142,6 +146,8 @@ class LeaseNode:
             present=list(state.present),
             windows=list(state.windows),
         )
+        if message.hold != self._state.hold:
+            self._holds.publish(message.hold)
         if message != self._state or now >= self._state_due:
             self._state, self._state_due = message, now + STATE_PERIOD
             self._states.publish(message)

@@ -1,7 +1,8 @@
 """Keyboard driving as a ROS node: keys from the terminal it was started in, velocities on cmd_vel.
 
 Publishes: cmd_vel (geometry_msgs/Twist), repeated while a key is latched, silent half a second after a stop.
-Subscribes: cmd_vel, to let go when another input (the window's drive pad or Stop button) begins to drive.
+Subscribes: cmd_vel, to let go when another input (the window's drive pad or Stop button) begins to drive; drive/hold
+            (std_msgs/String, latched) beside it: as long as drive_lease says why nobody may drive, keys don't.
 Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 2.0 rad/s, ~key_timeout 0 s (latched
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
 heard nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is brisk for Pepper among people.
@@ -19,6 +20,7 @@ from types import FrameType
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from std_msgs.msg import String
 
 from telepresence.ros_master import MasterWatch, master_answers
 from twist_keyboard.keys import HELP, LatchedKeys, Velocity
@@ -83,6 +85,9 @@ class KeyboardNode:
         self._line = ""
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         rospy.Subscriber("cmd_vel", Twist, self._hear, queue_size=1, tcp_nodelay=True)
+        beside = rosgraph.names.namespace(rospy.resolve_name("cmd_vel"))
+        self._hold = ""
+        self._holds = rospy.Subscriber(f"{beside}drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
         rospy.on_shutdown(self._end)
         MasterWatch(rospy, on_lost=self._master_lost.set).start()
 
@@ -111,6 +116,7 @@ class KeyboardNode:
             self._yield_to_others(now)
             for key in pressed:
                 self._keys.press(key, now)
+            self._obey_hold(now)
             if pressed or now >= next_at:
                 # On the grid of the last time, unless a key has just been answered or the machine was busy.
                 next_at = now + self._period if pressed or now > next_at + self._period else next_at + self._period
@@ -147,6 +153,16 @@ class KeyboardNode:
                 say("Another input drives now; press a key to take over again.")
             self._keys.let_go()
             self._line = self._keys.describe()
+
+    def _obey_hold(self, now: float) -> None:
+        # What a node said that is gone since does not count.
+        if self._hold and self._keys.moving and self._holds.get_num_connections():
+            self._keys.release(now)
+            say(f"The robot stays: {self._hold}")
+
+    def _on_hold(self, message: String) -> None:
+        """On rospy's thread."""
+        self._hold = message.data
 
     def _hear(self, message: Twist) -> None:
         """On rospy's thread."""

@@ -1,0 +1,80 @@
+"""A window without a window: the link and the lease of one, told on standard input what to do. It checks nothing before
+it sends, so it is also a window that does not keep to the rules.
+
+usage: python remote_window.py ACCOUNTS NAME
+commands, one JSON list a line; each is answered by one JSON value:
+  ["drive", vx, vy, wz]   repeat this velocity 20 times a second; ["drive"] ends that
+  ["ask", action, to]     ["steal", session]   send under another window's session from now on
+  ["state"]               {"pilot", "mine", "obstacle", "stopped_by", "session", "refused"}
+"""
+
+import json
+import sys
+import threading
+from pathlib import Path
+
+from PyQt5.QtCore import QCoreApplication, QObject, QTimer, pyqtSignal
+
+from gui.drive_access import DriveAccess
+from gui.profiles import PROFILES
+from gui.ros_link import RosLink, RosNode
+from gui.users import Users
+
+
+class Remote(QObject):
+    line = pyqtSignal(str)
+
+    def __init__(self, accounts, name):
+        super().__init__()
+        self.node = RosNode()
+        self.access = DriveAccess(RosLink(self.node, PROFILES["pepper"]))
+        self.refused = []
+        self.access.refused.connect(self.refused.append)
+        self.access.sign_in(Users(Path(accounts)).find(name))
+        self.velocity = None
+        self.timer = QTimer(self, interval=50)
+        self.timer.timeout.connect(lambda: self.velocity and self.access.drive(*self.velocity))
+        self.timer.start()
+        self.line.connect(self.obey)
+        self.node.start()
+
+    def read(self):
+        for line in sys.stdin:
+            self.line.emit(line)
+        self.line.emit("")
+
+    def obey(self, line):
+        if not line:
+            QCoreApplication.quit()
+            return
+        word, *rest = json.loads(line)
+        answer = None
+        if word == "drive":
+            self.velocity = rest
+        elif word == "ask":
+            self.access.ask(*rest)
+        elif word == "steal":
+            self.access._session = rest[0]
+        else:
+            state = self.access.state
+            answer = {
+                "pilot": state.pilot if state else None,
+                "stopped_by": state.stopped_by if state else None,
+                "mine": self.access.mine,
+                "obstacle": self.access.obstacle(),
+                "session": self.access._session,
+                "refused": self.refused,
+            }
+        print(json.dumps(answer), flush=True)
+
+
+def main():
+    application = QCoreApplication(sys.argv[:1])
+    remote = Remote(*sys.argv[1:])
+    threading.Thread(target=remote.read, daemon=True).start()
+    application.exec_()
+    remote.node.close()
+
+
+if __name__ == "__main__":
+    main()
