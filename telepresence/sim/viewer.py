@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
+
+import mujoco
+import numpy as np
 
 from telepresence.sim.world import World
 
@@ -37,12 +41,14 @@ def view(world: World, stopping: threading.Event) -> None:
         NoDisplay: There is no screen.
     """
     require_display()
-    import mujoco.viewer  # takes long to load, and only this function needs it
+    from mujoco import viewer  # takes long to load, and only this function needs it
 
     shown = mujoco.MjData(world.model)
-    with mujoco.viewer.launch_passive(world.model, shown) as window:
+    panels = {"show_left_ui": False, "show_right_ui": False}
+    with viewer.launch_passive(world.model, shown, **panels) as window:
         with window.lock():
             window.opt.geomgroup[:] = 1  # by default the robots' group is hidden
+            _look_over(world.model, window.cam)
         while window.is_running() and not stopping.wait(PERIOD):
             with window.lock(), world.locked() as data:
                 mujoco.mj_copyData(shown, world.model, data)
@@ -51,3 +57,15 @@ def view(world: World, stopping: threading.Event) -> None:
     for thread in threading.enumerate():
         if _WINDOW_THREAD in thread.name:
             thread.join(timeout=5.0)
+
+
+def _look_over(model: mujoco.MjModel, camera: mujoco.MjvCamera) -> None:
+    """Start where the scene's camera `overview` is; from there the mouse turns around what it looks at."""
+    overview = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, "overview")
+    if overview < 0:
+        return
+    position, backward = model.cam_pos0[overview], model.cam_mat0[overview].reshape(3, 3)[:, 2]
+    camera.distance = position[2] / backward[2] if backward[2] > 0.1 else float(np.linalg.norm(position))
+    camera.lookat[:] = position - camera.distance * backward
+    camera.azimuth = math.degrees(math.atan2(-backward[1], -backward[0]))
+    camera.elevation = math.degrees(math.asin(-backward[2]))
