@@ -89,6 +89,8 @@ def announce(simulation: Simulation) -> None:
     for name, robot in simulation.robots.items():
         for url in robot.urls:
             print(f"listening on {url}" + (f" ({name})" if len(simulation.robots) > 1 else ""), flush=True)
+    if not simulation.urls:
+        print("running; no robot here has a wire", flush=True)
 
 
 def _port(text: str) -> int:
