@@ -58,7 +58,7 @@ def rows(found: Sequence[Cell], walked: Sequence[WalkCell]) -> list[Row]:
         label = VEHICLES[vehicle].label
         made.append(Row(f"{label}: stops before the wall", _safe(guarded), max(_safe(bare), 1), "", "no gate"))
     trot, crawl = at["trot", "straight", "odometry"], at["crawl", "straight", "odometry"]
-    made.append(Row("walker: work for 2 m, trot", trot.energy, crawl.energy, "J", "crawl"))
+    made.append(Row("walker: work for 2 m, trot", trot.work, crawl.work, "J", "crawl"))
     for cell in walked:
         way = "forward" if cell.direction > 0 else "backward"
         name = f"{cell.vehicle} 1 m {way}, {cell.scene}: walks without a fall"

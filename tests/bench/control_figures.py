@@ -27,7 +27,7 @@ class Cell:
     time: float
     error: float
     worst: float
-    energy: float
+    work: float
     slip: float
     touched: int
     impact: float
@@ -54,7 +54,7 @@ def _cell(key: tuple[str, str, str], group: list[Trial]) -> Cell:
         time=mean("time"),
         error=mean("error"),
         worst=max(trial.error for trial in group),
-        energy=mean("energy"),
+        work=mean("work"),
         slip=mean("slip"),
         touched=sum(trial.contacts > 0 for trial in group),
         impact=max(trial.impact for trial in group),
@@ -74,7 +74,7 @@ def table(found: Sequence[Cell]) -> str:
             f"{c.time:.1f}",
             f"{100 * c.error:.1f}",
             f"{100 * c.worst:.1f}",
-            f"{c.energy:.1f}",
+            f"{c.work:.1f}",
             f"{100 * c.slip:.1f}",
             str(c.touched),
             str(c.falls),

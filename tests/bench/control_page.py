@@ -73,7 +73,7 @@ def _costs(record: dict) -> list[str]:
     lines = [f"| robot | {' | '.join(TASKS)} |", "|---|" + "---|" * len(TASKS)]
     for vehicle, kind in VEHICLES.items():
         cells = (at[vehicle, task] for task in TASKS)
-        texts = (f"{c['time']:.1f} s, {c['energy']:.1f} J, {100 * c['slip']:.1f} cm" for c in cells)
+        texts = (f"{c['time']:.1f} s, {c['work']:.1f} J, {100 * c['slip']:.1f} cm" for c in cells)
         lines.append(f"| {kind.label} | {' | '.join(texts)} |")
     return lines
 

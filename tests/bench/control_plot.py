@@ -72,7 +72,7 @@ def draw_figures(path: Path, found: Sequence[Cell]) -> None:
             row[0].set_yscale("symlog", linthresh=10.0)
             row[0].set_ylim(bottom=0.0)
             row[0].yaxis.set_major_formatter("{x:g}")
-            _bars(row[1], own, "energy", 1.0)
+            _bars(row[1], own, "work", 1.0)
             row[1].set(title=f"{VEHICLES[vehicle].label}: work of the drives", ylabel="J")
         handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in COLOURS.values()]
         figure.legend(handles, list(COLOURS), loc="lower center", ncols=4)

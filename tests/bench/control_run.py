@@ -64,7 +64,7 @@ class Trial:
         success: It ended near enough, on its feet, and touched nothing.
         time: From the first command to the last [s].
         error: Of the task [m].
-        energy: [J].
+        work: Of the drives [J].
         slip: [m].
         contacts: With anything but the ground.
         impact: Fastest of them [m/s].
@@ -76,7 +76,7 @@ class Trial:
     success: bool
     time: float
     error: float
-    energy: float
+    work: float
     slip: float
     contacts: int
     impact: float
@@ -117,7 +117,7 @@ def _drive(job: Job, vehicle: Vehicle, rng: np.random.Generator) -> Trial:
     shortest = sum(leg.distance / vehicle.speed + abs(leg.turn) / vehicle.turn for leg in task.path)
     limit = 10.0 + PATIENCE * shortest
     start, origin = vehicle.truth(), vehicle.odometry()
-    vehicle.energy = vehicle.slip = 0.0
+    vehicle.work = vehicle.slip = 0.0
     link: deque[tuple[float, Velocity, float]] = deque()
     arrived = Command(0.0, 0.0, 0.0, 0.0)
     track, ended, now = [], math.inf, 0.0
@@ -143,7 +143,7 @@ def _drive(job: Job, vehicle: Vehicle, rng: np.random.Generator) -> Trial:
         success=error < task.good and not vehicle.fell and not vehicle.contacts,
         time=min(ended, now),
         error=error,
-        energy=vehicle.energy,
+        work=vehicle.work,
         slip=vehicle.slip,
         contacts=vehicle.contacts,
         impact=vehicle.impact,

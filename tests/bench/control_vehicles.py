@@ -26,7 +26,7 @@ from telepresence.sim.walker.robot import Walker
 from telepresence.sim.world import TICK, World
 
 SAMPLE = 0.02
-"""Energy, slip and contacts are taken this often [s]."""
+"""Slip and contacts are taken this often [s]."""
 SLIDING = 0.02
 """Slower than this a wheel or foot grips [m/s]."""
 QUIET = 1.0
@@ -44,7 +44,7 @@ class Vehicle(ABC):
         start: x, y [m], yaw [rad] in the world.
         seed: Of the world: noise, wheels, joints; and of how rough ground lies under the robot.
     Attributes:
-        energy: Work of the drives [J]; what comes back while braking is lost.
+        work: Of the drives [J]; what comes back while braking is lost.
         slip: How far wheels or feet slid over the ground [m].
         contacts: Times that the body touched something.
         impact: Fastest speed at such a touch [m/s].
@@ -66,7 +66,7 @@ class Vehicle(ABC):
         model = self._model()
         self.world = build_world(scene, [model], seed)
         self._prefix = model.prefix
-        self.energy = self.slip = self.impact = 0.0
+        self.work = self.slip = self.impact = 0.0
         self.contacts = 0
         self.fell = False
         self._quiet_until = -1.0
@@ -77,6 +77,7 @@ class Vehicle(ABC):
         own = {b for b in range(m.nbody) if m.body(b).name.startswith(self._prefix)}
         self._body = np.array([m.geom_bodyid[g] in own and not self._is_foot(m, g) for g in range(m.ngeom)])
         self._mine = np.array([m.geom_bodyid[g] in own for g in range(m.ngeom)])
+        self.world.every(TICK, self._count_work)
         self.world.every(SAMPLE, self._sample)
 
     def step(self, seconds: float) -> None:
@@ -110,8 +111,8 @@ class Vehicle(ABC):
     def _is_foot(self, model: mujoco.MjModel, geom: int) -> bool: ...
 
     @abstractmethod
-    def _work(self, data: mujoco.MjData) -> float:
-        """Power of the drives [W], at least 0 each."""
+    def _done(self, data: mujoco.MjData) -> float:
+        """Work of the drives during the last tick, at least 0 [J]."""
 
     @abstractmethod
     def _sliding(self, data: mujoco.MjData) -> float:
@@ -132,9 +133,12 @@ class Vehicle(ABC):
         model.qpos0[root : root + 7] = x, y, self.height + lift, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
         self.world.reset()
 
+    def _count_work(self, now: float) -> None:
+        with self.world.locked() as data:
+            self.work += self._done(data)
+
     def _sample(self, now: float) -> None:
         with self.world.locked() as data:
-            self.energy += self._work(data) * SAMPLE
             sliding = self._sliding(data)
             if sliding > SLIDING:
                 self.slip += sliding * SAMPLE
@@ -157,6 +161,8 @@ class Vehicle(ABC):
 class _Wheeled(Vehicle):
     """On the drive of `telepresence.sim.base`: three servos that push the body along x and y and turn it."""
 
+    _owned = math.inf  # energy of motion and height after the last tick [J]
+
     def _is_foot(self, model: mujoco.MjModel, geom: int) -> bool:
         return int(model.geom_contype[geom]) == 4
 
@@ -164,9 +170,16 @@ class _Wheeled(Vehicle):
         first = self.world.model.actuator(self._prefix + "drive_x").id
         return slice(first, first + 3)
 
-    def _work(self, data: mujoco.MjData) -> float:
-        servos = self._servos()
-        return float(np.maximum(data.actuator_force[servos] * data.actuator_velocity[servos], 0.0).sum())
+    def _done(self, data: mujoco.MjData) -> float:
+        """What the robot has gained in motion and height: its wheels roll without loss, and nothing else moves.
+
+        The servos' force would not do: they reach a new speed within a physics step, and its reading is the first
+        instant's.
+        """
+        mujoco.mj_energyPos(self.world.model, data)
+        mujoco.mj_energyVel(self.world.model, data)
+        before, self._owned = self._owned, float(data.energy.sum())
+        return max(0.0, self._owned - before)
 
     def _sliding(self, data: mujoco.MjData) -> float:
         servos = self._servos()
@@ -252,8 +265,9 @@ class WalkerVehicle(Vehicle):
     def odometry(self) -> Pose:
         return self.robot.snapshot().odometry
 
-    def _work(self, data: mujoco.MjData) -> float:
-        return float(np.maximum(data.qfrc_actuator[self._dofs] * data.qvel[self._dofs], 0.0).sum())
+    def _done(self, data: mujoco.MjData) -> float:
+        """Torque times speed of every joint."""
+        return float(np.maximum(data.qfrc_actuator[self._dofs] * data.qvel[self._dofs], 0.0).sum()) * TICK
 
     def _sliding(self, data: mujoco.MjData) -> float:
         """Mean over the feet that touch the ground, each at its lowest point."""

@@ -56,7 +56,7 @@ def test_a_job_gives_the_same_trial_each_time_and_another_seed_another():
     first, again = (run_job(Job("robotino", "straight", "open loop", 1)) for _ in range(2))
     other = run_job(Job("robotino", "straight", "open loop", 2))
     assert first == again and first.error != other.error
-    assert first.success and first.error < 0.05 and first.energy > 0.0 and not first.contacts
+    assert first.success and first.error < 0.05 and first.work > 0.0 and not first.contacts
 
 
 def test_the_gate_keeps_robotino_off_a_wall_that_odometry_drives_into():
