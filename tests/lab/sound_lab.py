@@ -143,7 +143,7 @@ class Mouth:
         self._players = [player for player in self._players if player.poll() is None]
         # A long buffer, because a person's mouth does not stutter when the machine is busy.
         command = ["pacat", "--playback", f"--server={self._server.address}", f"--device={self._sink}"]
-        command += ["--raw", "--format=s16le", f"--rate={RATE}", "--channels=1", "--latency-msec=200"]
+        command += ["--raw", "--format=s16le", f"--rate={RATE}", "--channels=1", "--latency-msec=500"]
         with tempfile.TemporaryFile() as data:
             data.write((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
             data.seek(0)

@@ -1,11 +1,6 @@
 """ROS node voice: the pilot speaks through the robot and hears what it hears, over the link to NAOqi.
 
-Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] of the pilot's microphone and of the
-            robot's microphones, -100 for silence. voice/state (std_msgs/String, latched): how things stand, for
-            people. voice/devices (std_msgs/String, latched): what can be chosen, one device per line. /diagnostics.
-Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
-Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
-            push-to-talk button is held, which opens a muted microphone.
+Topics and services: see `telepresence_1.voice_surface`.
 Parameters:
     ~pip, ~pport             the robot, see naoqi_driver.naoqi_node
     ~microphone, ~speaker ("auto")
@@ -25,42 +20,18 @@ Parameters:
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.naoqi_node import NaoqiNode
-from std_msgs.msg import Float32MultiArray, String
-from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
-from telepresence.audio import devices
 from telepresence.audio.echo import LOUDSPEAKER, MICROPHONE, EchoCancellation
-from telepresence.audio.pipeline import SILENCE, SoundError
+from telepresence.audio.microphone import Microphone
+from telepresence.audio.pipeline import SoundError
 from telepresence_1.com_cam_node import route_logs
 from telepresence_1.network import NoRoute, choose_address, is_loopback
-from telepresence_1.pilot_microphone import PilotMicrophone
 from telepresence_1.robot_ears import RobotEars
 from telepresence_1.robot_mouth import RobotMouth
 from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
-
-LEVEL_PERIOD, DEVICES_PERIOD = 0.1, 5.0
-FADE = 0.5
-"""Seconds after which a level that nobody renews is silence."""
-
-
-class Level:
-    """A level meter's newest value."""
-
-    def __init__(self) -> None:
-        self._value, self._at = SILENCE, 0.0
-
-    def put(self, value: float) -> None:
-        self._value, self._at = value, time.monotonic()
-
-    @property
-    def now(self) -> float:
-        return self._value if time.monotonic() - self._at < FADE else SILENCE
+from telepresence_1.voice_surface import LEVEL_PERIOD, Level, VoiceSurface
 
 
 class Voice:
@@ -73,8 +44,6 @@ class Voice:
     def __init__(self) -> None:
         self._node = NaoqiNode("voice")
         route_logs()
-        self._muted = bool(rospy.get_param("~push_to_talk", False))
-        self._talking = False
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         microphone, speaker = self._cancel_echo(microphone, speaker)
@@ -86,8 +55,7 @@ class Voice:
         self._levels = (Level(), Level())
         connection = self._node.connection
         self._mouth = RobotMouth(connection, int(rospy.get_param("~robot_rate", 0)))
-        self._mouth.open = not self._muted
-        self._microphone = PilotMicrophone(microphone, lambda: self._mouth.rate, self._mouth.put, self._levels[0].put)
+        self._microphone = Microphone(microphone, lambda: self._mouth.rate, self._mouth.put, self._levels[0].put)
         self._mouth.on_rate = self._microphone.pipeline.reopen
         self._ears = RobotEars(
             connection,
@@ -101,29 +69,17 @@ class Voice:
             self._ears.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.015))
             self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed)
-        self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
-        self._state_topic = rospy.Publisher("voice/state", String, queue_size=1, latch=True)
-        self._devices_topic = rospy.Publisher("voice/devices", String, queue_size=1, latch=True)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
-        parts = [self._mouth, self._microphone, self._ears, self._sender, self._player]
-        for part in parts:
+        for part in (self._mouth, self._microphone, self._ears, self._sender, self._player):
             if part is not None:
                 part.start()
-        rospy.Subscriber("voice/microphone", String, lambda message: self._microphone.choose(message.data))
-        rospy.Subscriber("voice/speaker", String, lambda message: self._choose_speaker(message.data))
-        for name, action in (
-            ("mute_microphone", self._mute_microphone),
-            ("mute_speaker", self._mute_speaker),
-            ("talk", self._talk),
-        ):
-            rospy.Service(f"voice/{name}", SetBool, self._answer(action))
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
         try:
-            self._tell()
+            self._surface.run(self._node.cycles(LEVEL_PERIOD))
         finally:
             # The ears first: their unsubscribing needs the link, which ends after this.
             for part in (self._ears, self._microphone, self._mouth, self._sender, self._player, self._echo):
@@ -150,77 +106,26 @@ class Voice:
     def _speaker_changed(self, problem: str | None) -> None:
         self._ears.wanted = problem is None
 
-    def _choose_speaker(self, device: str) -> None:
-        if self._player is not None:
-            self._player.choose(device)
+    # --- for the surface ---------------------------------------------------------------------------------------------
 
-    def _answer(self, action: Callable[[bool], None]) -> Callable[[SetBoolRequest], SetBoolResponse]:
-        def handle(request: SetBoolRequest) -> SetBoolResponse:
-            action(request.data)
-            self._publish_state()
-            return SetBoolResponse(True, self._describe())
+    def levels(self) -> tuple[float, float]:
+        return self._levels[0].now, self._levels[1].now
 
-        return handle
+    def describe(self) -> tuple[str, str]:
+        pilot = self._microphone.pipeline.problem
+        if not pilot and not self._node.connection.connected:
+            pilot = "the robot is not connected"
+        if not pilot and self._mouth.problem:
+            pilot = f"not played: {self._mouth.problem}"
+        robot = self._player.pipeline.problem if self._player else None
+        robot = robot or self._sender.pipeline.problem or self._ears.problem
+        if not robot and self._player and self._player.muted:
+            robot = "muted"
+        return pilot or "live", robot or "live"
 
-    def _mute_microphone(self, mute: bool) -> None:
-        self._muted = mute
-        self._mouth.open = self._talking or not mute
-
-    def _talk(self, talking: bool) -> None:
-        self._talking = talking
-        self._mouth.open = talking or not self._muted
-
-    def _mute_speaker(self, mute: bool) -> None:
-        if self._player is not None:
-            self._player.muted = mute
-
-    def _tell(self) -> None:
-        told, listed, devices_at = None, None, 0.0
-        for now in self._node.cycles(LEVEL_PERIOD):
-            self._level_topic.publish(Float32MultiArray(data=[level.now for level in self._levels]))
-            state = self._describe()
-            if state != told:
-                told = state
-                self._publish_state()
-            if now - devices_at > DEVICES_PERIOD:
-                devices_at = now
-                self._publish_diagnostics()
-                found = devices.names()
-                text = "\n".join(f"{kind[:-1]} {name}" for kind, names in found.items() for name in names)
-                if text != listed:
-                    listed = text
-                    self._devices_topic.publish(text)
-
-    def _describe(self) -> str:
-        return f"you: {self._describe_pilot()}; robot: {self._describe_robot()}"
-
-    def _describe_pilot(self) -> str:
-        problem = self._microphone.pipeline.problem
-        if problem:
-            return problem
-        if not self._node.connection.connected:
-            return "the robot is not connected"
-        if self._mouth.problem:
-            return f"not played: {self._mouth.problem}"
-        if not self._mouth.open:
-            return "muted"
-        return "talking" if self._talking else "live"
-
-    def _describe_robot(self) -> str:
-        problem = self._player.pipeline.problem if self._player else None
-        problem = problem or self._sender.pipeline.problem or self._ears.problem
-        if problem:
-            return problem
-        return "muted" if self._player and self._player.muted else "live"
-
-    def _publish_state(self) -> None:
-        self._state_topic.publish(self._describe())
-
-    def _publish_diagnostics(self) -> None:
-        live = self._mouth.problem is None and self._ears.problem is None
-        level = DiagnosticStatus.OK if live else DiagnosticStatus.WARN
+    def figures(self) -> dict[str, object]:
         played, lost = self._player.packets() if self._player else (0, 0)
-        values = {
+        return {
             "pieces sent": self._mouth.pieces,
             "robot's queue emptied": self._mouth.flushes,
             "robot's rate": self._mouth.rate,
@@ -228,11 +133,20 @@ class Voice:
             "packets played": played,
             "packets lost": lost,
         }
-        status = DiagnosticStatus(level, f"{rospy.get_name().strip('/')}: sound", self._describe(), "", [])
-        status.values = [KeyValue(key, str(value)) for key, value in values.items()]
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._diagnostics.publish(array)
+
+    def open_microphone(self, opened: bool) -> None:
+        self._mouth.open = opened
+
+    def mute_speaker(self, muted: bool) -> None:
+        if self._player is not None:
+            self._player.muted = muted
+
+    def choose_microphone(self, device: str) -> None:
+        self._microphone.choose(device)
+
+    def choose_speaker(self, device: str) -> None:
+        if self._player is not None:
+            self._player.choose(device)
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""The pilot's microphone: captured in small pieces, in the form the robot plays."""
+"""A microphone, captured in small pieces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from telepresence.audio.pipeline import Gst, KeptPipeline
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 
 
-class PilotMicrophone:
+class Microphone:
     """Captures from `start` to `close`, and whenever a device comes back.
 
     Args:
@@ -32,7 +32,7 @@ class PilotMicrophone:
         self._on_sound = on_sound
         self.pipeline = KeptPipeline("microphone", self._describe, self._prepare, on_level)
 
-    def start(self) -> PilotMicrophone:
+    def start(self) -> Microphone:
         self.pipeline.start()
         return self
 
