@@ -19,7 +19,33 @@ PILOTS = 100
 
 
 def main() -> None:
-    PAGE.write_text(filled(PAGE.read_text(), json.loads(FIGURES.read_text())))
+    figures = json.loads(FIGURES.read_text())
+    PAGE.write_text(filled(PAGE.read_text(), figures))
+    draw(figures["fleet"], DOCS / "fleet_cost.png")
+
+
+def draw(rows: list[dict], file: Path) -> None:
+    """Processor time of a world against the number of its robots, and the line where a core is full."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(7.0, 3.6), dpi=110)
+    for kind, colour in (("robotino", "#0a7fc2"), ("pepper", "#d4572f")):
+        found = [(re.match(rf"{kind}: .* (\d+) in one world", row["metric"]), row) for row in rows]
+        points = [(int(match[1]), row["ours"] * int(match[1]) / 1e3) for match, row in found if match]
+        one = next(row["reference"] / 1e3 for match, row in found if match)
+        count, cost = zip((1, one), *points, strict=True)
+        axes.plot(count, cost, "o-", color=colour, label=f"{kind}s")
+    axes.axhline(1.0, color="#444444", linestyle="--", linewidth=1.0)
+    axes.text(1.0, 1.02, "one core is full: real time ends", color="#444444", va="bottom", fontsize=9)
+    axes.set(xlabel="robots in one world", ylabel="processor seconds\nper second", ylim=(0.0, 1.2))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, loc="lower right")
+    figure.tight_layout()
+    figure.savefig(file)
+    pyplot.close(figure)
 
 
 def filled(page: str, figures: dict[str, list[dict]]) -> str:
