@@ -19,6 +19,7 @@ from gui import theme
 from gui.controller import Attach
 from gui.entrance import Entrance
 from gui.keeping import default_folder
+from gui.memory import Memory, default_file
 from gui.profiles import PROFILES
 from gui.ros_link import RosNode, without_remappings
 from gui.seat import Seat, Terminals
@@ -45,10 +46,12 @@ def main(argv: list[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
-    theme.apply(arguments.theme)
+    memory = Memory(default_file())
+    remembered = memory.text("theme", theme.DEFAULT)
+    theme.apply(arguments.theme or (remembered if remembered in themes() else theme.DEFAULT))
 
     node = RosNode()
-    seats = take_seats(node, arguments)
+    seats = take_seats(node, arguments, memory)
     if len(seats) == 1:
         window = seats[0].window
     else:
@@ -65,10 +68,13 @@ def main(argv: list[str] | None = None) -> int:
         )
     signals = _close_on_signals(window)
     window.show_on_screen()
+    memory.restore_window(window)
     add_shortcuts(window, seats, lambda: seats[0] if len(seats) == 1 else seats[window.current])
     # On the screen first: the terminal opens its window in this one.
     users = Users(arguments.users) if arguments.sign_in else None
-    Entrance(window, Terminals(seats), [seat.controller for seat in seats], users)
+    entrance = Entrance(window, Terminals(seats), [seat.controller for seat in seats], users)
+    if entrance.page is not None:
+        entrance.page.nameField.setText(memory.text("name"))
     for seat in seats:
         seat.start()
     node.start()
@@ -77,13 +83,18 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         signals.setEnabled(False)
         for seat in seats:
+            seat.keep(memory)
             seat.close()
+        if entrance.page is not None:
+            memory.keep("name", entrance.page.nameField.text())
+        memory.keep("theme", theme.current())
+        memory.keep_window(window)
         node.close()
         for seat in seats:
             seat.terminal.close_terminal()
 
 
-def take_seats(node: RosNode, arguments: argparse.Namespace) -> list[Seat]:
+def take_seats(node: RosNode, arguments: argparse.Namespace, memory: Memory) -> list[Seat]:
     """One for each robot that the command line names."""
     names = list(PROFILES) if arguments.profile == BOTH else [arguments.profile]
     seats = []
@@ -94,16 +105,18 @@ def take_seats(node: RosNode, arguments: argparse.Namespace) -> list[Seat]:
         if index:
             # Of two nodes with one name ROS ends the older.
             profile = replace(profile, keyboard=f"{profile.keyboard} name:=keyboard_of_{name}")
-        address = arguments.robot[min(index, len(arguments.robot) - 1)]
+        usual = os.environ.get("NAO_IP") or memory.text(f"{name}/address", "127.0.0.1")
+        address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
         seats.append(Seat(node, profile, address, arguments, alone=len(names) == 1))
+        seats[-1].remember(memory)
     return seats
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
     parser.add_argument(
-        "--robot", metavar="ADDRESS", nargs="+", default=[os.environ.get("NAO_IP", "127.0.0.1")],
-        help="the robot, or both: Pepper first; default NAO_IP",
+        "--robot", metavar="ADDRESS", nargs="+", default=[],
+        help="the robot, or both: Pepper first; default NAO_IP, else the one of the last time",
     )  # fmt: skip
     parser.add_argument(
         "--profile", choices=[*PROFILES, BOTH], default="pepper",
@@ -130,7 +143,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     attach.add_argument(
         "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
     )
-    parser.add_argument("--theme", choices=themes(), default="dark", help="colours; default %(default)s")
+    parser.add_argument("--theme", choices=themes(), help="colours; default those of the last time, at first dark")
     parser.add_argument(
         "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 
@@ -63,8 +64,13 @@ class DriveControls(QWidget):
         """What the robot can do [m/s, rad/s], and what to begin with [m/s]."""
         self._top_turn = top_turn
         self.speedSlider.setMaximum(max(1, int(top_speed / STEP + 1e-6)))
-        self.speedSlider.setValue(round(speed / STEP))
+        self.set_speed(speed)
         self._tell_speeds()
+
+    def set_speed(self, speed: float) -> None:
+        """As near to this as the robot and the slider can [m/s]."""
+        if math.isfinite(speed):
+            self.speedSlider.setValue(round(speed / STEP))
 
     def step_speed(self, steps: int) -> None:
         """Faster or slower."""

@@ -9,6 +9,7 @@ from PyQt5.QtCore import QObject
 from gui.controller import Controller
 from gui.gamepad import Gamepad
 from gui.keeping import Keeping
+from gui.memory import Memory
 from gui.profiles import Profile
 from gui.robots import ROBOTS
 from gui.ros_link import RosLink, RosNode
@@ -59,6 +60,16 @@ class Seat(QObject):
         else:
             self._had_feed = feed.isChecked()
             feed.setChecked(False)
+
+    def remember(self, memory: Memory) -> None:
+        """Be as at the last time."""
+        controls = self.controller.controls
+        controls.set_speed(memory.number(f"{self.link.profile.name}/speed", controls.speed))
+
+    def keep(self, memory: Memory) -> None:
+        """For the next time."""
+        memory.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
+        memory.keep(f"{self.link.profile.name}/address", self.window.address.text())
 
     def start(self) -> None:
         """The window is on the screen."""

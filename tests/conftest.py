@@ -49,6 +49,12 @@ def free_port() -> Callable[[], int]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def nothing_remembered() -> None:
+    """Windows neither read nor change what the person's own window remembers."""
+    os.environ["TELEPRESENCE_SETTINGS"] = "none"
+
+
+@pytest.fixture(scope="session", autouse=True)
 def nothing_left_behind() -> Iterator[None]:
     """After the last test no descendant of ours may live, orphans included."""
     processes.adopt_orphans()

@@ -142,12 +142,20 @@ class FakeTerminal(QFrame):
     refused = pyqtSignal(str)
     typed = pyqtSignal(str)
     focus_changed = pyqtSignal(bool)
+    stop_typed = pyqtSignal()
 
     def __init__(self) -> None:
         super().__init__()
         self.has_keyboard = False
         self.lines: list[tuple[str, str]] = []
         self.interrupted: list[str] = []
+        self.denied, self.started = "", False
+
+    def start(self) -> None:
+        self.started = True
+
+    def deny(self, reason: str) -> None:
+        self.denied = reason
 
     def type_line(self, line: str | Callable[[], str], window: str = "session") -> None:
         try:
