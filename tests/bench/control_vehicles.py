@@ -199,6 +199,8 @@ class PepperVehicle(_Wheeled):
     def _enter(self, world: World, seed: int) -> None:
         self.robot = Pepper(world, None, seed=seed)
         self.robot.security.enabled = False
+        self._told: dict[str, np.ndarray] = {}
+        self._sonar_due = 0.0
 
     def command(self, vx: float, vy: float, wz: float) -> None:
         self.robot.set_velocity(vx, vy, wz)
@@ -209,11 +211,17 @@ class PepperVehicle(_Wheeled):
     def tell(self, gate: VelocityGate, now: float) -> None:
         snapshot = self.robot.snapshot()
         for name, side, heading in self._LASERS:
+            # Each measurement once: the gate wants to see far returns again before it believes them.
+            if snapshot.laser[side] is self._told.get(name):
+                continue
+            self._told[name] = snapshot.laser[side]
             c, s = math.cos(heading), math.sin(heading)
             points = snapshot.laser[side] @ np.array(((c, s), (-s, c))) + PEPPER.source(name).origins[0]
             gate.update_range_points(name, now, points)
-        gate.update_ranges("front sonar", now, [snapshot.sonar["Front"]])
-        gate.update_ranges("back sonar", now, [snapshot.sonar["Back"]])
+        if now >= self._sonar_due - 1e-9:
+            self._sonar_due = now + PEPPER.source("front sonar").period
+            gate.update_ranges("front sonar", now, [snapshot.sonar["Front"]])
+            gate.update_ranges("back sonar", now, [snapshot.sonar["Back"]])
         pressed = [bearing for name, bearing in self._BUMPERS if snapshot.bumpers[name]]
         gate.update_bumper(now, bool(pressed), pressed[0] if pressed else None)
 
