@@ -13,7 +13,7 @@ NOTHING = "none"
 
 
 def default_file() -> Path | None:
-    """TELEPRESENCE_SETTINGS, else telepresence/window.ini where settings are kept (XDG base directory specification)."""
+    """TELEPRESENCE_SETTINGS, else telepresence/window.ini where settings are kept (XDG base directory)."""
     named = os.environ.get("TELEPRESENCE_SETTINGS")
     if named == NOTHING:
         return None

@@ -1,0 +1,119 @@
+"""The node that decides who drives, on a private graph, with the links of real windows."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gui.users import Users
+from telepresence import processes
+
+pytestmark = pytest.mark.ros
+
+REMOTE = Path(__file__).resolve().parents[2] / "gui" / "remote_window.py"
+AHEAD = [0.2, 0.0, 0.0]
+ZERO = [0.0, 0.0, 0.0]
+
+
+class Remote:
+    """See remote_window.py."""
+
+    def __init__(self, graph, accounts, name):
+        self.process = processes.start(
+            [sys.executable, str(REMOTE), str(accounts), name],
+            env=graph.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+
+    def ask(self, *words):
+        self.process.stdin.write(json.dumps(words) + "\n")
+        self.process.stdin.flush()
+        return json.loads(self.process.stdout.readline())
+
+    def state(self, name):
+        return self.ask("state")[name]
+
+
+@pytest.fixture(scope="module")
+def accounts(tmp_path_factory):
+    users = Users(tmp_path_factory.mktemp("users") / "users.db")
+    users.add("anna", "correct horse", "pilot")
+    users.add("will", "correct horse", "watcher")
+    return users.path
+
+
+@pytest.fixture(scope="module")
+def lease(graph, accounts):
+    return graph.run(str(graph.workspace / "lib/avatar_gui/drive_lease"), f"_users:={accounts}")
+
+
+@pytest.fixture(scope="module")
+def probe(graph, lease):
+    probe = graph.probe()
+    probe.watch("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"])
+    probe.watch("/drive/hold", "std_msgs/String", ["data"])
+    return probe
+
+
+@pytest.fixture(scope="module")
+def anna(graph, accounts, probe, until_true):
+    window = Remote(graph, accounts, "anna")
+    until_true(lambda: window.state("mine"), "a free robot is taken")
+    yield window
+    window.process.stdin.close()
+    processes.end(window.process, patience=5.0)
+
+
+def heard(probe):
+    return [fields for _, fields in probe.seen("/cmd_vel")]
+
+
+def test_the_pilots_velocity_reaches_cmd_vel_and_a_zero_ends_it(anna, probe, until_true):
+    anna.ask("drive", *AHEAD)
+    until_true(lambda: heard(probe)[-5:] == [AHEAD] * 5, "the velocity arrives, repeatedly")
+    anna.ask("drive")
+    until_true(lambda: heard(probe)[-1] == ZERO, "silence ends with a zero")
+
+
+def test_a_watcher_moves_nothing(anna, graph, accounts, probe, until_true):
+    will = Remote(graph, accounts, "will")
+    until_true(lambda: will.state("session"), "the watcher has joined")
+    probe.forget("/cmd_vel")
+    will.ask("drive", *AHEAD)
+    will.ask("ask", "take", "")
+    until_true(lambda: "may watch" in str(will.state("refused")), "the watcher is refused")
+    will.ask("steal", anna.state("session"))
+    will.ask("ask", "stop", "")
+    until_true(lambda: "another password" in str(will.state("refused")), "another's name is of no use")
+    assert AHEAD not in heard(probe)
+    will.process.stdin.close()
+    processes.end(will.process, patience=5.0)
+
+
+def test_the_red_stop_holds_and_is_told_to_keyboards(anna, probe, until_true):
+    anna.ask("ask", "stop", "")
+    until_true(lambda: anna.state("stopped_by") == "anna", "the stop is latched")
+    until_true(lambda: "red stop" in probe.seen("/drive/hold")[-1][1][0], "keyboards hear why")
+    probe.forget("/cmd_vel")
+    anna.ask("drive", *AHEAD)
+    probe.drive(0.3, 0.0, 0.0)
+    until_true(lambda: heard(probe).count(ZERO) >= 3, "each command of another program is answered with a zero")
+    probe.silence()
+    assert AHEAD not in heard(probe)
+    anna.ask("drive")
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: anna.state("stopped_by") == "", "and let go")
+
+
+def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, probe, until_true):
+    anna.ask("drive", *AHEAD)
+    until_true(lambda: heard(probe)[-1] == AHEAD, "it drives")
+    anna.process.kill()
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stop")
+    again = Remote(graph, accounts, "anna")
+    until_true(lambda: again.state("mine"), "and is free for the next")
+    again.process.stdin.close()
+    processes.end(again.process, patience=5.0)
