@@ -42,6 +42,14 @@ def test_keys_go_where_the_last_click_was(screen, wait_until, place, tmp_path):
     assert "not-for-the-shell" not in window.terminal_text()
 
 
+def test_f6_moves_the_keyboard_between_terminal_and_window(screen, wait_until):
+    window = screen.open_window()
+    window.type("F6")
+    wait_until(lambda: not window.terminal_has_keyboard(), "the window has the keyboard")
+    window.type("F6")
+    wait_until(window.terminal_has_keyboard, "the terminal has it again")
+
+
 def test_keys_go_where_the_last_click_was_under_a_window_manager(screen, wait_until, place, run_program, tmp_path):
     run_program("openbox", "--sm-disable", env=screen.environment, stderr=subprocess.DEVNULL)
     window = screen.open_window()
