@@ -14,7 +14,16 @@ EXTRAS = {
     # aiortc: WebRTC in pure Python, on the robot too.
     "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0", "aiohttp==3.14.5"],
     "gui": ["PyQt5==5.15.11"],
-    "dev": ["pytest==9.0.1", "ruff==0.14.5", "hypothesis==6.148.1", "websockets==15.0.1", "matplotlib==3.10.8"],
+    # pytest-xdist: two test files at a time; pytest-timeout: a test that hangs says where.
+    "dev": [
+        "pytest==9.0.1",
+        "pytest-xdist==3.8.0",
+        "pytest-timeout==2.4.0",
+        "hypothesis==6.148.1",
+        "matplotlib==3.10.8",
+        "ruff==0.14.5",
+        "websockets==15.0.1",
+    ],
 }
 
 setup(
