@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import Gst, KeptPipeline
+from telepresence.audio.schedule import Schedule
 
+MOST = 0.08
+"""Seconds beyond its patience that a piece may wait for its turn."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 
 
@@ -24,14 +27,15 @@ class Loudspeaker:
         self,
         device: str,
         rate: int = 48000,
-        patience: float = 0.03,
+        patience: float = 0.05,
         on_level: Callable[[float], None] = lambda level: None,
     ) -> None:
         self.device = device
+        self._rate = rate
+        self._schedule = Schedule(patience, patience + MOST)
         self._muted = False
         self._head = (
-            f"appsrc name=in is-live=true format=time do-timestamp=true min-latency={int(patience * 1e9)} "
-            "max-bytes=38400 leaky-type=downstream "
+            "appsrc name=in is-live=true format=time max-bytes=76800 leaky-type=downstream "
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels=2,layout=interleaved ! {_LEVEL} "
             "! audioconvert ! audioresample ! volume name=volume"
         )
@@ -59,13 +63,25 @@ class Loudspeaker:
         self.pipeline.reopen()
 
     def push(self, frames: bytes) -> None:
-        """Play int16 little-endian, stereo interleaved, after what is queued; dropped while there is no device."""
+        """Play int16 little-endian, stereo interleaved, after what is queued; from any one thread. Dropped while there
+        is no device, or when more would wait than is good for a conversation."""
         source = self.pipeline.get("in")
-        if source is not None:
-            source.emit("push-buffer", Gst.Buffer.new_wrapped(frames))
+        if source is None:
+            return
+        now = Gst.SystemClock.obtain().get_time() - source.get_base_time()
+        due, seam = self._schedule.place(now / Gst.SECOND, len(frames) / (4 * self._rate))
+        if due is None:
+            return
+        buffer = Gst.Buffer.new_wrapped(frames)
+        buffer.pts = int(due * Gst.SECOND)
+        if seam:
+            buffer.set_flags(Gst.BufferFlags.DISCONT)
+        source.emit("push-buffer", buffer)
 
     def _describe(self) -> str:
         return f"{self._head} ! {devices.sink(self.device)}"
 
     def _prepare(self, pipeline: Gst.Pipeline) -> None:
+        pipeline.use_clock(Gst.SystemClock.obtain())  # by which the pieces are stamped; the device follows it
+        self._schedule.forget()
         pipeline.get_by_name("volume").set_property("mute", self._muted)

@@ -56,7 +56,7 @@ def run() -> list[Row]:
         before = {name: os.environ.get(name) for name in server.environment()}
         os.environ.update(server.environment())
         try:
-            return both_ways(server) + bad_network(server)
+            return both_ways(server, Path(folder) / "voice.log") + bad_network(server)
         finally:
             server.close()
             for name, value in before.items():
@@ -66,20 +66,27 @@ def run() -> list[Row]:
                     os.environ[name] = value
 
 
-def both_ways(server: SoundServer) -> list[Row]:
-    with private_master() as environment, Simulation("empty", port=0, speaker="robot_speaker") as robot:
+def both_ways(server: SoundServer, log: Path) -> list[Row]:
+    with (
+        private_master() as environment,
+        Simulation("empty", port=0, speaker="robot_speaker") as robot,
+        log.open("w") as output,
+    ):
         devices = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker")
         network = (f"--pip={robot.url}", f"_rtp_port:={free_port()}", f"_jitter:={JITTER}")
         node = processes.start(
             ["rosrun", "telepresence_1", "voice", *devices, *network],
             env={**environment, **server.environment()},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
         )
         said, mouth = Recorder(server, "pilot_mic.monitor"), Mouth(server, "pilot_mic")
         at_robot, at_pilot = (Recorder(server, f"{name}_speaker.monitor") for name in ("robot", "pilot"))
         try:
             return _measure(robot, node.pid, said, mouth, at_robot, at_pilot)
+        except RuntimeError as error:
+            raise RuntimeError(f"{error}\n{log.read_text()}") from error
         finally:
             for part in (said, mouth, at_robot, at_pilot):
                 part.close()
@@ -98,7 +105,7 @@ def _measure(
         time.sleep(period)
         return at_robot.level(2.0) > 0.005 and at_pilot.level(2.0) > 0.005
 
-    wait_for(heard, "sound on both sides")
+    wait_for(heard, "sound on both sides", 90.0)
     to_robot: list[tuple[float, float, float]] = []
     to_pilot: list[tuple[float, float, float]] = []
     begin, busy = time.monotonic(), _processor(node)

@@ -21,7 +21,7 @@ from telepresence import processes
 from telepresence.audio.pipeline import Gst
 
 RATE = 48000
-SINKS = ("pilot_mic", "pilot_speaker", "robot_speaker")
+SINKS = ("pilot_mic", "pilot_speaker", "robot_mic", "robot_speaker")
 START_TIMEOUT = 20.0
 
 

@@ -15,15 +15,14 @@ import numpy as np
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import Gst, KeptPipeline
+from telepresence.audio.schedule import Schedule
 
 PORT = 10001
 CODECS = ("l16", "opus")
 LEAD = 0.012
 """Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
 MAX_LEAD = 0.1
-"""More than this much sound in advance is thrown away [s]: blocks came in a burst after a pause."""
-_PULL = 0.05
-"""Share of a block's lateness that moves the schedule: follows the robot's clock, not single late blocks."""
+"""A block that would wait longer [s] is thrown away: blocks came in a burst after a pause."""
 _GAP = 4_000_000
 """A hole longer than this [ns] becomes silence of its length; by default holes below 40 ms are cut out, which shifts
 everything after a lost packet."""
@@ -60,7 +59,7 @@ class RtpSender:
         on_level: Callable[[float], None] = lambda level: None,
     ) -> None:
         self._rate = rate
-        self._due: float | None = None
+        self._schedule = Schedule(LEAD, MAX_LEAD)
         self._lock = threading.Lock()
         description = (
             "appsrc name=in is-live=true format=time max-bytes=0 "
@@ -86,18 +85,14 @@ class RtpSender:
         if clock is None:
             return
         # GStreamer's system clock and time.monotonic() are the same clock.
-        now = arrival - base / Gst.SECOND
         with self._lock:
-            wanted = now + LEAD
-            fresh = self._due is None or self._due < now or self._due > now + MAX_LEAD
-            due = wanted if fresh else self._due + _PULL * (wanted - self._due)
-            self._due = due + len(block) / self._rate
-        if due < 0.0:
+            due, seam = self._schedule.place(arrival - base / Gst.SECOND, len(block) / self._rate)
+        if due is None or due < 0.0:
             return
         buffer = Gst.Buffer.new_wrapped(np.ascontiguousarray(block).tobytes())
         buffer.pts = int(due * Gst.SECOND)
         buffer.duration = len(block) * Gst.SECOND // self._rate
-        if fresh:
+        if seam:
             buffer.set_flags(Gst.BufferFlags.DISCONT)
         source.emit("push-buffer", buffer)
 
@@ -106,7 +101,7 @@ class RtpSender:
         for name, value in zip(("host", "port"), self._target, strict=True):
             out.set_property(name, value)
         with self._lock:
-            self._due = None
+            self._schedule.forget()
 
 
 class RtpPlayer:

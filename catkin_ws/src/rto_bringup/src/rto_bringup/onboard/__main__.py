@@ -1,6 +1,6 @@
-"""Command line of what runs on the robot: `python -m rto_bringup.onboard drive|camera`. Until SIGINT or SIGTERM.
+"""Command line of what runs on the robot: `python -m rto_bringup.onboard drive|camera|sound`. Until SIGINT or SIGTERM.
 
-The two roles are imported only when asked for: the drive server runs where aiortc is not installed.
+The roles are imported only when asked for: the drive server runs where aiortc is not installed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import signal
 import sys
 from collections.abc import Sequence
 
-DRIVE_PORT, CAMERA_PORT = 8082, 8083
+DRIVE_PORT, CAMERA_PORT, SOUND_PORT = 8082, 8083, 8084
 ROBOT = LOOPBACK = "127.0.0.1"
 
 
@@ -34,7 +34,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     roles = parser.add_subparsers(dest="role", required=True)
     drive = roles.add_parser("drive", help="takes velocities by UDP, gates them with the robot's own sensors")
     camera = roles.add_parser("camera", help="sends the camera's pictures by WebRTC")
-    for role, port, run in ((drive, DRIVE_PORT, run_drive), (camera, CAMERA_PORT, run_camera)):
+    sound = roles.add_parser("sound", help="talks with the pilot by WebRTC: the robot's microphone and loudspeaker")
+    ports = ((drive, DRIVE_PORT, run_drive), (camera, CAMERA_PORT, run_camera), (sound, SOUND_PORT, run_sound))
+    for role, port, run in ports:
         role.add_argument(
             "--address",
             help=f"where to listen: this robot's address in the pilot's network, 0.0.0.0 for all (default: {LOOPBACK}, "
@@ -55,6 +57,11 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "--copy-paste", action="store_true", help="print the offer and read the answer, instead of serving by HTTP"
     )
     camera.add_argument("--time", action="store_true", help="copy and paste: draw the time into the pictures")
+    for end in ("microphone", "speaker"):
+        sound.add_argument(
+            f"--{end}", default="auto", metavar="DEVICE",
+            help="auto, none, test, alsa:DEVICE, or a name of the sound server (default: %(default)s)",
+        )  # fmt: skip
     return parser.parse_args(arguments)
 
 
@@ -66,6 +73,25 @@ def run_drive(options: argparse.Namespace) -> int:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
         return server.run()
+
+
+def run_sound(options: argparse.Namespace) -> int:
+    from rto_bringup.onboard.sound_server import SoundServer, serve_sound
+
+    async def talk() -> None:
+        server = SoundServer(options.microphone, options.speaker)
+        ready = "sound server listens on {}".format
+        work = asyncio.ensure_future(
+            serve_sound(server, options.address or LOOPBACK, options.port, lambda url: print(ready(url), flush=True))
+        )
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, work.cancel)
+        with contextlib.suppress(asyncio.CancelledError):
+            await work
+
+    asyncio.run(talk())
+    return 0
 
 
 def run_camera(options: argparse.Namespace) -> int:

@@ -134,7 +134,7 @@ class CameraServer:
             raise web.HTTPServiceUnavailable(text=f"{MAX_RECEIVERS} receivers are connected, which is the limit\n")
         try:
             offer = (await request.read()).decode()
-            number, answer = await self.answer(offer, _local_address(request), request.query.get("time") == "1")
+            number, answer = await self.answer(offer, local_address(request), request.query.get("time") == "1")
         except ValueError as error:
             raise web.HTTPBadRequest(text=f"{error}\n") from None
         return web.Response(
@@ -198,7 +198,7 @@ async def _hear_goodbye(signaling: CopyAndPasteSignaling) -> None:
     await asyncio.Event().wait()
 
 
-def _local_address(request: web.Request) -> str | None:
+def local_address(request: web.Request) -> str | None:
     """Of this machine, where the request came in."""
     name = request.transport.get_extra_info("sockname") if request.transport else None
     if not name:

@@ -1,0 +1,83 @@
+"""The node rto_voice: the pilot speaks through a Robotino and hears what it hears, by WebRTC.
+
+The robot's end is the sound server that runs on it (`python -m rto_bringup.onboard sound`).
+Topics and services: see `telepresence_1.voice_surface`.
+Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless given; ~microphone, ~speaker ("auto"): see
+            `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import rospy
+from telepresence_1.voice_surface import LEVEL_PERIOD, Level, VoiceSurface
+
+from rto_node.ros_node import RosNode
+from rto_node.webrtc_sound import RobotSound
+from telepresence.audio.loudspeaker import Loudspeaker
+from telepresence.audio.microphone import Microphone
+from telepresence.webrtc_sound import RATE
+
+
+class Voice:
+    """Joins microphone and loudspeaker with the robot's sound server."""
+
+    def __init__(self) -> None:
+        self._node = RosNode("rto_voice")
+        logging.getLogger("aioice").setLevel(logging.WARNING)
+        self._levels = (Level(), Level())
+        try:
+            self._robot = RobotSound(str(rospy.get_param("~server", "127.0.0.1")), self._heard)
+        except ValueError as error:
+            raise SystemExit(f"{rospy.get_name()}: {error}") from None
+        microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
+        self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
+        self._loudspeaker = Loudspeaker(speaker, RATE, on_level=self._levels[1].put)
+        self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        parts = (self._robot, self._loudspeaker, self._microphone)
+        try:
+            for part in parts:
+                part.start()
+            self._surface.run(self._node.cycles(LEVEL_PERIOD))
+        finally:
+            for part in parts:
+                part.close()
+
+    def _heard(self, frames: bytes) -> None:
+        self._loudspeaker.push(frames)
+
+    # --- for the surface ---------------------------------------------------------------------------------------------
+
+    def levels(self) -> tuple[float, float]:
+        return self._levels[0].now, self._levels[1].now
+
+    def describe(self) -> tuple[str, str]:
+        problem = self._robot.problem
+        robot = self._loudspeaker.pipeline.problem or problem or ("muted" if self._loudspeaker.muted else "live")
+        return self._microphone.pipeline.problem or problem or "live", robot
+
+    def figures(self) -> dict[str, object]:
+        return {"connections": self._robot.connections, "frames heard": self._robot.frames}
+
+    def open_microphone(self, opened: bool) -> None:
+        self._robot.open = opened
+
+    def mute_speaker(self, muted: bool) -> None:
+        self._loudspeaker.muted = muted
+
+    def choose_microphone(self, device: str) -> None:
+        self._microphone.choose(device)
+
+    def choose_speaker(self, device: str) -> None:
+        self._loudspeaker.choose(device)
+
+
+def main() -> int:
+    return Voice().run()

@@ -1,0 +1,112 @@
+"""Pilot and Robotino hear each other by WebRTC: the node `rto_voice`, the robot's sound server, no sound card."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
+
+from sound_lab import RATE, Mouth, Recorder, SoundServer, match, sentence
+
+pytestmark = pytest.mark.ros
+
+PILOT_SAYS = "Good morning, this is the pilot. May I come in?"
+ROBOT_HEARS = "Hello robot, please be careful, the cat is asleep."
+LIVE = "you: live; robot: live"
+
+
+class Rig:
+    def __init__(self, graph, folder: Path) -> None:
+        self.graph = graph
+        self.server = SoundServer(folder)
+        graph.environment.update(self.server.environment())
+        self.port = graph.free_port()
+        self.robot = self.start_robot()
+        node = str(graph.workspace / "lib" / "rto_node" / "rto_voice")
+        devices = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker")
+        self.node = graph.run(node, f"_server:=127.0.0.1:{self.port}", *devices)
+        self.probe = graph.probe()
+        self.probe.watch("/voice/state", "std_msgs/String", ["data"])
+        self.ears = {
+            name: Recorder(self.server, f"{name}.monitor")
+            for name in ("pilot_mic", "pilot_speaker", "robot_mic", "robot_speaker")
+        }
+        self.mouths = {name: Mouth(self.server, name) for name in ("pilot_mic", "robot_mic")}
+
+    def start_robot(self):
+        program = self.graph.run(
+            *(sys.executable, "-m", "rto_bringup.onboard", "sound", "--port", str(self.port)),
+            *("--microphone", "robot_mic.monitor", "--speaker", "robot_speaker"),
+        )
+        program.wait_for("sound server listens on")
+        return program
+
+    def state(self) -> str:
+        return self.probe.newest("/voice/state")[0]
+
+    def likeness(self) -> dict[str, tuple[float, float]]:
+        """Both speak at once; (likeness, delay [s]) each way."""
+        sounds = {"pilot": sentence(PILOT_SAYS), "robot": sentence(ROBOT_HEARS, "en-gb")}
+        for _attempt in range(4):
+            begin = time.monotonic()
+            for name, sound in sounds.items():
+                self.mouths[f"{name}_mic"].say(sound)
+            time.sleep(max(map(len, sounds.values())) / RATE + 2.0)
+            end, found = time.monotonic(), {}
+            for (name, sound), other in zip(sounds.items(), ("robot_speaker", "pilot_speaker"), strict=True):
+                clean, place = match(sound, self.ears[f"{name}_mic"].between(begin, end))
+                if clean > 0.98:
+                    found[name] = match(sound, self.ears[other].between(begin + place, end))
+            if len(found) == 2:
+                return found
+        pytest.fail("the sound server stutters: a microphone itself did not get its sentence")
+
+    def close(self) -> None:
+        for part in (*self.ears.values(), *self.mouths.values()):
+            part.close()
+        self.node.end()
+        self.robot.end()
+        self.server.close()
+
+
+@pytest.fixture(scope="module")
+def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -> Iterator[Rig]:
+    rig = Rig(graph, tmp_path_factory.mktemp("sound"))
+    try:
+        until_true(lambda: rig.state() == LIVE, f"sound both ways; {rig.node.output}")
+        yield rig
+    finally:
+        rig.close()
+
+
+def test_both_sides_hear_each_other_at_once(rig: Rig) -> None:
+    found = rig.likeness()
+    print(found)
+    assert min(likeness for likeness, _ in found.values()) >= 0.9, found
+
+
+def test_a_robot_that_died_is_found_again(rig: Rig, until_true: Callable) -> None:
+    rig.robot.kill()
+    until_true(lambda: rig.state() != LIVE, "the loss is told")
+    rig.robot = rig.start_robot()
+    until_true(lambda: rig.state() == LIVE, "sound again")
+    assert min(likeness for likeness, _ in rig.likeness().values()) > 0.8
+
+
+def test_a_second_pilot_and_nonsense_are_refused(rig: Rig) -> None:
+    url = f"http://127.0.0.1:{rig.port}/sound"
+    status = json.loads(urllib.request.urlopen(url, timeout=5).read())
+    assert status == {"pilots": 1, "microphone": "", "loudspeaker": ""}
+    for body, kind, code in ((b"v=0", "application/sdp", 503), (b"hello", "text/plain", 415)):
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(urllib.request.Request(url, body, {"Content-Type": kind}), timeout=5)
+        assert refused.value.code == code
+    assert rig.state() == LIVE
