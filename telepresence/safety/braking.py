@@ -5,8 +5,8 @@ c = n·v/|v| of its length is allowed if
 
     c (|v| tau + |v|²/2a) + (m_ahead - m_beside) c²  <=  d - m_beside
 
-or if the strip that the outline sweeps along v passes it at m_passing or more. Something that comes nearer by itself at a speed
-w takes w (tau + |v|/a) more: the robot stands when it arrives.
+or if the strip that the outline sweeps along v passes it at m_passing or more. Something that comes nearer by itself
+at a speed w takes w (tau + |v|/a) more: the robot stands when it arrives.
 
 Left: what reacting and then braking along v takes off the distance, and the wider margin for driving straight at
 something. The distance to a convex outline along a straight line is convex, so its slope at the start bounds what is

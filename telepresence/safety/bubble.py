@@ -1,8 +1,8 @@
 """The bubble of the Robotino guide, kept as it is to be measured against. Not for driving a robot.
 
 Nine points around the robot, a circle, and one prediction: a command that leaves a point inside the circle is replaced
-by its turning alone. It acts only when a command comes, keeps no memory, looks at no time stamp and predicts no turning.
-What follows from that is in its tests, one for each known failure.
+by its turning alone. It acts only when a command comes, keeps no memory, looks at no time stamp and predicts no
+turning.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ClampLimits:
 
 
 def clamp(value: float, largest: float, smallest: float) -> float:
-    """The guide's mapping of one axis: a magnitude above `largest` is cut to it, else one below `smallest` is raised."""
+    """The guide's mapping of one axis: a size above `largest` is cut to it, else one below `smallest` is raised."""
     size = abs(value)
     if size > largest:
         return math.copysign(largest, value)

@@ -1,4 +1,4 @@
-"""From the pilot's command to the velocity that may go out: caps, swing, turning, obstacles, ramp, and the words for it."""
+"""From the pilot's command to the velocity that may go out: caps, swing, turning, obstacles, ramp, and the words."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from .braking import stopping_distance, turning_rate
+from .braking import turning_rate
 from .messages import SECTORS, Command, Decision, State, in_words, sector_of
 from .poses import TURN_ARM
 from .profile import RobotProfile
-from .surroundings import Surroundings
 from .swing import BodySwing
 from .verdict import Verdict
 from .view import View
@@ -28,13 +27,12 @@ class Drive:
         heading: Direction of the last driving that went out, base_link [rad], and when [s]; None before the first.
     """
 
-    def __init__(self, profile: RobotProfile, place: Surroundings) -> None:
+    def __init__(self, profile: RobotProfile) -> None:
         self._limits = profile.limits
-        self._place = place
         self._swing = BodySwing(profile.swing) if profile.swing else None
         self._verdict = Verdict()
         self._top_turn = profile.top_turn
-        self._speed = self._turn = self._output_turn = 0.0
+        self._speed = self._turn = 0.0
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
@@ -44,7 +42,7 @@ class Drive:
 
     def halt(self, state: State, reason: str, command_age: float, view: View | None) -> Decision:
         """Zero, and why."""
-        self._speed = self._turn = self._output_turn = 0.0
+        self._speed = self._turn = 0.0
         self.forget_heading()
         if view is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
@@ -79,11 +77,9 @@ class Drive:
             turn, view.obstacles.room, view.obstacles.levers, limits.reaction, limits.braking_turn
         )
         turned = safe_turn / turn if turn else 1.0
-        capped, cause = self._cap(vx, vy, view)
-        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
-        self._output_turn = safe_turn
-        free = view.guard(room, turns).nearest_allowed(*capped)
-        given, second_cause = self._cap(*free, view)
+        capped, cause = _cap(vx, vy, view)
+        free = view.guard(room).nearest_allowed(*capped)
+        given, second_cause = (free, "") if free == capped else _cap(*free, view)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""
         elif second_cause:
@@ -115,22 +111,6 @@ class Drive:
             offset,
         )
 
-    def _cap(self, vx: float, vy: float, view: View) -> tuple[tuple[float, float], str]:
-        """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
-        speed = math.hypot(vx, vy)
-        if speed == 0.0:
-            return (0.0, 0.0), ""
-        sector = sector_of(math.atan2(vy, vx))
-        cap, cause = float(view.caps[sector]), ""
-        if cap < speed:
-            cause = view.why(sector)
-        unseen = self._limits.unseen_speed
-        if min(speed, cap) > unseen:
-            strip = stopping_distance(cap, self._limits.reaction, self._limits.braking) + self._limits.margin_ahead
-            if not self._place.strip_seen(vx / speed, vy / speed, strip):
-                cap, cause = unseen, "Slow: the floor there has not been seen yet."
-        return shorten(vx, vy, cap), cause
-
     def _explain(self, state: State, cause: str, speed: float, view: View, index: int | None) -> str:
         if state is State.CLEAR:
             return "Free."
@@ -141,6 +121,16 @@ class Drive:
         if state is State.BLOCKED:
             return f"Blocked by an obstacle {view.describe(index)}. {_offer(view.allowed())}"
         return f"Slowed to {speed:.2f} m/s by an obstacle {view.describe(index)}."
+
+
+def _cap(vx: float, vy: float, view: View) -> tuple[tuple[float, float], str]:
+    """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
+    speed = math.hypot(vx, vy)
+    if speed == 0.0:
+        return (0.0, 0.0), ""
+    sector = sector_of(math.atan2(vy, vx))
+    cap = float(view.caps[sector])
+    return shorten(vx, vy, cap), view.why(sector) if cap < speed else ""
 
 
 def shorten(vx: float, vy: float, longest: float) -> tuple[float, float]:

@@ -41,7 +41,7 @@ class VelocityGate:
         self._commands = CommandWatch(profile.limits)
         self._watches = {source.name: SourceWatch(source, profile.limits) for source in profile.sources}
         self._place = Surroundings(profile)
-        self._drive = Drive(profile, self._place)
+        self._drive = Drive(profile)
         self._stop = StopLatch()
         self._bumper = BumperLatch()
         self._now = -math.inf

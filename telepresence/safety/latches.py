@@ -1,4 +1,4 @@
-"""Stops that last until a person lets them go: no robot starts by itself after a bump or a stop (ISO 3691-4, 4.1.14)."""
+"""Stops that last until a person lets them go: no robot starts by itself after a bump or stop (ISO 3691-4, 4.1.14)."""
 
 from __future__ import annotations
 

@@ -14,11 +14,10 @@ from .plane import squared_distances, squared_lengths
 from .scan import Scan
 
 FIRST_LIFETIME = 3.0
-"""How long a single sighting is kept; each further one doubles it, up to the lifetime. Things that stand are seen again;
-noise, and what somebody's legs leave behind, isn't: up to `BELIEVED` sightings it ages at a standstill too. Longer than
-a to and fro of the careful scan [s]."""
+"""How long a single sighting is kept; each further one doubles it, up to the lifetime. Things that stand are seen
+again; noise, and what somebody's legs leave behind, isn't. Longer than a to and fro of the careful scan [s]."""
 BELIEVED = 3
-"""So many sightings at the end of a sensor's range make an obstacle; a nearer one does at once."""
+"""What was seen no more often than this ages at a standstill too."""
 CAPACITY = 128
 REACH = 1.5
 """Sightings farther from the robot than this are not kept [m]."""
@@ -51,7 +50,7 @@ class Moment(NamedTuple):
     driven: float
 
 
-_X, _Y, _FIRST_X, _FIRST_Y, _DRIVEN, _UNTIL, _YOUNG_UNTIL, _SIGHTINGS, _MISSES, _WIDTH, _DOUBTFUL = range(11)
+_X, _Y, _FIRST_X, _FIRST_Y, _DRIVEN, _UNTIL, _YOUNG_UNTIL, _SIGHTINGS, _MISSES, _WIDTH = range(10)
 _PLACE, _FIRST = slice(_X, _Y + 1), slice(_FIRST_X, _FIRST_Y + 1)
 
 
@@ -67,7 +66,7 @@ class ObstacleMemory:
         self.clear()
 
     def clear(self) -> None:
-        self._table = np.empty((0, 11))
+        self._table = np.empty((0, 10))
 
     def __len__(self) -> int:
         return len(self._table)
@@ -86,11 +85,6 @@ class ObstacleMemory:
     def sightings(self) -> np.ndarray:
         """(n,) how often each was seen."""
         return self._table[:, _SIGHTINGS]
-
-    @property
-    def sure(self) -> np.ndarray:
-        """(n,) false for those only seen a few times from so far away that it may have been noise."""
-        return self._table[:, _DOUBTFUL] == 0.0
 
     def integrate(self, scan: Scan, robot: np.ndarray, moment: Moment) -> None:
         """Take in one scan.
@@ -131,10 +125,10 @@ class ObstacleMemory:
         """Average returns into known points, append the others. Returns which of the known points were seen."""
         table = self._table
         seen = np.zeros(len(table), bool)
-        hits, beams, far = scan.hits, scan.directions[scan.hit], scan.ranges[scan.hit] > scan.sure_range
+        hits, beams = scan.hits, scan.directions[scan.hit]
         near = squared_lengths(hits - robot) < REACH * REACH
         if not near.all():
-            hits, beams, far = hits[near], beams[near], far[near]
+            hits, beams = hits[near], beams[near]
         if not len(hits):
             return seen
         new = np.ones(len(hits), bool)
@@ -144,24 +138,20 @@ class ObstacleMemory:
             along = offset[:, 0] * beams[:, 0] + offset[:, 1] * beams[:, 1]
             across = offset[:, 1] * beams[:, 0] - offset[:, 0] * beams[:, 1]
             known = (along / SAME_ALONG) ** 2 + (across / SAME_ACROSS) ** 2 < 1.0
-            self._see(nearest[known], hits[known], far[known], moment)
+            self._see(nearest[known], hits[known], moment)
             seen[nearest[known]] = True
             new = ~known
         if new.any():
-            rows = _rows(hits[new], moment, self._lifetime, THROUGH)
-            rows[:, _DOUBTFUL] = far[new]
-            self._table = np.concatenate([table, rows])
+            self._table = np.concatenate([table, _rows(hits[new], moment, self._lifetime, THROUGH)])
         return seen
 
-    def _see(self, which: np.ndarray, hits: np.ndarray, far: np.ndarray, moment: Moment) -> None:
+    def _see(self, which: np.ndarray, hits: np.ndarray, moment: Moment) -> None:
         """Known points are seen again, at `hits`."""
         rows = self._table[which]
         rows[:, _SIGHTINGS] += 1.0
         sightings = rows[:, _SIGHTINGS]
-        better = (rows[:, _DOUBTFUL] > 0.0) & ~far
-        weight = np.where(better, 1.0, np.maximum(1.0 / sightings, NEWEST))
+        weight = np.maximum(1.0 / sightings, NEWEST)
         rows[:, _PLACE] += weight[:, None] * (hits - rows[:, _PLACE])
-        rows[better | (sightings >= BELIEVED), _DOUBTFUL] = 0.0
         kept = np.minimum(FIRST_LIFETIME * 2.0 ** (sightings - 1.0), self._lifetime)
         rows[:, _UNTIL] = np.maximum(rows[:, _UNTIL], moment.age + kept)
         rows[:, _YOUNG_UNTIL] = np.where(sightings <= BELIEVED, moment.now + kept, np.inf)
@@ -181,16 +171,16 @@ class ObstacleMemory:
         point, beam = np.nonzero(across < self._table[doubted, _WIDTH, None])
         offset = points[point] - scan.origins[beam]
         along = np.einsum("ij,ij->i", offset, ahead[beam])
-        through = (along > scan.min_range) & (along + FARTHER < scan.free[beam])
+        through = (along > scan.min_range[beam]) & (along + FARTHER < scan.free[beam])
         missed = np.zeros(len(doubted), bool)
         missed[point[through]] = True
         self._table[doubted[missed], _MISSES] += 1.0
 
 
 def _rows(points: np.ndarray, moment: Moment, lifetime: float, width: float) -> np.ndarray:
-    rows = np.empty((len(points), 11))
+    rows = np.empty((len(points), 10))
     rows[:, _PLACE] = rows[:, _FIRST] = points
     rows[:, _DRIVEN:] = (
-        moment.driven, moment.age + lifetime, moment.now + FIRST_LIFETIME, 1.0, 0.0, width, 0.0,
+        moment.driven, moment.age + lifetime, moment.now + FIRST_LIFETIME, 1.0, 0.0, width,
     )  # fmt: skip
     return rows

@@ -17,6 +17,8 @@ from .scan import Scan
 
 REACH = 2.5
 """Farther movers don't matter yet [m]."""
+OFTEN = 0.09
+"""Scans that follow sooner than this are left out: persons don't get far in it [s]."""
 BETWEEN = 0.40
 """Scans are compared over at least this time [s] ..."""
 KEEP = 0.8
@@ -59,6 +61,8 @@ class Movers:
             memory: Before the scan is taken into it.
         """
         scans = self._scans.setdefault(name, deque())
+        if scans and stamp - scans[-1][0] < OFTEN:
+            return
         while scans and stamp - scans[0][0] > KEEP:
             scans.popleft()
         earlier = [pair for pair in scans if stamp - pair[0] >= BETWEEN]
@@ -100,7 +104,7 @@ class Movers:
 def _go_on(
     stamp: float, places: np.ndarray, velocities: np.ndarray, guesses: deque[tuple[float, np.ndarray]]
 ) -> np.ndarray:
-    """Which movers have come from an earlier guess the way their velocity says. A leg that flickers stays in its place."""
+    """Which movers have come from an earlier guess the way their velocity says. A leg that flickers stays in place."""
     confirmed = np.zeros(len(places), bool)
     for then, earlier in guesses:
         passed = stamp - then

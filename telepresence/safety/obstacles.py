@@ -9,7 +9,7 @@ import numpy as np
 
 from .braking import Guard
 from .outline import Outline
-from .plane import into_base, squared_lengths
+from .plane import squared_lengths
 from .profile import Limits, RobotProfile
 from .sonar import Echo
 
@@ -21,7 +21,8 @@ INTO_CONE = math.cos(math.radians(50.0))
 """Driving within this angle of a sonar's axis is driving into its cone."""
 BRIDGED = (0.08, 0.30)
 """Neighbours this far apart are joined by a surface: no robot fits between them [m]. So a wall that is seen only where
-beams hit it is a wall between the beams too, and a robot that is pushed into it slides instead of standing."""
+beams hit it is a wall between the beams too, and a robot that is pushed into it slides instead of standing. Where a
+laser looks there is no need: its beams hit a wall everywhere."""
 ON_A_BRIDGE = np.array([0.25, 0.5, 0.75])[:, None, None]
 BRIDGES_WITHIN = 0.25
 """Only obstacles nearer to base_link than the outline and this are joined [m]."""
@@ -60,8 +61,8 @@ class Obstacles:
             velocities: (n, 2) base_link [m/s].
         """
         limits = profile.limits
-        bridges, bridge_drift = _bridges(points, drift, velocities, profile.outline.outer_radius + BRIDGES_WITHIN)
-        if len(bridges):
+        if profile.sparse:
+            bridges, bridge_drift = _bridges(points, drift, velocities, profile.outline.outer_radius + BRIDGES_WITHIN)
             points, drift = np.concatenate([points, bridges]), np.concatenate([drift, bridge_drift])
             velocities = np.concatenate([velocities, np.zeros_like(bridges)])
         distance, normals, levers = profile.outline.measure(points)
@@ -96,25 +97,15 @@ class Obstacles:
             self.gap,
         )
 
-    def guard(
-        self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
-    ) -> Guard:
+    def guard(self, limits: Limits, outline: Outline, room: np.ndarray | None = None) -> Guard:
         """The guard for driving.
 
         Args:
             room: What turning has left of `self.room`.
-            turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
         """
-        points, normals, coming = self.points, self.normals, self.coming
-        passing, least_share = self.passing, self.least_share
-        room = self.room if room is None else room
-        if len(turns) > 1:
-            points, normals = _turned_back(points, turns), _turned_back(normals, turns)
-            room, coming = np.tile(room, len(turns)), np.tile(coming, len(turns))
-            passing, least_share = np.tile(passing, len(turns)), np.tile(least_share, len(turns))
-        extra = limits.margin_ahead - limits.margin_beside
         return Guard(
-            points, normals, room, passing, least_share, coming, extra, limits.reaction, limits.braking,
+            self.points, self.normals, self.room if room is None else room, self.passing, self.least_share, self.coming,
+            limits.margin_ahead - limits.margin_beside, limits.reaction, limits.braking,
             outline.corners, outline.radius,
         )  # fmt: skip
 
@@ -143,8 +134,3 @@ def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
         return speed
     cosine = np.clip(-np.einsum("ij,ij->i", normals, velocities) / np.maximum(speed, 1e-9), -1.0, 1.0)
     return np.clip(speed * np.cos(np.maximum(np.arccos(cosine) - SWERVE, 0.0)), 0.0, FASTEST_PERSON)
-
-
-def _turned_back(vectors: np.ndarray, angles: tuple[float, ...]) -> np.ndarray:
-    """Vectors as seen by a body that has turned by each of the angles [rad], one after the other."""
-    return np.concatenate([into_base(vectors, 0.0, 0.0, angle) for angle in angles])

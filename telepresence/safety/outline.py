@@ -1,4 +1,4 @@
-"""The robot's outline on the floor: how far an obstacle is from it, in which direction, and what turning does to that."""
+"""The robot's outline on the floor: how far an obstacle is from it, in which direction, and what turning does to it."""
 
 from __future__ import annotations
 

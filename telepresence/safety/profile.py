@@ -1,4 +1,4 @@
-"""What the gate knows about a robot: outline, limits, range sensors. `ROBOTINO`, `ROBOTINO_LASER` and `PEPPER` are ready.
+"""What the gate knows about a robot: outline, limits, sensors. `ROBOTINO`, `ROBOTINO_LASER` and `PEPPER` are ready.
 
 A figure measured on one's own robot goes in with `dataclasses.replace`: braking and reaction above all.
 """
@@ -19,6 +19,9 @@ from .outline import Outline
 UNKNOWN = -1.0
 """A range that says nothing. Neither near nor free; drivers fill gaps of a scan with it."""
 
+NARROW = math.radians(3.0)
+"""Beams that stand for no more than this to either side show shapes, and can tell what moves [rad]."""
+
 
 @dataclass(frozen=True, eq=False)
 class RangeSource:
@@ -34,7 +37,6 @@ class RangeSource:
         period: Time between measurements [s].
         spread: Half the angle that a beam stands for [rad]; for a cone its half angle.
         speed: Fastest driving that this source alone is good for [m/s].
-        sure_range: Returns from farther away may be noise, and must be seen again to count [m].
         near_range: Where a cone's "nearer than min_range" is taken to be [m].
         cone: A reading is an arc of `spread` to either side instead of a point.
         frozen_after: Unchanged readings for this long while the robot moves mean that the device hangs [s].
@@ -53,7 +55,6 @@ class RangeSource:
     period: float
     spread: float
     speed: float
-    sure_range: float = math.inf
     near_range: float = 0.0
     cone: bool = False
     frozen_after: float = 2.0
@@ -87,10 +88,9 @@ class Limits:
 
     Args:
         max_speed, max_turn: Fastest driving and turning.
-        unseen_speed: Fastest driving where the strip ahead has not been seen, or no sensor looks.
+        unseen_speed: Fastest driving where no sensor looks: touching something so fast does no harm.
         escape_speed, escape_turn: Fastest motion while a bumper is latched.
         reaction: From an obstacle's being known to the wheels' slowing down: tick, transport, actuation.
-        lag: Longest time after which an output still acts; the body may turn meanwhile.
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
         acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
@@ -109,7 +109,6 @@ class Limits:
     max_turn: float
     unseen_speed: float
     reaction: float
-    lag: float
     braking: float
     braking_turn: float
     escape_speed: float = 0.10
@@ -154,6 +153,11 @@ class RobotProfile:
     limits: Limits
     sources: tuple[RangeSource, ...]
     swing: Swing | None = None
+
+    @cached_property
+    def sparse(self) -> bool:
+        """True if every beam stands for a wide angle: none is narrow enough to show shapes, or what moves."""
+        return all(source.spread > NARROW for source in self.sources)
 
     @cached_property
     def farthest_room(self) -> float:
@@ -209,7 +213,7 @@ def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np
 
 
 INFRARED = ring(
-    "infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, sure_range=0.35, period=0.05, speed=0.20,
+    "infrared", 0.2264, 9, min_range=0.04, max_range=0.40, clear_range=0.30, period=0.05, speed=0.20,
     frozen_after=1.0,
 )  # fmt: skip
 """Robotino's nine distance sensors, 40 degrees apart, 4 to 30 cm; 0.41 m means nothing there (vendor's api2 table).
@@ -223,7 +227,7 @@ LASER = fan(
 
 # Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that relied on.
 _ROBOTINO_LIMITS = Limits(
-    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0
+    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, braking=0.35, braking_turn=2.0
 )
 ROBOTINO = RobotProfile(
     "Robotino",
@@ -241,7 +245,7 @@ PEPPER = RobotProfile(
     "Pepper",
     # Wheel contacts, grown until the bumpers at (0.129, ±0.227) and (-0.251, 0) are inside.
     Outline(((-0.17, 0.0), (0.09, -0.155), (0.09, 0.155)), 0.085),
-    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, lag=0.20, braking=0.24, braking_turn=0.6),
+    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, braking=0.24, braking_turn=0.6),
     (
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
@@ -257,7 +261,7 @@ Deceleration 0.3 m/s² (ALMotion MaxAccXY default), four fifths of it relied on.
 ROBOTINO_LASER = RobotProfile(
     "Robotino with laser",
     ROBOTINO.outline,
-    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0),
+    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, braking=0.35, braking_turn=2.0),
     (LASER, INFRARED),
 )
 """Robotino with a laser all around; falls back to the infrared's speed when the laser is silent."""

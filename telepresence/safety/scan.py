@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,9 +20,8 @@ class Scan:
         origins, directions: (n, 2) [m] and unit vectors.
         ranges: (n,) reading where something was hit, infinity elsewhere [m].
         free: (n,) how far each beam is known to pass [m].
-        sure_range: A return from farther than this may be noise [m].
         known: (beams,) which beams of the source said something.
-        min_range: Nearer than this the beams see nothing [m].
+        min_range: (n,) nearer than this the beams see nothing [m].
     """
 
     origins: np.ndarray
@@ -29,8 +29,7 @@ class Scan:
     ranges: np.ndarray
     free: np.ndarray
     known: np.ndarray
-    min_range: float
-    sure_range: float
+    min_range: np.ndarray
 
     @cached_property
     def hit(self) -> np.ndarray:
@@ -47,7 +46,15 @@ class Scan:
         c, s = math.cos(theta), math.sin(theta)
         rotation = np.array([[c, s], [-s, c]])
         origins, directions = self.origins @ rotation + (x, y), self.directions @ rotation
-        return Scan(origins, directions, self.ranges, self.free, self.known, self.min_range, self.sure_range)
+        return Scan(origins, directions, self.ranges, self.free, self.known, self.min_range)
+
+
+def together(scans: Sequence[Scan]) -> Scan:
+    """Several scans of one frame as one, for those to whom it is the same who has seen something."""
+    if len(scans) == 1:
+        return scans[0]
+    names = ("origins", "directions", "ranges", "free", "known", "min_range")
+    return Scan(*(np.concatenate([getattr(scan, name) for scan in scans]) for name in names))
 
 
 def scan_of_ranges(source: RangeSource, ranges: np.ndarray) -> Scan | None:
@@ -83,4 +90,4 @@ def _scan(source: RangeSource, origins: np.ndarray, directions: np.ndarray, rang
     hit = ranges < source.max_range
     free = np.where(hit, ranges, source.clear_range)
     ranges = np.where(hit, ranges, math.inf)
-    return Scan(origins, directions, ranges, free, known, source.min_range, source.sure_range)
+    return Scan(origins, directions, ranges, free, known, np.full(len(ranges), source.min_range))

@@ -1,4 +1,4 @@
-"""What is known about the place: obstacles and seen floor in the odometry frame, fed by scans, bumps and driving."""
+"""What is known about the place: obstacles in the odometry frame, fed by scans, bumps and driving."""
 
 from __future__ import annotations
 
@@ -6,27 +6,22 @@ import math
 
 import numpy as np
 
-from .coverage import SeenFloor
 from .memory import Moment, ObstacleMemory
 from .messages import Odometry
 from .movers import Movers
 from .plane import from_base, into_base, squared_lengths
 from .poses import PoseHistory
-from .profile import RobotProfile
+from .profile import NARROW, RangeSource, RobotProfile
 from .scan import Scan, together
 from .sonar import Echo, Echoes
 from .watchdogs import Health, SourceWatch
 
-NARROW = math.radians(3.0)
-"""Beams that stand for no more than this to either side can tell what moves [rad]."""
 STANDSTILL_AGES = 0.2
 """Memory ages this fast while the robot stands."""
 LONGEST_TICK = 0.25
 """A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
 OVERRUN = 0.03
 """What is remembered farther inside the outline than this isn't there: the robot is [m]."""
-MOVED, TURNED = 0.03, 0.02
-"""Seen floor is noted again once the robot has come this far [m, rad]."""
 FASTEST = 2.0
 """Odometry that moves faster than this has been reset [m/s]."""
 BUMP_WIDTH = math.radians(45.0)
@@ -47,10 +42,7 @@ class Surroundings:
         self._memory = ObstacleMemory(profile.limits.memory)
         self._echoes = Echoes()
         self._movers = Movers()
-        limits = profile.limits
-        self._floor = SeenFloor(profile.outline) if limits.unseen_speed < limits.max_speed else None
         self._waiting: dict[str, tuple[float, Scan]] = {}
-        self._looked: dict[str, Odometry] = {}
         self._clock = 0.0
 
     def put(self, name: str, stamp: float, scan: Scan) -> None:
@@ -79,9 +71,6 @@ class Surroundings:
         self._echoes.clear()
         self._movers.clear()
         self._waiting.clear()
-        self._looked.clear()
-        if self._floor:
-            self._floor.clear()
 
     def look(self, now: float, watches: dict[str, SourceWatch]) -> None:
         """Take in the scans that wait, and drop what stale cones said."""
@@ -89,6 +78,7 @@ class Surroundings:
         position = np.array([pose.x, pose.y])
         moment = Moment(now, self._clock, self.poses.driven)
         beams: list[Scan] = []
+        cones: list[tuple[RangeSource, Scan]] = []
         for name, (stamp, scan) in self._waiting.items():
             watch = watches[name]
             watch.compare(stamp, scan, self.poses.moved)
@@ -96,20 +86,18 @@ class Surroundings:
                 continue
             placed = scan.seen_from(*self.poses.at(stamp))
             if watch.source.cone:
-                self._echoes.look(watch.source, placed, self._memory.points)
+                cones.append((watch.source, placed))
                 continue
             if watch.source.spread <= NARROW:
                 self._movers.look(name, stamp, placed, position, self._memory)
             beams.append(placed)
-            if self._floor and self._has_moved(name, pose):
-                self._floor.look(placed, self._clock)
         self._waiting.clear()
         if beams:
             self._memory.integrate(together(beams), position, moment)
+        for source, scan in cones:
+            self._echoes.look(source, scan, self._memory.points)
         self._memory.limit(position, moment)
         self._drop_overrun(pose, position)
-        if self._floor:
-            self._floor.stand(pose.x, pose.y, pose.theta, self._clock)
         for name, watch in watches.items():
             if watch.source.cone and watch.health(now) is not Health.LIVE:
                 self._echoes.forget(name)
@@ -145,15 +133,6 @@ class Surroundings:
         moment = Moment(now, self._clock, self.poses.driven)
         self._memory.add(from_base(felt, pose.x, pose.y, pose.theta), moment, lifetime)
         return bearing
-
-    def _has_moved(self, name: str, pose: Odometry) -> bool:
-        """True if a source sees new floor; one scan of a place is enough."""
-        last = self._looked.get(name)
-        if last is not None and math.hypot(pose.x - last.x, pose.y - last.y) < MOVED:
-            if abs(math.remainder(pose.theta - last.theta, math.tau)) < TURNED:
-                return False
-        self._looked[name] = pose
-        return True
 
     def _drop_overrun(self, pose: Odometry, position: np.ndarray) -> None:
         """Take back what is remembered where the robot stands."""
@@ -202,8 +181,3 @@ class Surroundings:
             Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
             for echo in self._echoes
         ]
-
-    def strip_seen(self, ux: float, uy: float, length: float) -> bool:
-        """True if the floor that driving `length` [m] along (ux, uy) in base_link would sweep has been looked at."""
-        pose = self.poses.newest
-        return self._floor is None or self._floor.strip_seen((pose.x, pose.y, pose.theta), ux, uy, length, self._clock)
