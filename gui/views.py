@@ -56,8 +56,11 @@ class Views(QObject):
         )  # fmt: skip
         window.around.set_robot(self.robot.outline, self.robot.top_speed, self.robot.reach)
         window.robotPanel.set_robot(self.robot.speaks, self.robot.postures)
-        if self.robot.tablet is None:
-            window.deck.removeTab(window.deck.indexOf(window.tabletPage))
+        for page, wanted in (
+            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, self.robot.tablet),
+        ):  # fmt: skip
+            if not wanted:
+                window.deck.removeTab(window.deck.indexOf(page))
         for name in READINGS:
             if link.has(name):
                 link.channel(name).arrived.connect(self.show_reading)

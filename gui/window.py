@@ -94,6 +94,7 @@ class OperatorWindow(QMainWindow):
     terminalPage: QWidget
     terminalLabel: QLabel
     terminalFrame: QFrame
+    robotPage: QWidget
     robotPanel: RobotPanel
     sound: SoundPanel
     tablet: VideoView
