@@ -111,9 +111,10 @@ async def _send_pictures(options: argparse.Namespace, source) -> int:
 
     server = CameraServer(source)
     if options.copy_paste:
-        work = asyncio.ensure_future(server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time))
+        work = server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time)
     else:
-        work = asyncio.ensure_future(serve(server, options.address or LOOPBACK, options.port, _announce))
+        work = serve(server, options.address or LOOPBACK, options.port, _announce)
+    work = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, work.cancel)

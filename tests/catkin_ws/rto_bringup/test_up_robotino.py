@@ -1,0 +1,115 @@
+"""`./stack up robotino` as a whole: the window shows the camera by WebRTC, W drives, release stops, and the gate that
+says so runs on the robot.
+
+One station serves all tests of this file, which run in order.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from telepresence import processes
+from telepresence.virtual_display import grab
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
+
+ROOT = Path(__file__).resolve().parents[3]
+HEADING = ("60", "84")
+"""A place in the window that takes the keyboard and does nothing else [pixel]."""
+
+
+class Station:
+    def __init__(self, graph) -> None:
+        graph.environment.pop("DISPLAY", None)
+        self.environment = graph.environment
+        ports = ("robotino_port", "drive_port", "camera_port", "screen_port")
+        self.program = graph.run(
+            str(ROOT / "stack"), "up", "robotino", *(f"{name}:={graph.free_port()}" for name in ports)
+        )
+        self.probe = graph.probe()
+        self.probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
+        self.probe.watch("/rto3/safety", "telepresence_1/SafetyState", ["state", "reason", "vx", "len(allowed)"])
+        self.probe.watch("/rto3/camera_state", "std_msgs/String", ["data"])
+        self.program.wait_for("first picture")
+
+    @property
+    def screen(self) -> Path:
+        """The folder that the station's Xvfb writes its screen to."""
+        for pid in processes.descendants(self.program.process.pid):
+            words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
+            if words[0] == "Xvfb":
+                return Path(words[words.index("-fbdir") + 1])
+        pytest.fail("the station has no virtual display")
+
+    def xdotool(self, *words: str) -> None:
+        display = re.search(r"virtual one \((:\d+)\)", self.program.output).group(1)
+        subprocess.run(["xdotool", *words], env={**self.environment, "DISPLAY": display}, check=True, timeout=30)
+
+    def place(self) -> list[float]:
+        """Of the robot in the world [x, y] [m]."""
+        return self.probe.latest("/truth")
+
+    def safety(self) -> str:
+        return self.probe.latest("/rto3/safety")[0]
+
+
+@pytest.fixture(scope="module")
+def station(graph):
+    return Station(graph)
+
+
+def test_the_window_shows_the_camera_by_webrtc(station, until_true):
+    def colours() -> int:
+        left_half = grab(station.screen)[130:600:4, 40:660:4]
+        return len(np.unique(left_half.reshape(-1, 3) // 16, axis=0))
+
+    until_true(lambda: colours() > 60, "a picture with many colours")
+    assert station.probe.newest("/rto3/camera_state") == ["live"]
+    nodes = station.probe.nodes()
+    assert {"/rto3/rto_camera_receiver", "/rto3/rto_drive_link"} <= set(nodes)
+    assert "/rto3/safe_omni_drive" not in nodes, "one gate, on the robot"
+
+
+def test_w_drives_and_its_release_stops(station, until_true):
+    until_true(lambda: station.safety() == "no command", "the gate on the robot is ready")
+    begin = station.place()
+    station.xdotool("mousemove", *HEADING, "click", "1")
+    station.xdotool("keydown", "w")
+    try:
+        until_true(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
+        assert station.safety() in ("clear", "limited")
+    finally:
+        station.xdotool("keyup", "w")
+    until_true(lambda: station.safety() == "no command", "nobody drives")
+    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+
+
+def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):
+    call = station.probe.call
+    assert call("/rto3/stop_drive", "std_srvs/Trigger", {})[1]["success"] is True
+    until_true(lambda: station.safety() == "stopped", "the gate on the robot is stopped")
+    assert station.probe.newest("/rto3/safety")[3] == 72
+    assert call("/rto3/reset_stop", "std_srvs/Trigger", {})[1]["success"] is True
+    until_true(lambda: station.safety() == "no command", "the stop is let go")
+    assert call("/rto3/reset_bumper", "std_srvs/Trigger", {})[1]["success"] is True
+
+
+def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, until_true):
+    """roslaunch brings it back, as systemd does on a robot."""
+    (pid,) = [
+        pid
+        for pid in processes.descendants(station.program.process.pid)
+        if b"robotino_onboard\0drive" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
+    os.kill(pid, signal.SIGKILL)
+    until_true(lambda: station.safety() == "fault", "the pilot is told")
+    assert "drive server" in station.probe.newest("/rto3/safety")[1]
+    until_true(lambda: station.safety() == "no command", "it is back")
