@@ -124,7 +124,10 @@ class Driving(QObject):
 
     def release_red_stop(self) -> None:
         """Let the robot go, if this window may."""
-        self._access.ask("reset_stop")
+        if self._access.state is None and self._access.is_pilot:
+            self._link.call("reset_stop", then=self._on_layer_release)
+        else:
+            self._access.ask("reset_stop")
 
     def restart_simulation(self) -> None:
         """Put the simulated world back to its start."""
@@ -159,6 +162,10 @@ class Driving(QObject):
     def _on_layer_stop(self, answer: Answer) -> None:
         if not answer.ok and self._access.state is None:
             self.said.emit(f"The robot was told to stop, but nothing keeps it stopped: {answer.text}", "bad")
+
+    def _on_layer_release(self, answer: Answer) -> None:
+        if not answer.ok:
+            self.said.emit(answer.text, "warn")
 
     def _on_restarted(self, answer: Answer) -> None:
         text = answer.text or "The simulation starts anew."
