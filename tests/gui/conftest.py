@@ -185,7 +185,7 @@ def terminal(qt: QApplication) -> FakeTerminal:
 def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
     """Where the middle of a widget of the 1280x720 window is [px]."""
 
-    def widget_of(name: str) -> QWidget:
+    def find(name: str) -> tuple[int, int]:
         if not opened:
             qt.setStyle("Fusion")
             qt.setStyleSheet(style_sheet("dark"))
@@ -197,18 +197,11 @@ def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
             opened[0].show()
             qt.processEvents()
             qt.setStyleSheet("")
-        return opened[0].findChild(QWidget, name)
-
-    def find(name: str) -> tuple[int, int]:
-        widget = widget_of(name)
+        widget = opened[0].findChild(QWidget, name)
         point = widget.mapTo(opened[0], widget.rect().center())
         return point.x(), point.y()
 
-    def size_of(name: str) -> tuple[int, int]:
-        return widget_of(name).width(), widget_of(name).height()
-
     opened: list[OperatorWindow] = []
-    find.size_of = size_of
     return find
 
 
