@@ -30,9 +30,10 @@ class Station:
     def __init__(self, graph) -> None:
         graph.environment.pop("DISPLAY", None)
         self.environment = graph.environment
-        ports = ("robotino_port", "drive_port", "camera_port", "screen_port")
+        names = ("robotino_port", "drive_port", "camera_port", "screen_port")
+        self.ports = {name: graph.free_port() for name in names}
         self.program = graph.run(
-            str(ROOT / "stack"), "up", "robotino", *(f"{name}:={graph.free_port()}" for name in ports)
+            str(ROOT / "stack"), "up", "robotino", *(f"{name}:={port}" for name, port in self.ports.items())
         )
         self.probe = graph.probe()
         self.probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
@@ -76,6 +77,17 @@ def test_the_window_shows_the_camera_by_webrtc(station, until_true):
     nodes = station.probe.nodes()
     assert {"/rto3/rto_camera_receiver", "/rto3/rto_drive_link"} <= set(nodes)
     assert "/rto3/safe_omni_drive" not in nodes, "one gate, on the robot"
+
+
+def test_the_pictures_age_is_measured_on_demand(station, graph, until_true):
+    port = station.ports["camera_port"]
+    station.probe.watch("/picture_age", "std_msgs/Float32", ["data"])
+    node = graph.run(
+        str(graph.workspace / "lib/rto_node/rto_camera_receiver"), "__name:=measuring", f"_sender:=127.0.0.1:{port}",
+        "_measure:=true",
+    )  # fmt: skip
+    assert 0.0 < station.probe.newest("/picture_age")[0] < 2.0
+    assert node.end() == 0
 
 
 def test_w_drives_and_its_release_stops(station, until_true):

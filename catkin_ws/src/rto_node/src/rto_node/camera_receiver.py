@@ -22,7 +22,7 @@ from aiortc.contrib.signaling import CopyAndPasteSignaling
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, String
 
-from rto_node.ros_node import ERROR, OK, Diagnostics, RosNode
+from rto_node.ros_node import ERROR, OK, REMINDER_PERIOD, Diagnostics, RosNode
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
 from telepresence.images import fill_image_message
 from telepresence.webrtc import release_early
@@ -42,7 +42,7 @@ class CameraReceiver:
         self._image = rospy.Publisher("img_raw", Image, queue_size=1)
         self._state = rospy.Publisher("camera_state", String, queue_size=1, latch=True)
         self._age = rospy.Publisher("picture_age", Float32, queue_size=1) if self._measure else None
-        self._told, self._told_due = "", 0.0
+        self._told, self._told_due, self._reminder = "", 0.0, 0.0
         signaling = rospy.get_param("~signaling", SIGNALING[0])
         if signaling not in SIGNALING:
             raise SystemExit(f"{rospy.get_name()}: ~signaling is {signaling!r}; it can be {' or '.join(SIGNALING)}")
@@ -117,12 +117,14 @@ class CameraReceiver:
     def _tell(self, now: float, state: str) -> None:
         if state == self._told and now < self._told_due:
             return
-        if state != self._told and state.startswith("no picture"):
+        lost = state.startswith("no picture")
+        if lost and (not self._told.startswith("no picture") or now > self._reminder):
+            self._reminder = now + REMINDER_PERIOD
             rospy.logerr(
                 "%s; trying again. Does `rto_bringup.onboard camera` run on the robot? Its own pictures are on %s",
                 state, rospy.resolve_name("image_raw"),
             )  # fmt: skip
-        elif state != self._told:
+        elif not lost and state != self._told:
             rospy.loginfo("camera: %s", state)
         self._told, self._told_due = state, now + STATE_PERIOD
         self._state.publish(state)

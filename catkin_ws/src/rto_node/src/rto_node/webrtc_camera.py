@@ -12,6 +12,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -272,8 +273,7 @@ def sender_url(address: str) -> str:
 def _cause(error: Exception) -> str:
     if isinstance(error, TimeoutError):
         return f"nothing within {ANSWER_TIMEOUT:g} s"
-    if isinstance(error, aiohttp.ClientConnectorError) and error.os_error.strerror:
-        return error.os_error.strerror.lower()
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror.lower()
+    error = error.os_error if isinstance(error, aiohttp.ClientConnectorError) else error
+    if isinstance(error, OSError) and error.errno and error.errno > 0:  # those of the name service are negative
+        return os.strerror(error.errno).lower()
     return str(error) or type(error).__name__
