@@ -39,6 +39,8 @@ DRIFT = 0.06
 """Seconds by which the microphone's clock may run ahead of ours before the robot's queue is emptied."""
 RESYNC = 600.0
 """Seconds of sound without a pause after which the robot's clock may have drifted from ours by too much."""
+RETRY_PERIOD = 1.0
+"""Seconds of silence after the robot refused a call."""
 _BYTES_PER_FRAME = 4
 _DEVICE = "ALAudioDevice"
 
@@ -75,7 +77,7 @@ class RobotMouth:
         self._link = -1
         self._stalled = False
         self._talking = False
-        self._loud_until = 0.0
+        self._loud_until = self._pause_until = 0.0
         self._since = self._sent = 0.0
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="robot-mouth", daemon=True)
@@ -157,6 +159,8 @@ class RobotMouth:
                 self._fail("it fails; the log says why")
 
     def _handle(self, piece: bytes, now: float) -> None:
+        if now < self._pause_until:
+            return
         if self._connection.connected and self._link != self._connection.connections:
             self._meet()
         if len(piece) != self._size():
@@ -223,6 +227,7 @@ class RobotMouth:
         self._pending.clear()
         self._talking, self._stalled = False, True
         self._loud_until = 0.0
+        self._pause_until = time.monotonic() + RETRY_PERIOD
         if problem != self.problem and self._connection.connected:
             log.warning("the robot does not play the pilot's voice: %s", problem)
         self.problem = problem

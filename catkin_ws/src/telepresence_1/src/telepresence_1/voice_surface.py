@@ -5,7 +5,8 @@ Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] 
             voice/devices (std_msgs/String, latched): what can be chosen, one device per line. /diagnostics.
 Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
-            push-to-talk button is held, which opens a muted microphone.
+            push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
+            whoever held it is gone.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
 
 LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
+TALK_LIMIT = 120.0
+"""Seconds that the talk button can be held without pressing it anew."""
 FADE = 0.5
 """Seconds after which a level that nobody renews is silence."""
 
@@ -68,7 +71,7 @@ class VoiceSurface:
 
     def __init__(self, talk: Talk, muted: bool = False) -> None:
         self._voice = talk
-        self._muted, self._talking = muted, False
+        self._muted, self._talking, self._talk_since = muted, False, 0.0
         talk.open_microphone(not muted)
         self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
         self._state_topic = rospy.Publisher("voice/state", String, queue_size=1, latch=True)
@@ -87,6 +90,9 @@ class VoiceSurface:
         """Publish in every cycle (`LEVEL_PERIOD`) until there are no more."""
         told, listed, slow = None, None, 0.0
         for now in cycles:
+            if self._talking and now - self._talk_since > TALK_LIMIT:
+                rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
+                self._talk(False)
             self._level_topic.publish(Float32MultiArray(data=list(self._voice.levels())))
             state = self._text()
             if state != told:
@@ -120,7 +126,7 @@ class VoiceSurface:
         self._voice.open_microphone(self._talking or not muted)
 
     def _talk(self, talking: bool) -> None:
-        self._talking = talking
+        self._talking, self._talk_since = talking, time.monotonic()
         self._voice.open_microphone(talking or not self._muted)
 
     def _publish_diagnostics(self) -> None:
