@@ -1,7 +1,7 @@
 """movement_command: 0 stop, 1 forward, 2 backward, until the next one.
 
-A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the last program that
-publishes on the topic is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
+A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the program that sent
+the command is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
 only the newest command counts. What the robot does goes through its driver, with the safety layer in between; a robot
 without a wire is told directly.
 """
@@ -25,7 +25,7 @@ LEAST_PERIOD = 0.02
 ZEROS = 3
 """So often a driver is told to stop; then others may drive."""
 GRACE = 0.5
-"""The publishers of the topic may be gone so long [s]."""
+"""Whoever sent the command may be gone so long [s]."""
 
 
 class Mover(Protocol):
@@ -71,6 +71,7 @@ class Movements:
         self._mover = mover
         self._changed = threading.Condition()
         self._wanted = Movement.STOP
+        self._sender = ""
         self._zeros = 0
         self.refused = 0
         """Commands that meant nothing."""
@@ -93,7 +94,7 @@ class Movements:
                     heard = time.monotonic()
                     continue
                 now = time.monotonic()
-                if self._subscriber.get_num_connections():
+                if self._sender_lives():
                     heard = now
                 elif self._wanted is not Movement.STOP and now - heard > GRACE:
                     rospy.logwarn("movement_command: whoever told the robot to move is gone; it stops")
@@ -113,11 +114,17 @@ class Movements:
         with self._changed:
             try:
                 self._want(Movement(message.data))
+                self._sender = message._connection_header["callerid"]
             except ValueError:
                 self.refused += 1
                 self._want(Movement.STOP)
                 meaning = "0 stop, 1 forward, 2 backward"
                 rospy.logwarn_throttle(5.0, f"movement_command {message.data} means nothing, so it stops: {meaning}")
+
+    def _sender_lives(self) -> bool:
+        """Whether the node that sent the last command is still connected; others on the topic do not count."""
+        topic = self._subscriber.impl  # None once the node shuts down
+        return topic is not None and any(link.callerid_pub == self._sender for link in topic.connections or ())
 
     def _want(self, movement: Movement) -> None:
         """The lock is held."""
