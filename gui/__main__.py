@@ -27,9 +27,11 @@ from gui.shell import Shell
 from gui.shortcuts import add_shortcuts
 from gui.users import Users
 from gui.window import themes
-from gui.x11 import hold_display
+from gui.x11 import hold_display, screen_height
 
 BOTH = "both"
+SCALES = ((2000, 2.0), (1400, 1.25))
+"""Rows of a screen, and the scale from there on."""
 SCREENSHOT_DELAY = 1000
 """ms after the first picture: time for the terminal to show what it runs."""
 
@@ -43,7 +45,11 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
+    scale = f"{arguments.scale or usual_scale(os.environ):g}"
+    chosen = os.environ.setdefault("QT_SCALE_FACTOR", scale) != scale
     application = QApplication(sys.argv[:1])
+    if not chosen:
+        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
     memory = Memory(default_file())
@@ -143,12 +149,22 @@ def parse(argv: list[str]) -> argparse.Namespace:
     attach.add_argument(
         "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
     )
+    parser.add_argument(
+        "--scale", metavar="FACTOR", type=float, default=0.0,
+        help="everything this much larger; default by the height of the screen, 2 on 4K",
+    )  # fmt: skip
     parser.add_argument("--theme", choices=themes(), help="colours; default those of the last time, at first dark")
     parser.add_argument(
         "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
     )
     parser.add_argument("--screenshot", metavar="FILE", type=Path, help="save a picture of the window there")
     return parser.parse_args(argv)
+
+
+def usual_scale(environment: Mapping[str, str]) -> float:
+    """How much larger everything is to be on this screen than on one of 720 to 1200 rows."""
+    rows = screen_height(environment.get("DISPLAY", ""))
+    return next((factor for least, factor in SCALES if rows >= least), 1.0)
 
 
 def display_problem(environment: Mapping[str, str]) -> str | None:

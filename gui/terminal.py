@@ -188,7 +188,8 @@ class TerminalView(QFrame):
         # On-screen keyboards and assistive programs send events; what could misuse them could type anyway (XTEST).
         resources.append("XTerm*allowSendEvents: true")
         command = ["xterm", "-into", str(int(self._container.winId())), "-tn", "xterm-256color"]
-        command += ["-fa", FONT, "-fs", str(FONT_SIZE), "-bg", BACKGROUND, "-fg", FOREGROUND, "-cr", CURSOR]
+        command += ["-fa", FONT, "-fs", str(FONT_SIZE * self.devicePixelRatioF())]
+        command += ["-bg", BACKGROUND, "-fg", FOREGROUND, "-cr", CURSOR]
         command += ["-b", "6", "-bw", "0", "+sb", "-geometry", "80x24+0+0"]
         for resource in resources:
             command += ["-xrm", resource]

@@ -48,6 +48,8 @@ class VideoView(QFrame):
         self._stale = self._held = False
         self._painted = self._announced = False
         self._title, self._hint, self._status = "", "", ""
+        self.stale_after = STALE_AFTER
+        """Seconds; infinity for pictures that come only when something changes."""
         self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
         self._checks = QTimer(self, interval=CHECK_PERIOD)
         self._checks.timeout.connect(self._check)
@@ -191,7 +193,7 @@ class VideoView(QFrame):
         if self._painted and not self._announced:
             self._announced = True
             self.first_picture.emit()
-        self._set_stale(self.age() > STALE_AFTER)
+        self._set_stale(self.age() > self.stale_after)
         if self._stale:
             self.update()
             self._set_status(f"{self._image.width()} × {self._image.height()}   no new picture")

@@ -44,6 +44,11 @@ SIDE_WIDTH = 570
 """Pixels of the right column at first; what a wider window has more belongs to the camera."""
 CONTROLS_HEIGHT = 322
 """Pixels above the deck at first."""
+NO_TABLET = (
+    "No picture of the tablet",
+    "A simulated robot tells what its tablet shows. A real one shows the page of com_cam: "
+    "port 10002 of the machine that runs the robot's programs.",
+)
 LARGEST = 0.9
 """Share of a large screen that the window takes at first."""
 
@@ -126,7 +131,8 @@ class OperatorWindow(QMainWindow):
         self.deck.tabBar().setFocusPolicy(Qt.TabFocus)
         self.cameraChoice.setFocusPolicy(Qt.TabFocus)
         self.tablet.setMinimumSize(160, 100)
-        self.tablet.clear("No tablet", "")
+        self.tablet.stale_after = float("inf")
+        self.tablet.clear(*NO_TABLET)
         self.cameraChoice.hide()
         for button in self.findChildren(QAbstractButton):
             if button.focusPolicy() == Qt.StrongFocus:

@@ -81,6 +81,8 @@ def _library() -> ctypes.CDLL:
     x11.XOpenDisplay.argtypes, x11.XOpenDisplay.restype = [c_char_p], c_void_p
     x11.XCloseDisplay.argtypes = [c_void_p]
     x11.XConnectionNumber.argtypes = [c_void_p]
+    x11.XDefaultScreen.argtypes = [c_void_p]
+    x11.XDisplayHeight.argtypes = [c_void_p, c_int]
     x11.XSetErrorHandler.argtypes, x11.XSetErrorHandler.restype = [_ErrorHandler], c_void_p
     x11.XSync.argtypes = [c_void_p, c_int]
     x11.XPending.argtypes = [c_void_p]
@@ -125,6 +127,21 @@ def hold_display(name: str, patience: float = 1.0) -> bool:
             return False
         time.sleep(0.05)
     return True
+
+
+def screen_height(name: str) -> int:
+    """Pixels of the X screen's height at this value of DISPLAY; 0 when it cannot be told."""
+    try:
+        x11 = _library()
+    except OSError:
+        return 0
+    display = x11.XOpenDisplay(name.encode())
+    if not display:
+        return 0
+    try:
+        return x11.XDisplayHeight(display, x11.XDefaultScreen(display))
+    finally:
+        x11.XCloseDisplay(display)
 
 
 class Host:
