@@ -30,6 +30,10 @@ _STYLE = {
     "legend.frameon": False,
     "savefig.dpi": 110,
 }
+_HIGHEST = 50.0
+"""Larger errors leave the picture, with their figure beside the bar [cm]."""
+_LEGEND = 0.4
+"""Height left for it [inch]."""
 _SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
 
 
@@ -41,7 +45,7 @@ def draw_paths(path: Path, trials: Sequence[Trial]) -> None:
     """
     vehicles = [v for v in VEHICLES if any(t.job.vehicle == v for t in trials)]
     with plt.rc_context(_STYLE):
-        figure, panels = plt.subplots(1, len(vehicles), figsize=(3.0 * len(vehicles), 3.5), squeeze=False)
+        figure, panels = plt.subplots(1, len(vehicles), figsize=(max(5.0, 3.0 * len(vehicles)), 3.5), squeeze=False)
         for panel, vehicle in zip(panels[0], vehicles, strict=True):
             panel.plot(*zip(*_SQUARE, strict=True), color="#999999", linewidth=5, alpha=0.35, solid_joinstyle="round")
             for trial in trials:
@@ -55,7 +59,7 @@ def draw_paths(path: Path, trials: Sequence[Trial]) -> None:
         lines = [plt.Line2D([], [], color=COLOURS[name], linewidth=2) for name in ("open loop", "odometry")]
         asked = plt.Line2D([], [], color="#999999", linewidth=5, alpha=0.35)
         figure.legend([asked, *lines], ["asked for", "open loop", "odometry"], loc="lower center", ncols=3)
-        figure.tight_layout(rect=(0.0, 0.08, 1.0, 1.0))
+        figure.tight_layout(rect=(0.0, _LEGEND / figure.get_figheight(), 1.0, 1.0))
         figure.savefig(path)
         plt.close(figure)
 
@@ -68,15 +72,15 @@ def draw_figures(path: Path, found: Sequence[Cell]) -> None:
         for row, vehicle in zip(panels, vehicles, strict=True):
             own = [c for c in found if c.vehicle == vehicle]
             _bars(row[0], own, "error", 100.0)
-            row[0].set(title=f"{VEHICLES[vehicle].label}: error", ylabel="cm")
-            row[0].set_yscale("symlog", linthresh=10.0)
-            row[0].set_ylim(bottom=0.0)
-            row[0].yaxis.set_major_formatter("{x:g}")
+            row[0].set(ylabel="cm")
+            row[0].set_title(f"{VEHICLES[vehicle].label}: error", loc="left")
+            row[0].set_ylim(0.0, _HIGHEST)
             _bars(row[1], own, "work", 1.0)
-            row[1].set(title=f"{VEHICLES[vehicle].label}: work of the drives", ylabel="J")
+            row[1].set(ylabel="J")
+            row[1].set_title(f"{VEHICLES[vehicle].label}: work of the drives", loc="left")
         handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in COLOURS.values()]
         figure.legend(handles, list(COLOURS), loc="lower center", ncols=4)
-        figure.tight_layout(rect=(0.0, 0.035, 1.0, 1.0))
+        figure.tight_layout(rect=(0.0, _LEGEND / figure.get_figheight(), 1.0, 1.0))
         figure.savefig(path)
         plt.close(figure)
 
@@ -91,13 +95,14 @@ def _bars(panel: plt.Axes, own: Sequence[Cell], quantity: str, scale: float) -> 
         panel.bar(place, height, 0.9 * width, color=COLOURS[cell.strategy])
         if quantity != "error":
             continue
-        ends = [place - 0.35 * width, place + 0.35 * width]
-        panel.plot(ends, [scale * cell.worst] * 2, color="#333333", linewidth=1.0)
+        worst = min(scale * cell.worst, _HIGHEST)
+        panel.plot([place - 0.35 * width, place + 0.35 * width], [worst] * 2, color="#333333", linewidth=1.0)
         failed = cell.trials - cell.successes
-        if failed:
-            panel.annotate(
-                f"{failed}✕", (place, scale * cell.worst), (0, 2), textcoords="offset points", ha="center", fontsize=7,
-                color="#b00020",
-            )  # fmt: skip
+        notes = [f"{height:.0f}"] if height > _HIGHEST else []
+        notes += [f"{failed}✕"] if failed else []
+        panel.annotate(
+            "\n".join(notes), (place, worst), (0, 2), textcoords="offset points", ha="center", fontsize=7,
+            linespacing=0.9, color="#b00020", annotation_clip=False,
+        )  # fmt: skip
     panel.set_xticks(range(len(tasks)), tasks)
     panel.grid(axis="x", visible=False)
