@@ -132,6 +132,15 @@ class DriveState:
 
 
 @dataclass(frozen=True)
+class PageState:
+    """The program that serves the tablet's page: how it is, and where the page is."""
+
+    text: str
+    page: str
+    arrived: float
+
+
+@dataclass(frozen=True)
 class PostureResult:
     """What became of a posture that was asked for."""
 

@@ -18,6 +18,7 @@ from gui.readings import (
     DriveState,
     Lens,
     Levels,
+    PageState,
     Points,
     PostureResult,
     Safety,
@@ -163,6 +164,12 @@ def read_posture_result(message: Any, arrived: float) -> PostureResult:
     return PostureResult(message.status.status == SUCCEEDED, message.status.text, arrived)
 
 
+def read_page_state(message: Any, arrived: float) -> PageState:
+    """com_cam/status, diagnostic_msgs/DiagnosticStatus."""
+    values = {pair.key: pair.value for pair in message.values}
+    return PageState(message.message, values.get("page", ""), arrived)
+
+
 def common() -> tuple[Incoming, ...]:
     """Rows that every robot has."""
     return (
@@ -187,6 +194,7 @@ def pepper() -> tuple[Incoming, ...]:
         Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperMemory().convert),
         Incoming("battery", "pepper_robot/battery", "sensor_msgs/BatteryState", read_battery),
         Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
+        Incoming("page", "com_cam/status", "diagnostic_msgs/DiagnosticStatus", read_page_state),
         Incoming(
             "posture", "pepper_robot/pose/body_pose/result", "naoqi_bridge_msgs/BodyPoseActionResult",
             read_posture_result,

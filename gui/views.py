@@ -15,7 +15,7 @@ from gui.floor_drive import FloorDrive
 from gui.floor_overlay import Place, paint_way
 from gui.picture import Picture
 from gui.profiles import camera_info_of
-from gui.readings import BodyState, CameraView, DriveState, Lens, PostureResult, Safety, VoiceState
+from gui.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
 from gui.robots import ROBOTS
 from gui.round_trip import RoundTrip
 
@@ -66,6 +66,8 @@ class Views(QObject):
                 link.channel(name).arrived.connect(self.show_reading)
         if link.has("lens"):
             link.channel("lens").arrived.connect(self._keep_lens)
+        if link.has("page"):
+            link.channel("page").arrived.connect(self._show_page)
         if link.has("tablet"):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
@@ -179,6 +181,12 @@ class Views(QObject):
 
     def _watch_tablet(self) -> None:
         self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)
+
+    def _show_page(self, state: PageState) -> None:
+        """A real tablet tells no picture of itself; the program that feeds it knows at least how it is."""
+        if self._window.tablet.image is None:
+            text = f"{state.text[:1].upper()}{state.text[1:]}. The page: {state.page}"
+            self._window.tablet.clear("The tablet sends no picture of itself", text)
 
     def _show_tablet(self, picture: Picture) -> None:
         try:

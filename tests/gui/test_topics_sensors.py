@@ -13,6 +13,7 @@ from gui.topics_sensors import (
     read_battery,
     read_lens,
     read_odometry,
+    read_page_state,
     read_safety,
     scan_points,
     sonar_cone,
@@ -104,6 +105,12 @@ def test_a_battery_without_voltage_tells_none():
         Message(percentage=0.5, voltage=0.0, power_supply_status=1, power_supply_health=1), 0.0
     )
     assert math.isnan(battery.voltage) and battery.charging and not battery.low
+
+
+def test_the_tablets_page_is_told_with_its_address():
+    message = Message(message="live", values=[Message(key="page", value="http://10.0.0.2:10002/")])
+    state = read_page_state(message, 0.0)
+    assert (state.text, state.page) == ("live", "http://10.0.0.2:10002/")
 
 
 def test_an_uncalibrated_camera_is_refused():
