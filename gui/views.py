@@ -100,7 +100,7 @@ class Views(QObject):
             if self.floor_drive.target is not None:
                 self._window.video.update()
         elif isinstance(reading, DriveState):
-            self._window.aroundLabel.setText(reading.text[:40])
+            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # a sentence would widen the column
             self._window.aroundLabel.setToolTip(reading.text)
         elif isinstance(reading, PostureResult):
             text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'no reason was told'}."

@@ -138,6 +138,8 @@ class OperatorWindow(QMainWindow):
             if button.focusPolicy() == Qt.StrongFocus:
                 # A click must not put the space bar, which stops the robot, on a button.
                 button.setFocusPolicy(Qt.TabFocus)
+        self.recordButton.ensurePolished()
+        self.recordButton.setMinimumWidth(self.recordButton.sizeHint().width())  # its text changes while it records
         self.themeButton.clicked.connect(self.change_theme)
         self.exitButton.clicked.connect(self.close)
         QShortcut(QKeySequence("Ctrl+Q"), self, activated=self._on_close_key)

@@ -1,0 +1,359 @@
+"""Both simulated robots in one world and the window with a tab for each: driving to a place in the picture, a frozen
+camera, recording. One station and one window serve all tests of this file, in its order.
+
+Every state of the window is photographed on the way. With SCREENSHOTS=docs ./stack test tests/gui/test_both_station.py
+the pictures go to docs/, else to a temporary folder.
+"""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from gui.tmux import Tmux
+from gui.users import Users
+from telepresence import processes
+from telepresence.ros_master import master_answers
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
+
+ROOT = Path(__file__).resolve().parents[2]
+QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+PASSWORD = "correct horse"
+NEAR = 0.25
+"""[m] from the floor point at which the robot must end."""
+HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
+"""Tabs of the robots."""
+EMPTY = 8000
+"""Bytes; a picture of nothing is smaller."""
+GROUND = (4, 400)
+"""A point beside all cards."""
+FOCAL_LENGTH, CAMERA_AHEAD, CAMERA_HEIGHT = 526.4, 0.11, 0.303
+"""Robotino's camera at 640x480 [px], and where it stands level in base_link [m] (robotino.urdf)."""
+
+
+class Station:
+    """Both robots and all their programs."""
+
+    def __init__(self, folder, free_port, wait_until):
+        self.folder = folder / "kept"
+        self.environment = {
+            **os.environ,
+            "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
+            "ROS_HOME": str(folder / "ros"),
+            "ROS_IP": "127.0.0.1",
+            "TELEPRESENCE_USERS": str(folder / "users.db"),
+            "XDG_CONFIG_HOME": str(folder / "config"),
+        }
+        Users(folder / "users.db").add("anna", PASSWORD, "pilot", 0)
+        uri = self.environment["ROS_MASTER_URI"]
+        self._running = [self._start("rosmaster", "--core", "-p", uri.rpartition(":")[2])]
+        wait_until(lambda: master_answers(uri), "the ROS master answers")
+        ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port", "robotino_port")]
+        self.launch = self._start(
+            "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
+            "sign_in:=true", *ports,
+        )  # fmt: skip
+        self._running.append(self.launch)
+        self._probe = processes.start(
+            [sys.executable, str(ROOT / "tests" / "catkin_ws" / "ros_probe.py")],
+            env=self.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        pose = ["pose.pose.position.x", "pose.pose.position.y", "pose.pose.orientation.z", "pose.pose.orientation.w"]
+        for topic in ("/truth", "/rto3/truth"):
+            self.probe("watch", topic, "nav_msgs/Odometry", pose)
+        for topic in ("/safety", "/rto3/safety"):
+            self.probe("watch", topic, "telepresence_1/SafetyState", ["state", "reason"])
+        for topic in ("/truth", "/rto3/truth", "/safety", "/rto3/safety"):
+            wait_until(lambda topic=topic: self.probe("seen", topic), f"{topic} is told", timeout=90.0)
+
+    def _start(self, *argv):
+        return processes.start(list(argv), env=self.environment, **QUIET)
+
+    def probe(self, name, *arguments):
+        self._probe.stdin.write(json.dumps([name, arguments]) + "\n")
+        self._probe.stdin.flush()
+        return json.loads(self._probe.stdout.readline())
+
+    def newest(self, topic):
+        return self.probe("seen", topic)[-1][1]
+
+    def pose(self, topic):
+        """x, y [m], heading [rad] in the world."""
+        x, y, z, w = self.newest(topic)
+        return x, y, 2.0 * math.atan2(z, w)
+
+    def camera_node(self):
+        """Process of Pepper's front camera."""
+        for pid in processes.descendants(self.launch.pid):
+            command = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
+            if "__name:=front" in command:
+                return pid
+        pytest.fail("Pepper's front camera does not run")
+
+    def close(self):
+        self._probe.stdin.close()
+        processes.end(self._probe, patience=5.0)
+        for process in reversed(self._running):
+            processes.end(process, patience=15.0)
+
+
+@pytest.fixture(scope="module")
+def station(tmp_path_factory, free_port, wait_until):
+    station = Station(tmp_path_factory.mktemp("both"), free_port, wait_until)
+    yield station
+    station.close()
+
+
+@pytest.fixture(scope="module")
+def screen(make_screen, station):
+    return make_screen(station.environment)
+
+
+WHERE = textwrap.dedent("""
+    import json, sys
+    from PyQt5.QtCore import QPoint
+    from PyQt5.QtWidgets import QApplication, QWidget
+    application = QApplication(sys.argv)
+    application.setStyle("Fusion")
+    from gui import theme
+    from gui.__main__ import parse, take_seats
+    from gui.memory import Memory
+    from gui.ros_link import RosNode
+    from gui.shell import Shell
+    theme.apply("dark")
+    seats = take_seats(RosNode(), parse(sys.argv[1:]), Memory(None))
+    shell = Shell([(seat.title, seat.window) for seat in seats])
+    shell.show_on_screen()
+    shell.pages[0].health.show_picture(0.1, 15.0)
+    for _ in range(50):
+        application.processEvents()
+    places = {}
+    for widget in shell.pages[0].findChildren(QWidget):
+        corner = widget.mapTo(shell, QPoint(0, 0))
+        places[widget.objectName()] = (corner.x(), corner.y(), widget.width(), widget.height())
+    print(json.dumps(places))
+""")
+"""A window of the same kind on the same screen, with the same fonts, tells where its widgets are."""
+FEEDS = ("--feed", "/pepper_robot/camera/front/image_raw", "image_raw")
+
+
+@pytest.fixture(scope="module")
+def areas(screen):
+    """Name of a widget -> left, top, width, height [px]."""
+    told = subprocess.run(
+        [sys.executable, "-c", WHERE, "--profile", "both", "--gamepad", "none", *FEEDS],
+        env=screen.environment, cwd=ROOT, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    return json.loads(told.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def place(areas):
+    """Middle of a widget [px]."""
+
+    def find(name):
+        left, top, width, height = areas[name]
+        return left + width // 2, top + height // 2
+
+    return find
+
+
+@pytest.fixture(scope="module")
+def window(screen, station, areas):
+    return screen.open_window(
+        "--profile", "both", *FEEDS, "--folder", str(station.folder),
+        program=(sys.executable, "-m", "gui"), signed_in=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def photograph(screen, tmp_path_factory, wait_until):
+    """Keep a picture of what the screen shows."""
+    folder = Path(os.environ.get("SCREENSHOTS") or tmp_path_factory.mktemp("screenshots"))
+    folder = folder if folder.is_absolute() else ROOT / folder
+
+    def take(name):
+        target = folder / f"window_{name}.png"
+
+        def shown():
+            subprocess.run(["import", "-window", "root", str(target)], env=screen.environment, check=True, timeout=20)
+            return target.stat().st_size > EMPTY
+
+        wait_until(shown, f"there is something to see: {name}")
+
+    return take
+
+
+@pytest.fixture(scope="module")
+def video(areas, place):
+    """Where pixel (u, v) of a 640x480 picture is on the screen."""
+    _, _, width, height = areas["video"]
+    scale = min(width / 640, height / 480)
+
+    def find(u, v):
+        x, y = place("video")
+        return round(x + (u - 320) * scale), round(y + (v - 240) * scale)
+
+    return find
+
+
+def terminal_text(window):
+    """What Pepper's terminal shows."""
+    try:
+        return Tmux(f"telepresence-{window.process.pid}-pepper").text("session")
+    except RuntimeError:
+        return ""
+
+
+def first_pictures(window):
+    return window.output.count("first picture")
+
+
+def hold_at(screen, point):
+    screen.do("mousemove", *point, "mousedown", 1)
+
+
+def still(station, topic):
+    """The robot's pose when it has come to rest."""
+    before = station.pose(topic)
+    time.sleep(0.3)  # what rest means
+    after = station.pose(topic)
+    return after if math.dist(before[:2], after[:2]) < 0.005 else None
+
+
+def test_signed_out_there_is_only_the_door(window, screen, wait_until, photograph):
+    photograph("signed_out")
+    for word in ("anna", PASSWORD):
+        screen.do("type", word)
+        screen.do("key", "Return")
+    wait_until(lambda: first_pictures(window) == 1, "Pepper's picture is shown", timeout=60.0)
+    wait_until(lambda: "a key holds until the next one" in terminal_text(window), "the keyboard runs")
+
+
+def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, screen, video, photograph, wait_until):
+    x, y, theta = station.pose("/truth")
+    u, v = 400, 470
+    camera = wait_until(lambda: station.probe("transform", "odom", "CameraTop_optical_frame"), "the camera's place")
+    ahead = wait_until(lambda: station.probe("transform", "CameraTop_optical_frame", "odom"), "and its tilt")
+    # The origin of odom, seen from a camera that looks along x: how far down that is tilted.
+    pitch = math.atan2(camera[0], camera[2]) + math.atan2(ahead[2], ahead[1])
+    right = (u - 320) / 320 * math.tan(math.radians(57.2 / 2))  # NAOqi documentation, video: 57.2 by 44.3 degrees
+    down = (v - 240) / 240 * math.tan(math.radians(44.3 / 2))
+    reach = camera[2] / (math.sin(pitch) + down * math.cos(pitch))
+    forward, aside = camera[0] + reach * (math.cos(pitch) - down * math.sin(pitch)), -reach * right
+    target = (
+        x + forward * math.cos(theta) - aside * math.sin(theta),
+        y + forward * math.sin(theta) + aside * math.cos(theta),
+    )
+    hold_at(screen, video(u, v))
+    near = lambda: math.dist(station.pose("/truth")[:2], target) < NEAR  # noqa: E731
+    wait_until(lambda: near() and still(station, "/truth"), "it is there")
+    screen.do("mouseup", 1)
+    assert near()
+
+
+def test_letting_go_stops_at_once(station, screen, video, wait_until):
+    hold_at(screen, video(200, 470))
+    wait_until(lambda: still(station, "/truth") is None, "Pepper drives")
+    screen.do("mouseup", 1)
+    released = station.pose("/truth")
+    end = wait_until(lambda: still(station, "/truth"), "it stands")
+    assert math.dist(released[:2], end[:2]) < 0.2
+
+
+def test_the_sky_is_no_place_to_go(station, screen, video, wait_until):
+    begin = wait_until(lambda: still(station, "/truth"), "Pepper stands")
+    hold_at(screen, video(320, 60))
+    time.sleep(0.5)
+    screen.do("mouseup", 1)
+    assert math.dist(begin[:2], station.pose("/truth")[:2]) < 0.02
+
+
+def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
+    station, window, screen, place, photograph, wait_until
+):
+    window.click(place("recordButton"))
+    wait_until(lambda: list(station.folder.glob("*.bag.active")), "the recording has begun")
+    window.click(place("cameraTitle"))
+    screen.do("keydown", "w")
+    wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety layer acts", timeout=60.0)
+    time.sleep(0.6)
+    photograph("gate")
+    screen.do("keyup", "w")
+    window.click(place("snapshotButton"))
+    window.click(place("recordButton"))
+    bag = wait_until(lambda: next(iter(station.folder.glob("*.bag")), None), "the bag is closed")
+    page = wait_until(lambda: next(iter(station.folder.glob("*.html")), None), "the report is written")
+    info = subprocess.run(["rosbag", "info", str(bag)], capture_output=True, text=True, timeout=30)
+    assert info.returncode == 0 and "/safety " in info.stdout and "/odom " in info.stdout
+    text = page.read_text()
+    assert text.count("<svg") == 5 and ("limited" in text or "blocked" in text)
+    assert next(iter(station.folder.glob("*.png"))).stat().st_size > 10_000
+    replayed = subprocess.run(
+        ["rosbag", "play", "--quiet", "--rate=20", "--topics", "/odom", "--bags", str(bag)],
+        env=station.environment, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert replayed.returncode == 0, replayed.stderr
+
+
+def test_a_frozen_camera_greys_the_picture_within_a_second_and_nothing_drives(
+    station, screen, video, photograph, wait_until
+):
+    begin = wait_until(lambda: still(station, "/truth"), "Pepper stands")
+    camera = station.camera_node()
+    point = video(320, 100)
+    processes.send(camera, signal.SIGSTOP)
+    frozen = time.monotonic()
+    try:
+        wait_until(lambda: max(screen.colour(*point)) - min(screen.colour(*point)) < 12, "the picture is grey")
+        assert time.monotonic() - frozen < 1.0 + 0.6, "a second, and the picture that was on its way"
+        screen.do("keydown", "s", "sleep", 0.6)
+        photograph("stale")
+        screen.do("keyup", "s")
+        assert math.dist(begin[:2], station.pose("/truth")[:2]) < 0.02
+    finally:
+        processes.send(camera, signal.SIGCONT)
+    wait_until(lambda: max(screen.colour(*point)) - min(screen.colour(*point)) > 20, "the picture is back")
+
+
+def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
+    station, window, screen, video, photograph, wait_until
+):
+    pepper = wait_until(lambda: still(station, "/truth"), "Pepper stands")
+    screen.do("mousemove", *HEADER_CLICK["robotino"], "click", 1)
+    wait_until(lambda: first_pictures(window) == 2, "Robotino's picture is shown")
+    x, y, theta = station.pose("/rto3/truth")
+    u, v = 320, 240 + 90
+    forward = CAMERA_AHEAD + CAMERA_HEIGHT * FOCAL_LENGTH / (v - 240)
+    target = x + forward * math.cos(theta), y + forward * math.sin(theta)
+    hold_at(screen, video(u, v))
+    wait_until(lambda: math.dist(station.pose("/rto3/truth")[:2], (x, y)) > 0.1, "Robotino drives")
+    photograph("drive_to_place")
+    near = lambda: math.dist(station.pose("/rto3/truth")[:2], target) < NEAR  # noqa: E731
+    wait_until(lambda: near() and still(station, "/rto3/truth"), "it is there")
+    screen.do("mouseup", 1)
+    assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
+
+
+def test_light_and_dark(window, screen, place, photograph, wait_until):
+    dark = screen.colour(*GROUND)
+    window.click(place("themeButton"))
+    wait_until(lambda: sum(screen.colour(*GROUND)) > sum(dark) + 300, "the window is light")
+    photograph("both")
+    screen.do("mousemove", *HEADER_CLICK["pepper"], "click", 1)
+    wait_until(lambda: max(screen.colour(*place("video"))) > 20, "a picture")
+    wait_until(lambda: terminal_text(window), "Pepper's page")
+    time.sleep(1.0)
+    photograph("light")
+    window.click(place("themeButton"))
+    wait_until(lambda: screen.colour(*GROUND) == dark, "the window is dark again")
+    photograph("pepper")
