@@ -193,5 +193,8 @@ def test_sessions_end_and_are_limited(pilots, pilot):
 
 
 def test_a_second_greeting_from_one_place_is_the_same_pilot(pilots, pilot):
-    Pilot(pilots, HERE)
-    assert len(pilots.sessions) == 1
+    pilot.drive(101.0, SLOW, seq=50)
+    again = Pilot(pilots, HERE, 101.01)
+    assert again.token == pilot.token, "an answer that is on its way stays true"
+    again.drive(101.02, FAST, seq=1)
+    assert pilots.command(101.03).vx == FAST[0], "a program that was started anew counts from the beginning"

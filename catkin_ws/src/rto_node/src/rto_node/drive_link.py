@@ -30,7 +30,9 @@ COMMAND_TIMEOUT = 0.3
 SILENCE = 0.5
 """Seconds without a report after which the robot counts as not answering."""
 HELLO_PERIOD = 0.25
-"""Seconds between two greetings while it does not."""
+"""Seconds between two greetings while it knows no session of ours."""
+REOPEN_PERIOD = 2.0
+"""Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0
 """Seconds; until then a request without an answer is repeated with every command."""
 
@@ -73,6 +75,7 @@ class DriveLink:
         self._seq = 0
         self._hint = ""
         self._socket: socket.socket | None = None
+        self._opened_at = -math.inf
         self._waker, self._wake = socket.socketpair()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="drive-link", daemon=True)
@@ -145,9 +148,9 @@ class DriveLink:
                 if self._session:
                     self._send_drive(now)
                     self._send_requests()
-                if (not self._session or self.problem) and now >= hello_due:
+                if (not self._session or now - self._heard_at > REOPEN_PERIOD) and now >= hello_due:
                     hello_due = now + HELLO_PERIOD
-                    self._open()
+                    self._open(now)
                     self._send(encode(type="hello"))
             sockets = [each for each in (self._socket, self._wake) if each is not None]
             ready, _, _ = select.select(sockets, [], [], max(0.0, due - time.monotonic()))
@@ -174,14 +177,14 @@ class DriveLink:
         hint = self._hint or "is it running, and is the network there?"
         self.problem = f"The drive server at {self.host}:{self.port} does not answer{lasting}: {hint}"
 
-    def _open(self) -> None:
-        """A socket of the route as it is now: networks come back with other addresses."""
-        if self._socket is not None and self._session and time.monotonic() - self._heard_at < 2.0:
-            return
+    def _open(self, now: float) -> None:
+        """A socket of the route as it is now, once in a while: networks come back with other addresses."""
         if self._socket is not None:
+            if now - max(self._opened_at, self._heard_at) <= REOPEN_PERIOD:
+                return
             self._socket.close()
             self._socket = None
-        self._session = ""
+        self._session, self._opened_at = "", now
         try:
             family, kind, _, _, target = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[0]
             opened = socket.socket(family, kind)

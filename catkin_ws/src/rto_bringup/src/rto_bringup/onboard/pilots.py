@@ -140,8 +140,10 @@ class Pilots:
     def _welcome(self, address: Address, now: float) -> Outgoing:
         self._expire(now)
         for session in self.sessions:
-            if session.address == address and session is not self._driver:
-                del self._sessions[session.token]
+            if session.address == address:
+                # A greeting was repeated, or a program has started anew and counts from the beginning.
+                session.heard, session.seq = now, -1
+                return Outgoing(encode(type="welcome", session=session.token), address)
         if len(self._sessions) >= MAX_SESSIONS:
             return Outgoing(encode(type="refused", text=f"{MAX_SESSIONS} pilots are here, which is the limit"), address)
         session = Session(secrets.token_hex(8), address, now)
