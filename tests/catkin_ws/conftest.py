@@ -159,11 +159,15 @@ class Program:
 
 
 class Probe:
-    """A node in a process of its own that watches topics, drives and calls services; see ros_probe.py."""
+    """A node in a process of its own that watches topics, drives and calls services; see ros_probe.py.
 
-    def __init__(self, environment: dict[str, str]) -> None:
+    Args:
+        remappings: As for any node, e.g. "/cmd_vel:=/rto3/safe_cmd_vel".
+    """
+
+    def __init__(self, environment: dict[str, str], *remappings: str) -> None:
         self._process = processes.start(
-            [sys.executable, str(Path(__file__).with_name("ros_probe.py"))],
+            [sys.executable, str(Path(__file__).with_name("ros_probe.py")), *remappings],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -239,8 +243,8 @@ class Graph:
         self._programs.append(Program(list(argv), self.environment, log))
         return self._programs[-1]
 
-    def probe(self) -> Probe:
-        self._probes.append(Probe(self.environment))
+    def probe(self, *remappings: str) -> Probe:
+        self._probes.append(Probe(self.environment, *remappings))
         return self._probes[-1]
 
     def close(self) -> None:

@@ -44,6 +44,28 @@ def test_bubble_acts_only_when_a_command_comes():
     assert layer.tick(100.0) is None
 
 
+def test_f11_a_lost_link_leaves_the_bubbles_last_velocity_standing():
+    layer = BubbleLayer()
+    layer.hear_ranges(FREE, 0.0)
+    assert layer.hear_command(0.2, 0.0, 0.0, 0.0).velocity == (0.2, 0.0, 0.0)
+    assert all(layer.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing tells the robot to stop
+
+
+@pytest.mark.parametrize(("layer", "stops"), [(BubbleLayer, False), (GateLayer, True)])
+def test_f12_a_pilot_that_sends_nothing_on_release_is_stopped_by_the_gate_only(layer, stops):
+    driven = Driven()
+    driven.layer = layer()
+    driven.run(0.1)
+    key_press = (0.2, 0.0, 0.0)  # the guide's window sends once, when the key goes down
+    sent = [driven.layer.hear_command(*key_press, driven.now)]
+    for _ in range(20):
+        driven.run(0.05)
+        sent.append(driven.answer)
+    velocities = [answer.velocity for answer in sent if answer is not None and answer.velocity is not None]
+    assert velocities
+    assert (velocities[-1] == (0.0, 0.0, 0.0)) == stops
+
+
 @pytest.mark.parametrize("radius", [0.0, -1.0, math.nan, math.inf])
 def test_bubble_needs_a_radius(radius):
     with pytest.raises(ValueError, match="radius"):
@@ -51,8 +73,8 @@ def test_bubble_needs_a_radius(radius):
 
 
 class Driven:
-    """A gate that is fed as the node feeds it, 20 times a second, from a robot that follows at once; what the first beam sees
-    comes nearer as it drives."""
+    """A layer that is fed as the node feeds it, 20 times a second, from a robot that follows at once; what the first
+    beam sees comes nearer as it drives."""
 
     def __init__(self, ranges=FREE):
         self.layer = GateLayer()
@@ -70,7 +92,7 @@ class Driven:
             if command is not None:
                 self.layer.hear_command(*command, self.now)
             self.answer = self.layer.tick(self.now)
-            if self.answer.velocity is not None:
+            if self.answer is not None and self.answer.velocity is not None:
                 self.x += self.answer.velocity[0] * 0.05
         return self.answer
 
