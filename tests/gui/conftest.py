@@ -181,6 +181,16 @@ def terminal(qt: QApplication) -> FakeTerminal:
     return FakeTerminal()
 
 
+@pytest.fixture
+def make_link(qt: QApplication) -> type[FakeLink]:
+    return FakeLink
+
+
+@pytest.fixture
+def make_terminal(qt: QApplication) -> type[FakeTerminal]:
+    return FakeTerminal
+
+
 @pytest.fixture(scope="session")
 def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
     """Where the middle of a widget of the 1280x720 window is [px]."""
