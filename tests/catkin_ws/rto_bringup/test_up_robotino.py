@@ -114,6 +114,43 @@ def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):
     assert call("/rto3/reset_bumper", "std_srvs/Trigger", {})[1]["success"] is True
 
 
+def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
+    """A person carries a line from the sender's terminal to the receiver's, and one back."""
+
+    def start(*argv: str) -> subprocess.Popen:
+        return processes.start(
+            argv, env=station.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            text=True,
+        )  # fmt: skip
+
+    def carry(source: subprocess.Popen, target: subprocess.Popen) -> None:
+        line = next(line for line in source.stdout if line.startswith("{"))
+        target.stdin.write(line)
+        target.stdin.flush()
+
+    station.probe.watch("/pasted", "sensor_msgs/Image", ["width", "encoding"])
+    library = graph.workspace / "lib"
+    sender = start(
+        str(library / "rto_bringup/robotino_onboard"), "camera", "--copy-paste", "--address", "127.0.0.1", "--source",
+        "test", "--size", "320x240",
+    )  # fmt: skip
+    receiver = start(
+        str(library / "rto_node/rto_camera_receiver"), "__name:=pasting", "_signaling:=copy-paste",
+        "_address:=127.0.0.1", "img_raw:=/pasted",
+    )  # fmt: skip
+    try:
+        carry(sender, receiver)
+        carry(receiver, sender)
+        assert station.probe.newest("/pasted") == [320, "bgr8"]
+        assert processes.end(sender, patience=10.0) == 0
+        assert receiver.wait(20) == 0, "the sender's goodbye ends the receiver"
+    finally:
+        for program in (sender, receiver):
+            processes.end(program, patience=10.0)
+            program.stdin.close()
+            program.stdout.close()
+
+
 def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, until_true):
     """roslaunch brings it back, as systemd does on a robot."""
     (pid,) = [

@@ -3,12 +3,13 @@
 Receives while somebody subscribes; the newest picture only, and a lost connection is made anew by itself.
 
 Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~measure and the clocks agree, else with
-            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>";
+            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>", "waiting: <for what>";
             picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
 Parameters: ~sender (127.0.0.1): host, host:port or http://host:port; the port is 8083 unless given; ~frame_id
             (camera_optical_frame); ~measure (false): ask for pictures that carry the time they were taken, in blocks at
             their lower edge, and tell their age; ~signaling ("http", or "copy-paste": the offer is read from this
-            terminal and the answer printed, as the Robotino guide has it).
+            terminal and the answer printed, as the Robotino guide has it); ~address (all but loopback): of this
+            machine, for copy and paste: the fewer addresses, the shorter the line.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ class CameraReceiver:
         signaling = rospy.get_param("~signaling", SIGNALING[0])
         if signaling not in SIGNALING:
             raise SystemExit(f"{rospy.get_name()}: ~signaling is {signaling!r}; it can be {' or '.join(SIGNALING)}")
-        self._by_hand = signaling == "copy-paste"
+        self._by_hand, self._failed = signaling == "copy-paste", False
+        self._address = str(rospy.get_param("~address", "")) or None
         self._camera: WebrtcCamera | None = None
         if not self._by_hand:
             try:
@@ -57,7 +59,8 @@ class CameraReceiver:
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
-        return self._node.run(self._paste if self._by_hand else self._receive)
+        status = self._node.run(self._paste if self._by_hand else self._receive)
+        return 1 if self._failed else status
 
     def _receive(self) -> None:
         camera = self._camera
@@ -93,21 +96,22 @@ class CameraReceiver:
             self._diagnostics.report(now, OK, "pictures come")
 
         async def exchange() -> None:
-            work = asyncio.ensure_future(receive_by_copy_and_paste(CopyAndPasteSignaling(), take))
+            work = asyncio.ensure_future(receive_by_copy_and_paste(CopyAndPasteSignaling(), take, self._address))
             while not work.done() and not self._node.stop.is_set():
                 await asyncio.wait({work}, timeout=0.2)
             if work.done():
                 work.result()
             work.cancel()
 
-        self._tell(time.monotonic(), "no picture: paste the line that the sender printed into this terminal")
+        self._tell(time.monotonic(), "waiting: paste the line that the sender printed into this terminal")
         try:
             asyncio.run(exchange())
         except (ValueError, KeyError, AssertionError) as error:  # of JSON, or of aiortc's reading of it
-            raise SystemExit(
-                f"{rospy.get_name()}: the exchange failed: {error}. Start both sides anew and paste whole lines; a "
-                "terminal takes no line longer than 4095 characters"
-            ) from None
+            rospy.logfatal(
+                "the exchange failed: %s. Start both sides anew and paste whole lines; a terminal takes no line longer "
+                "than 4095 characters", error,
+            )  # fmt: skip
+            self._failed = True
 
     def _publish(self, pixels, stamp: float) -> None:
         message = fill_image_message(Image(), pixels, "bgr8")
