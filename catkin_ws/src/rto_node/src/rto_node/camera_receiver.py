@@ -3,8 +3,8 @@
 Receives while somebody subscribes; the newest picture only, and a lost connection is made anew by itself.
 
 Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~measure and the clocks agree, else with
-            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>", "waiting: <for what>";
-            picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
+            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>",
+            "waiting: <for what>"; picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
 Parameters: ~sender (127.0.0.1): host, host:port or http://host:port; the port is 8083 unless given; ~frame_id
             (camera_optical_frame); ~measure (false): ask for pictures that carry the time they were taken, in blocks at
             their lower edge, and tell their age; ~signaling ("http", or "copy-paste": the offer is read from this
