@@ -7,7 +7,7 @@ import math
 import time
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, Qt, pyqtSignal
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QPainter
 
 from gui.floor import scaled_to
@@ -28,6 +28,7 @@ READINGS = (
     "voice_levels", "voice_state", "posture",
 )  # fmt: skip
 """Channels whose readings go to widgets as they are."""
+STALE_PERIOD = 250  # ms
 CLOCKS_DIFFER = 5.0
 """Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
 
@@ -72,6 +73,9 @@ class Views(QObject):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
         link.channel("picture").arrived.connect(self._on_picture)
+        self._stale_clock = QTimer(self, interval=STALE_PERIOD)
+        self._stale_clock.timeout.connect(lambda: window.health.show_picture(window.video.age(), 0.0))
+        window.video.stale_changed.connect(self._on_stale)
         self._offer_cameras()
         self._join_panels()
         self._join_picture()
@@ -178,6 +182,13 @@ class Views(QObject):
         self._window.health.show_picture(
             age if 0.0 <= age < CLOCKS_DIFFER else math.nan, self._window.video.rate()
         )
+
+    def _on_stale(self, stale: bool) -> None:
+        """What is told of the link grows old with the picture."""
+        if stale:
+            self._stale_clock.start()
+        else:
+            self._stale_clock.stop()
 
     def _watch_tablet(self) -> None:
         self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)

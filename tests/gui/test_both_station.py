@@ -255,6 +255,8 @@ def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, sc
         y + forward * math.sin(theta) + aside * math.cos(theta),
     )
     hold_at(screen, video(u, v))
+    wait_until(lambda: math.dist(station.pose("/truth")[:2], (x, y)) > 0.1, "Pepper drives")
+    photograph("pepper")
     near = lambda: math.dist(station.pose("/truth")[:2], target) < NEAR  # noqa: E731
     wait_until(lambda: near() and still(station, "/truth"), "it is there")
     screen.do("mouseup", 1)
@@ -352,8 +354,6 @@ def test_light_and_dark(window, screen, place, photograph, wait_until):
     screen.do("mousemove", *HEADER_CLICK["pepper"], "click", 1)
     wait_until(lambda: max(screen.colour(*place("video"))) > 20, "a picture")
     wait_until(lambda: terminal_text(window), "Pepper's page")
-    time.sleep(1.0)
     photograph("light")
     window.click(place("themeButton"))
     wait_until(lambda: screen.colour(*GROUND) == dark, "the window is dark again")
-    photograph("pepper")
