@@ -18,6 +18,8 @@ from gui.readings import BodyState, CameraView, Safety
 SEND_PERIOD = 50  # ms
 ARRIVED = 0.15
 """[m] from the place: near enough."""
+HOLD = 0.2
+"""Seconds that the button must be down before the robot moves: a click that only takes the keyboard moves nothing."""
 SLOWEST = 0.06
 """[m/s]; slower commands would be lost in the wheels' friction."""
 NEARING = 1.0
@@ -62,7 +64,8 @@ class FloorDrive(QObject):
         self._view_of, self._picture_age = view_of, picture_age
         self._block = ""
         self._target: tuple[float, float] | None = None
-        self._driving = False
+        self._driving = self._arrived = False
+        self._pressed_at = 0.0
         self._body: BodyState | None = None
         self._safety: Safety | None = None
         self._blocked_since: float | None = None
@@ -98,14 +101,14 @@ class FloorDrive(QObject):
             self.refused.emit(self._block)
         elif self._point_at(u, v):
             self._blocked_since = None
-            self._driving = True
+            self._pressed_at, self._arrived = time.monotonic(), False
             self._timer.start()
             self._step()
 
     def drag(self, u: float, v: float) -> None:
         """The pointer moved with the button down."""
         if self._target is not None and self._point_at(u, v):
-            self._driving = True
+            self._arrived = False
             self._timer.start()
 
     def release_all(self) -> None:
@@ -158,7 +161,11 @@ class FloorDrive(QObject):
             if self._driving:
                 self._driving = False
                 self.velocity.emit(0.0, 0.0, 0.0)
+            if not self._arrived:
+                self._arrived = True
                 self.arrived.emit()
+            return
+        if now - self._pressed_at < HOLD:
             return
         if self._is_blocked(now):
             self._end(f"The way is blocked: {self._safety.reason}")
@@ -166,6 +173,7 @@ class FloorDrive(QObject):
         # Sensors look ahead best: turn first, drive as the robot comes to face the place.
         speed = self._speed_for(distance) * max(0.0, math.cos(bearing))
         turn = max(-self.turn, min(self.turn, TURNING * bearing))
+        self._driving = True
         self.velocity.emit(speed * math.cos(bearing), speed * math.sin(bearing), turn)
 
     def _speed_for(self, distance: float) -> float:

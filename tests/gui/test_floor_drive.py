@@ -38,7 +38,8 @@ class Rig:
 
 
 @pytest.fixture
-def rig(qt):
+def rig(qt, monkeypatch):
+    monkeypatch.setattr("gui.floor_drive.HOLD", 0.0)
     rig = Rig()
     yield rig
     rig.drive.release_all()
@@ -54,6 +55,16 @@ def test_drives_towards_the_floor_while_held_and_sends_one_zero_on_release(rig, 
     assert rig.sent[-1] == (0.0, 0.0, 0.0) and rig.targets[-1] is None
     rig.drive.release_all()
     assert len(rig.sent) == count and not rig.refused
+
+
+def test_a_short_click_moves_nothing(rig, monkeypatch, spin):
+    monkeypatch.setattr("gui.floor_drive.HOLD", 0.3)
+    rig.drive.press(*AHEAD)
+    assert rig.drive.target is not None and not rig.sent
+    rig.drive.release_all()
+    assert not rig.sent
+    rig.drive.press(*AHEAD)
+    spin(lambda: rig.sent, "holding it drives")
 
 
 def test_turns_first_when_the_place_is_beside_the_robot(rig):
