@@ -18,6 +18,10 @@ log = logging.getLogger(__name__)
 RATE = 48000
 PERIOD = 0.01
 """Seconds of sound in one piece: what it adds to the delay."""
+LEAD = 0.02
+"""Seconds in advance at the sound device: this thread shares its processor with physics, which may hold it up."""
+PATIENCE = 0.0
+"""Seconds of delay accepted on top, for a busy machine."""
 MAX_LAG = 0.5
 """A longer pause of this process is left out of the sound [s]."""
 
@@ -67,12 +71,12 @@ class LoudspeakerOutput:
                 at += late
             samples = self._track.render(at, count, RATE)
             at += PERIOD
-            data = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype("<i2").tobytes()
+            pcm = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype("<i2")
             if self._sink is not None:
-                self._sink.push(data, at - PERIOD)
+                self._sink.push(pcm)
             if self._file is not None:
                 try:
-                    self._file.writeframes(data)
+                    self._file.writeframes(pcm.tobytes())
                 except OSError as error:
                     log.error("the loudspeaker's record ends: %s", error)
                     self._end_record()
@@ -97,36 +101,16 @@ def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
 
 
 class _Sink:
-    """Blocks of int16 samples to a sound device."""
+    """Blocks of int16 samples, mono, to a sound device."""
 
     def __init__(self, device: str) -> None:
         # Loaded only for a robot that shall be heard: a simulator needs no GStreamer.
-        from telepresence.audio import devices
-        from telepresence.audio.pipeline import Gst, KeptPipeline
+        from telepresence.audio.loudspeaker import Loudspeaker
 
-        self._gst = Gst
-        # A piece is there when its time is over, and its thread shares the processor with physics: 10 ms and 20 more.
-        head = (
-            "appsrc name=in is-live=true format=time min-latency=30000000 max-bytes=19200 "
-            f"leaky-type=downstream caps=audio/x-raw,format=S16LE,rate={RATE},channels=1,layout=interleaved"
-        )
-        self._pipeline = KeptPipeline(
-            "loudspeaker of the simulated robot",
-            lambda: f"{head} ! audioconvert ! audioresample ! {devices.sink(device)}",
-            # The clock of time.monotonic(), by which the pieces are stamped; the device follows it.
-            lambda pipeline: pipeline.use_clock(Gst.SystemClock.obtain()),
-        ).start()
+        self._loudspeaker = Loudspeaker(device, RATE, LEAD, PATIENCE, name="loudspeaker of the simulated robot").start()
 
-    def push(self, data: bytes, start: float) -> None:
-        """Play int16 samples that began at `start` [s, monotonic]."""
-        source = self._pipeline.get("in")
-        if source is None:
-            return
-        stamp = int(start * self._gst.SECOND) - source.get_base_time()
-        if stamp >= 0:
-            buffer = self._gst.Buffer.new_wrapped(data)
-            buffer.pts = stamp
-            source.emit("push-buffer", buffer)
+    def push(self, samples: np.ndarray) -> None:
+        self._loudspeaker.push(np.repeat(samples, 2).tobytes())
 
     def close(self) -> None:
-        self._pipeline.close()
+        self._loudspeaker.close()

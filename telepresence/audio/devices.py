@@ -20,8 +20,8 @@ from telepresence.audio.pipeline import Gst, SoundError
 
 SOURCE_TIMES = "buffer-time=200000 latency-time=10000"
 """Microseconds. The second is the delay; the first is how long this program may be busy without losing sound."""
-SINK_TIMES = "buffer-time=24000 latency-time=6000 processing-deadline=0"
-"""Microseconds, except the deadline [ns]. GStreamer's default deadline would add 20 ms to every live sound."""
+SINK_BUFFER = 0.03
+"""Seconds of sound that a loudspeaker holds in advance: its delay, and how long this program may be busy."""
 _NAME = re.compile(r"[\w.:@+,-]{1,200}")
 _CARDS = Path("/proc/asound/cards")
 
@@ -37,15 +37,19 @@ def source(choice: str) -> str:
     return f"{_element('src', choice, 'microphone')} {SOURCE_TIMES}"
 
 
-def sink(choice: str) -> str:
+def sink(choice: str, patience: float = 0.0) -> str:
     """The element that plays on the chosen loudspeaker, in time with the clock (sync=true).
 
+    Args:
+        patience: Seconds on top of `SINK_BUFFER`, for a busy machine.
     Raises:
         SoundError: There is none, or the choice is no device's name.
     """
     if choice == "test":
         return "fakesink sync=true"
-    return f"{_element('sink', choice, 'loudspeaker')} {SINK_TIMES}"
+    times = f"buffer-time={round((SINK_BUFFER + patience) * 1e6)} latency-time=10000"
+    # GStreamer's default deadline would add 20 ms to every live sound.
+    return f"{_element('sink', choice, 'loudspeaker')} {times} processing-deadline=0"
 
 
 def _element(kind: str, choice: str, what: str) -> str:

@@ -9,7 +9,7 @@ from telepresence.audio.pipeline import Gst, KeptPipeline
 from telepresence.audio.schedule import Schedule
 
 MOST = 0.08
-"""Seconds beyond its patience that a piece may wait for its turn."""
+"""Seconds beyond its lead that a piece may wait for its turn."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 
 
@@ -19,7 +19,9 @@ class Loudspeaker:
     Args:
         device: See `telepresence.audio.devices`.
         rate: Of what is pushed [Hz].
-        patience: Seconds that a piece may be late without a gap.
+        lead: Seconds that a piece may be late without a gap.
+        patience: Seconds of delay accepted on top, for a busy machine or a poor network.
+        name: In messages.
         on_level: Gets the mean level [dBFS] ten times a second while something is pushed, muted or not.
     """
 
@@ -27,19 +29,22 @@ class Loudspeaker:
         self,
         device: str,
         rate: int = 48000,
-        patience: float = 0.05,
+        lead: float = 0.05,
+        patience: float = 0.0,
         on_level: Callable[[float], None] = lambda level: None,
+        name: str = "loudspeaker",
     ) -> None:
         self.device = device
         self._rate = rate
-        self._schedule = Schedule(patience, patience + MOST)
+        self._patience = patience
+        self._schedule = Schedule(lead + patience, lead + patience + MOST)
         self._muted = False
         self._head = (
-            "appsrc name=in is-live=true format=time max-bytes=76800 leaky-type=downstream "
+            "appsrc name=in is-live=true format=time max-bytes=0 leaky-type=downstream "
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels=2,layout=interleaved ! {_LEVEL} "
             "! audioconvert ! audioresample ! volume name=volume"
         )
-        self.pipeline = KeptPipeline("loudspeaker", self._describe, self._prepare, on_level)
+        self.pipeline = KeptPipeline(name, self._describe, self._prepare, on_level)
 
     def start(self) -> Loudspeaker:
         self.pipeline.start()
@@ -68,9 +73,13 @@ class Loudspeaker:
         source = self.pipeline.get("in")
         if source is None:
             return
-        now = Gst.SystemClock.obtain().get_time() - source.get_base_time()
+        # The device's own clock: a device that follows another one's is slow to find it, and plays garbage meanwhile.
+        clock = source.get_clock()
+        if clock is None:
+            return
+        now = clock.get_time() - source.get_base_time()
         due, seam = self._schedule.place(now / Gst.SECOND, len(frames) / (4 * self._rate))
-        if due is None:
+        if due is None or due < 0.0:
             return
         buffer = Gst.Buffer.new_wrapped(frames)
         buffer.pts = int(due * Gst.SECOND)
@@ -79,9 +88,8 @@ class Loudspeaker:
         source.emit("push-buffer", buffer)
 
     def _describe(self) -> str:
-        return f"{self._head} ! {devices.sink(self.device)}"
+        return f"{self._head} ! {devices.sink(self.device, self._patience)}"
 
     def _prepare(self, pipeline: Gst.Pipeline) -> None:
-        pipeline.use_clock(Gst.SystemClock.obtain())  # by which the pieces are stamped; the device follows it
         self._schedule.forget()
         pipeline.get_by_name("volume").set_property("mute", self._muted)

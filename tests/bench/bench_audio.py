@@ -29,6 +29,7 @@ from pepper_sim import loudspeaker_output
 from pepper_sim.services.microphones import BLOCK
 from pepper_sim.simulation import Simulation
 from telepresence import processes
+from telepresence.audio import devices
 
 SECONDS = float(os.environ.get("BENCH_AUDIO_SECONDS", "600"))
 CUT = 10.0
@@ -37,13 +38,13 @@ ROOM = "Hello robot, yes of course, but drive slowly please: the cat is asleep o
 PIECE, LATEST = 0.5, 0.6
 """Seconds that are looked for at once, and how late they may be found."""
 JITTER = 0.015
-SINK, SOURCE = 0.024, 0.010
+SINK, SOURCE = devices.SINK_BUFFER, 0.010
 """Of telepresence.audio.devices [s]."""
 TO_ROBOT = (
     SOURCE
     + robot_mouth.PIECE * (1 + robot_mouth.CUSHION)
     + loudspeaker_output.PERIOD
-    + 0.02  # of the simulated loudspeaker, for pauses of its process
+    + loudspeaker_output.LEAD
     + SINK
 )
 TO_PILOT = BLOCK[48000] / 48000 + rtp_sound.LEAD + JITTER + SINK
@@ -72,10 +73,10 @@ def both_ways(server: SoundServer, log: Path) -> list[Row]:
         Simulation("empty", port=0, speaker="robot_speaker") as robot,
         log.open("w") as output,
     ):
-        devices = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker")
+        ends = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker")
         network = (f"--pip={robot.url}", f"_rtp_port:={free_port()}", f"_jitter:={JITTER}")
         node = processes.start(
-            ["rosrun", "telepresence_1", "voice", *devices, *network],
+            ["rosrun", "telepresence_1", "voice", *ends, *network],
             env={**environment, **server.environment()},
             stdin=subprocess.DEVNULL,
             stdout=output,

@@ -20,6 +20,8 @@ pytestmark = pytest.mark.ros
 
 PILOT_SAYS = "Good morning, this is the pilot. May I come in?"
 ROBOT_HEARS = "Hello robot, please be careful, the cat is asleep."
+PATIENCE = 0.2
+"""Seconds: the machine that runs the tests may be busy with others."""
 LIVE = "you: live; robot: live"
 
 
@@ -31,7 +33,7 @@ class Rig:
         self.port = graph.free_port()
         self.robot = self.start_robot()
         node = str(graph.workspace / "lib" / "rto_node" / "rto_voice")
-        devices = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker")
+        devices = ("_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker", f"_patience:={PATIENCE}")
         self.node = graph.run(node, f"_server:=127.0.0.1:{self.port}", *devices)
         self.probe = graph.probe()
         self.probe.watch("/voice/state", "std_msgs/String", ["data"])
@@ -45,6 +47,7 @@ class Rig:
         program = self.graph.run(
             *(sys.executable, "-m", "rto_bringup.onboard", "sound", "--port", str(self.port)),
             *("--microphone", "robot_mic.monitor", "--speaker", "robot_speaker"),
+            *("--patience", str(PATIENCE)),
         )
         program.wait_for("sound server listens on")
         return program

@@ -3,7 +3,8 @@
 The robot's end is the sound server that runs on it (`python -m rto_bringup.onboard sound`).
 Topics and services: see `telepresence_1.voice_surface`.
 Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless given; ~microphone, ~speaker ("auto"): see
-            `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone.
+            `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone; ~patience (0): seconds
+            of delay accepted on top, for a busy machine or a poor network.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ class Voice:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
-        self._loudspeaker = Loudspeaker(speaker, RATE, on_level=self._levels[1].put)
+        patience = float(rospy.get_param("~patience", 0.0))
+        self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
         self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:

@@ -50,9 +50,10 @@ class RobotMouth:
 
     Args:
         rate: What the robot shall play [Hz]; 0 takes what it plays now, which is safest: older robots ignore a change.
+        patience: Seconds on top of the cushion, for a busy machine or a poor network.
     """
 
-    def __init__(self, connection: Connection, rate: int = 0) -> None:
+    def __init__(self, connection: Connection, rate: int = 0, patience: float = 0.0) -> None:
         if rate and rate not in RATES:
             raise ValueError(f"the robot plays {', '.join(map(str, RATES))} Hz, not {rate}")
         self.rate = rate or 22050
@@ -73,7 +74,8 @@ class RobotMouth:
         self._queue: deque[bytes] = deque(maxlen=4 * BACKLOG)
         self._arrived = threading.Condition()
         self._pending: deque[tuple[float, PendingCall]] = deque()
-        self._before: deque[bytes] = deque(maxlen=CUSHION)
+        self._before: deque[bytes] = deque(maxlen=CUSHION + round(patience / PIECE))
+        self._cushion = PIECE * self._before.maxlen
         self._link = -1
         self._stalled = False
         self._talking = False
@@ -204,7 +206,7 @@ class RobotMouth:
     def _drifted(self, now: float) -> bool:
         """Whether the robot's queue may have run dry or full, by our clock."""
         ahead = self._sent - (now - self._since)
-        return not -PIECE < ahead < CUSHION * PIECE + PIECE + DRIFT or now - self._since > RESYNC
+        return not -PIECE < ahead < self._cushion + PIECE + DRIFT or now - self._since > RESYNC
 
     def _restart(self, why: str) -> None:
         log.debug("the loudspeaker's queue is emptied: %s", why)

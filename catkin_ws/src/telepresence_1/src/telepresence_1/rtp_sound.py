@@ -19,7 +19,7 @@ from telepresence.audio.schedule import Schedule
 
 PORT = 10001
 CODECS = ("l16", "opus")
-LEAD = 0.012
+LEAD = 0.01
 """Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
 MAX_LEAD = 0.1
 """A block that would wait longer [s] is thrown away: blocks came in a burst after a pause."""
@@ -47,6 +47,7 @@ class RtpSender:
         rate, channels: Of the blocks [Hz].
         host, port: Where the receiver listens.
         on_level: Gets the mean level [dBFS] ten times a second while sound is sent.
+        patience: Seconds of delay accepted on top, for a busy machine.
     """
 
     def __init__(
@@ -57,9 +58,10 @@ class RtpSender:
         port: int = PORT,
         codec: str = "l16",
         on_level: Callable[[float], None] = lambda level: None,
+        patience: float = 0.0,
     ) -> None:
         self._rate = rate
-        self._schedule = Schedule(LEAD, MAX_LEAD)
+        self._schedule = Schedule(LEAD + patience, MAX_LEAD + patience)
         self._lock = threading.Lock()
         description = (
             "appsrc name=in is-live=true format=time max-bytes=0 "
@@ -112,6 +114,7 @@ class RtpPlayer:
         address: Of this machine, on which packets are accepted; loopback by default.
         jitter: Seconds that a packet may be late.
         on_state: See `KeptPipeline`.
+        patience: Seconds of delay accepted on top, for a busy machine.
     """
 
     def __init__(
@@ -122,8 +125,10 @@ class RtpPlayer:
         codec: str = "l16",
         jitter: float = 0.02,
         on_state: Callable[[str | None], None] = lambda problem: None,
+        patience: float = 0.0,
     ) -> None:
         self.device = device
+        self._patience = patience
         self._address = address
         self._muted = False
         self._head = (
@@ -164,7 +169,7 @@ class RtpPlayer:
         return read["num-pushed"], read["num-lost"] + read["num-late"]
 
     def _describe(self) -> str:
-        return f"{self._head} ! {devices.sink(self.device)}"
+        return f"{self._head} ! {devices.sink(self.device, self._patience)}"
 
     def _prepare(self, pipeline: Gst.Pipeline) -> None:
         pipeline.get_by_name("in").set_property("address", self._address)

@@ -16,6 +16,7 @@ Parameters:
                              `play_rtp`
     ~codec ("")              l16 or opus; "": l16 on this machine, opus elsewhere
     ~jitter (0.015)          seconds that a packet of it may be late
+    ~patience (0)            seconds of delay accepted on top, each way, for a busy machine or a poor network
 """
 
 from __future__ import annotations
@@ -52,9 +53,12 @@ class Voice:
         codec = str(rospy.get_param("~codec", "")) or ("l16" if is_loopback(host) else "opus")
         if codec not in CODECS:
             raise ValueError(f"~codec is {' or '.join(CODECS)}, not '{codec}'")
+        patience = float(rospy.get_param("~patience", 0.0))
+        if not 0.0 <= patience <= 1.0:
+            raise ValueError(f"~patience is between 0 and 1 s, not {patience}")
         self._levels = (Level(), Level())
         connection = self._node.connection
-        self._mouth = RobotMouth(connection, int(rospy.get_param("~robot_rate", 0)))
+        self._mouth = RobotMouth(connection, int(rospy.get_param("~robot_rate", 0)), patience)
         self._microphone = Microphone(microphone, lambda: self._mouth.rate, self._mouth.put, self._levels[0].put)
         self._mouth.on_rate = self._microphone.pipeline.reopen
         self._ears = RobotEars(
@@ -63,12 +67,13 @@ class Voice:
             str(rospy.get_param("~robot_microphones", "stereo")),
             self._own_url(),
         )
-        self._sender = RtpSender(self._ears.rate, self._ears.channels, host, port, codec, self._levels[1].put)
+        channels = (self._ears.rate, self._ears.channels)
+        self._sender = RtpSender(*channels, host, port, codec, self._levels[1].put, patience)
         self._player: RtpPlayer | None = None
         if is_loopback(host):
             self._ears.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.015))
-            self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed)
+            self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience)
         self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:

@@ -62,6 +62,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
             f"--{end}", default="auto", metavar="DEVICE",
             help="auto, none, test, alsa:DEVICE, or a name of the sound server (default: %(default)s)",
         )  # fmt: skip
+    sound.add_argument(
+        "--patience", type=float, default=0.0,
+        help="seconds of delay accepted on top, for a busy machine or a poor network (default: %(default)s)",
+    )  # fmt: skip
     return parser.parse_args(arguments)
 
 
@@ -79,7 +83,7 @@ def run_sound(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.sound_server import SoundServer, serve_sound
 
     async def talk() -> None:
-        server = SoundServer(options.microphone, options.speaker)
+        server = SoundServer(options.microphone, options.speaker, options.patience)
         ready = "sound server listens on {}".format
         work = asyncio.ensure_future(
             serve_sound(server, options.address or LOOPBACK, options.port, lambda url: print(ready(url), flush=True))

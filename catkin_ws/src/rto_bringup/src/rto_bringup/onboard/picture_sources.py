@@ -26,6 +26,8 @@ SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.5, 5.0
 """Seconds until a lost camera is tried again."""
 NO_NEWS_PERIOD = 0.01
 """Seconds until /cam0 is asked again when it has no new picture."""
+NO_NEWS_TIMEOUT = 4.0
+"""Seconds without a picture after which /cam0 counts as lost; a camera takes a moment to wake up."""
 
 Pictures = Iterator[np.ndarray]
 """Planes of yuv420p, shape (height * 3 / 2, width) uint8, each as soon as it was taken."""
@@ -139,7 +141,7 @@ def web_pictures(address: str, rate: float) -> Pictures:
     """From /cam0 of the robot's web server, which answers 500 while its camera wakes up or has no newer picture."""
     client = RobotinoClient(address, timeout=2.0)
     decoder = av.CodecContext.create("mjpeg", "r")
-    due = time.monotonic()
+    due = newest = time.monotonic()
     try:
         while True:
             try:
@@ -147,8 +149,11 @@ def web_pictures(address: str, rate: float) -> Pictures:
             except (RobotinoError, http.client.HTTPException) as error:
                 raise CameraLost(str(error)) from None
             if not data:
+                if time.monotonic() - newest > NO_NEWS_TIMEOUT:
+                    raise CameraLost(f"Robotino at {client.address} has no picture: is its camera plugged in?")
                 time.sleep(NO_NEWS_PERIOD)
                 continue
+            newest = time.monotonic()
             yield planes_of(_decode(decoder, data))
             due = max(due + 1.0 / rate, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))

@@ -37,12 +37,13 @@ class SoundServer:
 
     Args:
         microphone, loudspeaker: Devices of the robot, see `telepresence.audio.devices`.
+        patience: Seconds of delay accepted on top, for a busy machine or a poor network.
     """
 
-    def __init__(self, microphone: str = "auto", loudspeaker: str = "auto") -> None:
+    def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", patience: float = 0.0) -> None:
         self._track: MicrophoneTrack | None = None
         self._microphone = Microphone(microphone, lambda: RATE, self._heard)
-        self._loudspeaker = Loudspeaker(loudspeaker)
+        self._loudspeaker = Loudspeaker(loudspeaker, patience=patience)
         self._peer: RTCPeerConnection | None = None
         self._number = 0
         self._numbers = itertools.count(1)
