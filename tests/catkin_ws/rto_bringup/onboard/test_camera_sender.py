@@ -7,9 +7,11 @@ import contextlib
 import json
 import signal
 import subprocess
+import threading
 import time
 import urllib.error
 import urllib.request
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 from aiortc.contrib.signaling import BYE, object_from_string, object_to_string
@@ -132,6 +134,35 @@ def test_a_lost_camera_is_told(run_onboard, make_camera, free_port, until_true):
     sender = run_onboard("camera", "--port", "0", "--source", f"127.0.0.1:{free_port()}")
     make_camera(sender.port)
     until_true(lambda: "connection refused" in ask(sender.port)[1], "the reason is told")
+
+
+def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true):
+    asked = []
+
+    class NoCamera(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            asked.append(self.path)
+            self.send_response(500)
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), NoCamera) as robot:
+        robot.daemon_threads = True
+        threading.Thread(target=robot.serve_forever, daemon=True).start()
+        source = open_source(f"127.0.0.1:{robot.server_address[1]}", 30.0, (640, 480))
+        source.watch()
+        until_true(lambda: "plugged in" in source.problem, "the problem")
+        source.leave()
+        source.close()
+        count = len(asked)
+        time.sleep(0.2)
+        assert len(asked) == count
+        robot.shutdown()
 
 
 def test_a_device_that_is_none_is_told(until_true):
