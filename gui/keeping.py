@@ -37,7 +37,7 @@ class Keeping(QObject):
         self._window, self._link, self._folder = window, link, folder
         self._since = 0.0
         self.recorder = Recorder(folder, self)
-        self.recorder.started.connect(lambda bag: self.said.emit(f"Recording into {bag}", "good"))
+        self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
         self.recorder.finished.connect(self._on_finished)
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
         self.recorder.failed.connect(self._on_failed)
