@@ -182,14 +182,15 @@ def test_the_simulation_guides_debugging_commands_answer_as_the_guide_says(stati
     assert "std_srvs/Trigger" in station.run("rosservice", "info", "/restart_simulation")
     answer = station.run("rosservice", "call", "/restart_simulation")
     assert "success: True" in answer and re.search(r'message: "\w', answer)
-    lines: dict[str, float] = {}
+    rates: dict[str, float] = {}
+    expected = {"/robot_camera": pytest.approx(10.0, abs=1.5), "/body_state": pytest.approx(10.0, abs=1.5)}
     deadline = time.monotonic() + 30.0
-    while len(lines) < 2 and time.monotonic() < deadline:
+    while rates != expected and time.monotonic() < deadline:
         for name, value in re.findall(r"^(/robot_camera|/body_state)\s+(\d+\.\d+)", rate.stdout.readline()):
-            lines[name] = float(value)
+            rates[name] = float(value)
     processes.end(rate)
     rate.stdout.close()
-    assert lines == {"/robot_camera": pytest.approx(10.0, abs=2.0), "/body_state": pytest.approx(10.0, abs=2.0)}
+    assert rates == expected
 
 
 def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):
