@@ -13,8 +13,10 @@ from telepresence_1.rtp_sound import RtpPlayer, RtpSender
 TEXT = "One two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen."
 BLOCK = 4096
 LOSS, JITTER = 0.02, 0.05
-PATIENCE = 0.08
+LATE = 0.08
 """Seconds that the player waits for a late packet."""
+BUSY = 0.15
+"""Seconds that this machine may be busy with others."""
 SINKS = {"l16": "pilot_speaker", "opus": "robot_speaker"}
 
 
@@ -27,8 +29,8 @@ class Line:
 
     def __init__(self, server: SoundServer, codec: str, port: int) -> None:
         self.network = BadNetwork(port, LOSS, JITTER)
-        self.player = RtpPlayer(SINKS[codec], port=port, codec=codec, jitter=PATIENCE).start()
-        self.sender = RtpSender(RATE, 2, port=self.network.port, codec=codec).start()
+        self.player = RtpPlayer(SINKS[codec], port=port, codec=codec, jitter=LATE, patience=BUSY).start()
+        self.sender = RtpSender(RATE, 2, port=self.network.port, codec=codec, patience=BUSY).start()
         self.ear = Recorder(server, f"{SINKS[codec]}.monitor")
 
     def close(self) -> None:
@@ -68,5 +70,5 @@ class Talk:
             first = round((at - self.start) * RATE)
             said = self.sound[first : first + round(piece * RATE)]
             if np.sqrt(np.mean(said**2)) > 0.02:
-                found.append(match(said, line.ear.between(at, at + piece + 0.6))[0])
+                found.append(match(said, line.ear.between(at, at + piece + 1.0))[0])
         return found

@@ -183,7 +183,7 @@ def test_without_a_sound_server_it_says_so_once(graph, monkeypatch: pytest.Monke
     node = graph.run_node("telepresence_1", "voice", "__name:=deaf", f"_rtp_port:={graph.free_port()}")
     node.wait_for("no microphone: no sound server")
     node.wait_for("no loudspeaker: no sound server")
-    time.sleep(5.0)  # two more attempts
+    time.sleep(2.5)  # one more attempt
     assert node.output.count("no sound server") == 2, node.output
     assert node.process.poll() is None
     node.signal(signal.SIGINT)
