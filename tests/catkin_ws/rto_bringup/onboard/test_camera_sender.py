@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import json
 import signal
-import subprocess
 import threading
 import time
 import urllib.error
@@ -14,9 +11,9 @@ import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
-from aiortc.contrib.signaling import BYE, object_from_string, object_to_string
+from rto_bringup.onboard import picture_sources
 from rto_bringup.onboard.picture_sources import open_source
-from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste, sender_url
+from rto_node.webrtc_camera import WebrtcCamera, sender_url
 
 
 def ask(port: int, method: str = "GET", path: str = "/camera", body: bytes | None = None, kind="application/sdp"):
@@ -136,7 +133,8 @@ def test_a_lost_camera_is_told(run_onboard, make_camera, free_port, until_true):
     until_true(lambda: "connection refused" in ask(sender.port)[1], "the reason is told")
 
 
-def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true):
+def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, monkeypatch):
+    monkeypatch.setattr(picture_sources, "NO_NEWS_TIMEOUT", 0.3)
     asked = []
 
     class NoCamera(BaseHTTPRequestHandler):
@@ -182,49 +180,3 @@ def test_sources_that_make_no_sense_are_refused(text, rate):
 def test_addresses_that_are_none_are_refused(text):
     with pytest.raises(ValueError, match="camera sender"):
         sender_url(text)
-
-
-class Hands:
-    """A person between two terminals: pastes lines from the sender's output to us, and ours into its input."""
-
-    def __init__(self, process: subprocess.Popen) -> None:
-        self._process = process
-
-    async def connect(self) -> None:
-        pass
-
-    async def close(self) -> None:
-        with contextlib.suppress(OSError):
-            await self.send(BYE)
-
-    async def send(self, description) -> None:
-        self._process.stdin.write(object_to_string(description) + "\n")
-        self._process.stdin.flush()
-
-    async def receive(self):
-        def next_line() -> str:
-            for line in self._process.stdout:
-                if line.startswith("{"):
-                    return line
-            raise ValueError("the sender's output ended")
-
-        return object_from_string(await asyncio.get_running_loop().run_in_executor(None, next_line))
-
-
-def test_copy_and_paste(start_onboard):
-    """As in the Robotino guide: the sender prints its offer, a person carries lines to and fro."""
-    sender = start_onboard("camera", "--copy-paste", "--address", "127.0.0.1", "--source", "test", "--size", "320x240")
-
-    async def look() -> int:
-        seen = []
-        work = asyncio.ensure_future(receive_by_copy_and_paste(Hands(sender), seen.append, "127.0.0.1"))
-        deadline = asyncio.get_running_loop().time() + 30
-        while len(seen) < 5 and not work.done() and asyncio.get_running_loop().time() < deadline:
-            await asyncio.sleep(0.02)
-        work.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await work
-        return len(seen)
-
-    assert asyncio.run(look()) >= 5
-    assert sender.wait(10) == 0, "the receiver's goodbye ends the sender"
