@@ -73,8 +73,7 @@ class Station:
         )
         self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
         self._talkers = [self._probe]
-        self.probe("watch", "/truth/pose", "geometry_msgs/PoseStamped", ["pose.position.x", "pose.position.y"])
-        wait_until(lambda: self.probe("seen", "/truth/pose"), "the simulated robot stands somewhere", timeout=60.0)
+        self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
 
     def _start(self, *argv):
         return processes.start(list(argv), env=self.environment, **QUIET)
@@ -95,10 +94,10 @@ class Station:
 
     def track(self):
         """(time [s], x, y [m]) since the last `forget`."""
-        return [(when, *place) for when, place in self.probe("seen", "/truth/pose")]
+        return [(when, *place) for when, place in self.probe("seen", "/truth")]
 
     def forget(self):
-        self.probe("forget", "/truth/pose")
+        self.probe("forget", "/truth")
 
     def place(self):
         self.forget()
@@ -128,8 +127,11 @@ class Station:
 @pytest.fixture(scope="module")
 def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("station"), free_port, wait_until)
-    yield station
-    station.close()
+    try:
+        wait_until(station.track, "the simulated robot stands somewhere", timeout=60.0)
+        yield station
+    finally:
+        station.close()
 
 
 @pytest.fixture(scope="module")

@@ -150,7 +150,7 @@ def test_roscore_start_starts_a_master_that_the_window_joins(screen, wait_until,
 
 def test_starts_as_a_node_and_ends_like_one(screen, wait_until, robot):
     window = screen.open_window(
-        program=("rosrun", "avatar_gui", "avatar_gui", "__name:=gui_ros_node", "__log:=/dev/null")
+        program=("rosrun", "avatar_gui", "avatar_gui", "--no-sign-in", "__name:=gui_ros_node", "__log:=/dev/null")
     )
     wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
     subprocess.run(["rosnode", "kill", "/gui_ros_node"], check=True, capture_output=True, timeout=20)
