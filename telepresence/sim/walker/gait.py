@@ -58,7 +58,7 @@ class Gait:
 
 
 TROT = Gait("trot", 2.6, 0.64, (0.0, 0.5, 0.5, 0.0), 0.035, 0.25, (0.30, 0.10, 0.8))
-"""Diagonal feet together: quick, and never on more than a line while both others are up."""
+"""Diagonal feet together: quick, and on two feet most of the time."""
 CRAWL = Gait("crawl", 0.9, 0.80, (0.25, 0.75, 0.0, 0.5), 0.035, 0.08, (0.09, 0.04, 0.35), sway=0.022, lead=0.08)
 """One foot at a time, the trunk over the other three: slow, and it could stop at any instant."""
 GAITS = {gait.name: gait for gait in (TROT, CRAWL)}
@@ -73,7 +73,7 @@ class GaitController:
         self.reset()
 
     def reset(self) -> None:
-        """Stand at phase 0 with the feet under the hips."""
+        """Stand at phase 0 with every foot at its place in `STANCE`."""
         self.gait = self.next
         self.phase = 0.0
         self.walking = False
@@ -81,7 +81,6 @@ class GaitController:
         self.feet = STANCE.copy()
         self.lifted = np.zeros(4, bool)
         self._from = STANCE[:, :2].copy()
-        self._swing = np.zeros(4)
         self._lean = 0.0
         self._tilt = (0.0, 0.0)
 
@@ -109,9 +108,10 @@ class GaitController:
         if not np.any(wanted):
             if self.walking:
                 self.freeze()
-            self._land(dt)
+            self._lower(dt)
+            self.lifted &= self.feet[:, 2] > STANCE[:, 2]
         else:
-            self._walk(np.clip(wanted, np.negative(self.gait.top_speed), self.gait.top_speed), dt)
+            self._walk(wanted, dt)
         return self._levelled(tilt)
 
     def _walk(self, wanted: np.ndarray, dt: float) -> None:
@@ -119,8 +119,8 @@ class GaitController:
         if not self.walking:
             self.gait = gait = self.next
             self.walking = True
-            # Starts where all feet are on the ground, just before the first is lifted.
             self.phase = 0.0
+        wanted = np.clip(wanted, np.negative(gait.top_speed), gait.top_speed)
         self.velocity += np.clip(wanted - self.velocity, -ACCELERATION * dt, ACCELERATION * dt)
         self.phase = (self.phase + gait.frequency * dt) % 1.0
         # A leg's own phase: 0 touches down, `duty` lifts off.
@@ -130,7 +130,6 @@ class GaitController:
         leaving = lifted & ~self.lifted
         self._from[leaving] = self.feet[leaving, :2]
         self.lifted = lifted
-        self._swing = swing
         over_ground = self._ground_velocity()
         self.feet[~lifted, :2] -= over_ground[~lifted] * dt
         target = STANCE[:, :2] + 0.5 * gait.duty / gait.frequency * over_ground
@@ -138,7 +137,8 @@ class GaitController:
         self.feet[lifted, :2] = _swing(self._from, target, run, swing)[lifted]
         offset = np.clip(self.feet[:, :2] - STANCE[:, :2], -FARTHEST, FARTHEST)
         self.feet[:, :2] = STANCE[:, :2] + offset
-        self.feet[:, 2] = STANCE[:, 2] + np.where(lifted, gait.lift * np.sin(math.pi * swing) ** 2, 0.0)
+        self._lower(dt)
+        self.feet[lifted, 2] = (STANCE[:, 2] + gait.lift * np.sin(math.pi * swing) ** 2)[lifted]
         self._lean_over(dt)
 
     def _ground_velocity(self) -> np.ndarray:
@@ -158,9 +158,8 @@ class GaitController:
         wanted = -gait.sway * float(weight @ SIDE)
         self._lean += (wanted - self._lean) * min(1.0, dt / 0.06)
 
-    def _land(self, dt: float) -> None:
+    def _lower(self, dt: float) -> None:
         self.feet[:, 2] = np.maximum(self.feet[:, 2] - self.gait.lift / LANDING * dt, STANCE[:, 2])
-        self.lifted &= self.feet[:, 2] > STANCE[:, 2]
 
     def _levelled(self, tilt: tuple[float, float]) -> np.ndarray:
         """The feet with the trunk's lean, and longer legs on the side that sinks; as they were, once frozen."""

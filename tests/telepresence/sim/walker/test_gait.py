@@ -78,6 +78,18 @@ def test_a_new_start_begins_at_phase_zero_and_without_a_jump():
     assert np.abs(first - held).max() < 0.002
 
 
+@each_gait
+def test_stopping_and_starting_at_any_instant_moves_no_foot_by_a_jump(gait: Gait):
+    controller = GaitController(gait)
+    rng = np.random.default_rng(3)
+    feet = [controller.step(np.zeros(3), DT, LEVEL).copy()]
+    for _ in range(60):
+        wanted = rng.choice([-1.0, 0.0, 1.0]) * FORWARD
+        for _ in range(rng.integers(1, 30)):
+            feet.append(controller.step(wanted, DT, LEVEL).copy())
+    assert np.abs(np.diff(feet, axis=0)).max() < 0.02
+
+
 def test_reset_puts_everything_under_the_hips():
     controller = GaitController(CRAWL)
     walk(controller, FORWARD, 1.3)
