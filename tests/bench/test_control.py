@@ -14,6 +14,7 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent))
 
 import bench_control
+import control_page
 from control_figures import cells, table
 from control_pilots import GIVE_UP, PAUSE, PERIOD, ByOdometry, ByTheClock, Leg, Pilot
 from control_run import Job, run_job
@@ -79,6 +80,12 @@ def test_results_come_back_from_the_folder_and_are_drawn(tmp_path: Path):
     for name in ("control.png", "control_square.png"):
         picture = cv2.imread(str(tmp_path / name))
         assert picture.shape[0] > 200 and picture.std() > 5.0
+
+
+def test_the_tables_of_the_page_are_those_of_the_record():
+    page, record = control_page.PAGE.read_text(), json.loads(control_page.FIGURES.read_text())
+    assert control_page.filled(page, record) == page
+    assert "| Walker, crawl | rough |" in page and f"of {len(record['walk_seeds'])} |" in page
 
 
 NEARER = 3
