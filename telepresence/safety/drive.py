@@ -32,7 +32,7 @@ class Drive:
         self._swing = BodySwing(profile.swing) if profile.swing else None
         self._verdict = Verdict()
         self._top_turn = profile.top_turn
-        self._speed = self._turn = 0.0
+        self._speed = self._turn = self._output_turn = 0.0
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
@@ -42,7 +42,7 @@ class Drive:
 
     def halt(self, state: State, reason: str, command_age: float, view: View | None) -> Decision:
         """Zero, and why."""
-        self._speed = self._turn = 0.0
+        self._speed = self._turn = self._output_turn = 0.0
         self.forget_heading()
         if view is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
@@ -78,7 +78,9 @@ class Drive:
         )
         turned = safe_turn / turn if turn else 1.0
         capped, cause = _cap(vx, vy, view)
-        free = view.guard(room).nearest_allowed(*capped)
+        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
+        self._output_turn = safe_turn
+        free = view.guard(room, turns).nearest_allowed(*capped)
         given, second_cause = (free, "") if free == capped else _cap(*free, view)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from .braking import Guard
 from .outline import Outline
-from .plane import squared_lengths
+from .plane import into_base, squared_lengths
 from .profile import Limits, RobotProfile
 from .sonar import Echo
 
@@ -97,17 +97,22 @@ class Obstacles:
             self.gap,
         )
 
-    def guard(self, limits: Limits, outline: Outline, room: np.ndarray | None = None) -> Guard:
+    def guard(
+        self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
+    ) -> Guard:
         """The guard for driving.
 
         Args:
             room: What turning has left of `self.room`.
+            turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
         """
-        return Guard(
-            self.points, self.normals, self.room if room is None else room, self.passing, self.least_share, self.coming,
-            limits.margin_ahead - limits.margin_beside, limits.reaction, limits.braking,
-            outline.corners, outline.radius,
-        )  # fmt: skip
+        points, normals = self.points, self.normals
+        rest = [self.room if room is None else room, self.passing, self.least_share, self.coming]
+        if len(turns) > 1:
+            points, normals = _turned_back(points, turns), _turned_back(normals, turns)
+            rest = [np.tile(values, len(turns)) for values in rest]
+        extra = limits.margin_ahead - limits.margin_beside
+        return Guard(points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius)
 
 
 def _bridges(
@@ -134,3 +139,8 @@ def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
         return speed
     cosine = np.clip(-np.einsum("ij,ij->i", normals, velocities) / np.maximum(speed, 1e-9), -1.0, 1.0)
     return np.clip(speed * np.cos(np.maximum(np.arccos(cosine) - SWERVE, 0.0)), 0.0, FASTEST_PERSON)
+
+
+def _turned_back(vectors: np.ndarray, angles: tuple[float, ...]) -> np.ndarray:
+    """Vectors as seen by a body that has turned by each of the angles [rad], one after the other."""
+    return np.concatenate([into_base(vectors, 0.0, 0.0, angle) for angle in angles])

@@ -91,6 +91,7 @@ class Limits:
         unseen_speed: Fastest driving where no sensor looks: touching something so fast does no harm.
         escape_speed, escape_turn: Fastest motion while a bumper is latched.
         reaction: From an obstacle's being known to the wheels' slowing down: tick, transport, actuation.
+        lag: Longest time after which an output still acts; the body may turn meanwhile.
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
         acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
@@ -109,6 +110,7 @@ class Limits:
     max_turn: float
     unseen_speed: float
     reaction: float
+    lag: float
     braking: float
     braking_turn: float
     escape_speed: float = 0.10
@@ -227,7 +229,7 @@ LASER = fan(
 
 # Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that relied on.
 _ROBOTINO_LIMITS = Limits(
-    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, braking=0.35, braking_turn=2.0
+    max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0
 )
 ROBOTINO = RobotProfile(
     "Robotino",
@@ -240,12 +242,13 @@ ROBOTINO = RobotProfile(
 
 _DEGREE = math.pi / 180.0
 _PEPPER_LASER = dict(min_range=0.10, max_range=3.0, clear_range=3.0, period=0.16, speed=0.35, frozen_after=1.0)
-_PEPPER_SONAR = dict(min_range=0.30, max_range=2.55, clear_range=2.55, period=0.10, speed=0.35, frozen_after=10.0)
+# A cone alone tells that something is there, hardly that nothing is: as slow as where no sensor looks.
+_PEPPER_SONAR = dict(min_range=0.30, max_range=2.55, clear_range=2.55, period=0.10, speed=0.10, frozen_after=10.0)
 PEPPER = RobotProfile(
     "Pepper",
     # Wheel contacts, grown until the bumpers at (0.129, ±0.227) and (-0.251, 0) are inside.
     Outline(((-0.17, 0.0), (0.09, -0.155), (0.09, 0.155)), 0.085),
-    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, braking=0.24, braking_turn=0.6),
+    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, lag=0.20, braking=0.24, braking_turn=0.6),
     (
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
@@ -261,7 +264,7 @@ Deceleration 0.3 m/s² (ALMotion MaxAccXY default), four fifths of it relied on.
 ROBOTINO_LASER = RobotProfile(
     "Robotino with laser",
     ROBOTINO.outline,
-    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, braking=0.35, braking_turn=2.0),
+    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0),
     (LASER, INFRARED),
 )
 """Robotino with a laser all around; falls back to the infrared's speed when the laser is silent."""

@@ -16,7 +16,7 @@ from .plane import squared_lengths
 from .profile import RangeSource
 from .scan import Scan
 
-EXPLAINS = 0.10
+EXPLAINS = 0.06
 """A known obstacle explains a reading that differs by no more than this [m]."""
 
 

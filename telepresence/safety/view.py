@@ -53,9 +53,9 @@ class View:
             if normal is not None:
                 self.obstacles = self.obstacles.with_contact(normal)
 
-    def guard(self, room: np.ndarray | None = None) -> Guard:
+    def guard(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> Guard:
         """As `Obstacles.guard`."""
-        return self.obstacles.guard(self._profile.limits, self._profile.outline, room)
+        return self.obstacles.guard(self._profile.limits, self._profile.outline, room, turns)
 
     def allowed(self) -> np.ndarray:
         """(72,) speed allowed straight into each sector [m/s]."""

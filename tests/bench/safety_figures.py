@@ -32,7 +32,7 @@ class Figures:
         scenarios, commands: Exposure.
         driven: [m].
         hits: Collisions with things that stand.
-        blind_hits: ... of these, on a side of the body where no sensor looks.
+        blind_hits: ... of these, on a side of the body where no beam looks.
         person_hits: Collisions with persons in which the robot moved towards them.
         walked_into: Persons who ran into a robot that stood or went away.
         per_1000, per_100_m: Collisions with things that stand.

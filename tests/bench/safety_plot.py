@@ -33,7 +33,7 @@ PANEL = 470
 HEIGHT = 470
 FLOOR = 0.01
 """Collisions per 1000 commands drawn as "none" [1/1000]; the scale is logarithmic."""
-TOP = 10.0
+TOP = 20.0
 
 
 def draw_results(path: Path, panels: Mapping[str, Mapping[str, Figures]]) -> None:
@@ -55,7 +55,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
         return bottom - share * (bottom - top)
 
     write(picture, title, left, 18, 13, INK, weight=1.5)
-    for value in (FLOOR, 0.1, 1.0, TOP):
+    for value in (FLOOR, 0.1, 1.0, 10.0):
         y = round(up(value))
         cv2.line(picture, (left, y), (right, y), PALE, 1)
         label = "none" if value == FLOOR else f"{value:g}"
@@ -66,7 +66,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
         write(picture, f"{10 * tenth} %", x, bottom + 10, 9, GREY, align=0.5)
     write(picture, "share of the command passed", (left + right) // 2, bottom + 34, 10, INK, align=0.5)
     write(picture, "collisions per 1000 commands, 95 %", left, 40, 10, GREY)
-    taken: list[tuple[float, float]] = []
+    taken: list[tuple[float, float, float]] = []
     for name, f in sorted(layers.items(), key=lambda item: item[1].per_1000.value):
         x, y, colour = across(f.passed), up(f.per_1000.value), COLOURS[name]
         _line(picture, (x, up(f.per_1000.low)), (x, up(f.per_1000.high)), colour, 2)
@@ -74,21 +74,25 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
             if end > FLOOR:
                 _line(picture, (x - 5, up(end)), (x + 5, up(end)), colour, 2)
         _disc(picture, (x, y), 6, colour)
-        _label(picture, name, x, y, colour, taken, left)
+    for name, f in sorted(layers.items(), key=lambda item: -item[1].per_1000.value):
+        _label(picture, name, across(f.passed), up(f.per_1000.value), COLOURS[name], taken, left)
     return picture
 
 
 def _label(
-    picture: np.ndarray, name: str, x: float, y: float, colour: tuple, taken: list[tuple[float, float]], left: int
+    picture: np.ndarray, name: str, x: float, y: float, colour: tuple, taken: list[tuple[float, ...]], left: int
 ) -> None:
-    """Beside its mark, on whichever side is free."""
+    """Beside its mark, on whichever side is free, on a white ground."""
     width = text_width(name, 10, 1.3)
-    x0 = x - 12 - width if x - 12 - width > left else x + 12
+    x0 = x - 14 - width if x - 14 - width > left else x + 14
     y0 = y - 5.0
-    while any(abs(y0 - other) < 17 and abs(x0 - at) < 140 for at, other in taken):
-        y0 -= 4.0
-    taken.append((x0, y0))
-    write(picture, name, round(x0), round(y0), 10, colour, weight=1.3)
+    while any(abs(y0 - other) < 18 and x0 < end and start < x0 + width for other, start, end in taken):
+        y0 -= 3.0
+    taken.append((y0, x0, x0 + width))
+    top, start = round(y0), round(x0)
+    ground = picture[top - 4 : top + 14, start - 3 : start + width + 3]
+    ground[:] = np.maximum(ground, 235)
+    write(picture, name, start, top, 10, colour, weight=1.3)
 
 
 def drive_one(

@@ -14,7 +14,6 @@ from safety_robots import TICK, BenchRobot, measure
 from safety_worlds import KINDS, PERSON, Batch, make_place
 
 from telepresence.safety import Command, Odometry
-from telepresence.safety.messages import sector_of
 
 SUBSTEPS = 2
 """Motion and contacts are computed this often per tick."""
@@ -38,7 +37,7 @@ class Contact:
         kind: Index into `KINDS`.
         bearing: Where on the body, from base_link [rad].
         speed: At which the rim met it [m/s].
-        blind: No beam of any sensor points there.
+        blind: The place on the body is in the view of no beam; a sonar's cone may reach it.
     """
 
     place: int
@@ -265,6 +264,18 @@ class Run:
             if kind == PERSON:
                 self.batch.turn_back(i, self.pose[i, :2])
 
+    def _in_view(self, arm: np.ndarray, heading: float) -> bool:
+        """True if a beam can hit a place that lies `arm` from base_link, world axes [m]. Cones can't place things."""
+        place = _turned(arm, -heading)
+        for source in self.robot.profile.sources:
+            if source.cone:
+                continue
+            offset = place - source.origins
+            away = np.arctan2(offset[:, 1], offset[:, 0]) - source.bearings
+            if (np.abs(np.remainder(away + math.pi, math.tau) - math.pi) <= source.spread).any():
+                return True
+        return False
+
     def _count(self, i: int, kind: int, normal: np.ndarray, place: np.ndarray, now: float) -> None:
         heading = self.pose[i, 2]
         c, s = math.cos(heading), math.sin(heading)
@@ -281,7 +292,7 @@ class Run:
         self.quiet_until[i] = now + QUIET
         bearing = math.remainder(math.atan2(arm[1], arm[0]) - heading, math.tau)
         if kind != PERSON or into > DRIVES_INTO:
-            blind = not any(source.sectors[sector_of(bearing)] for source in self.robot.profile.sources)
+            blind = not self._in_view(arm, heading)
             self.out.contacts.append(Contact(self.first + i, now, kind, bearing, max(into, 0.0), blind))
         if self.robot.bumpers is None:
             self.layer.bump(i, self.fault.clock(i, now), True, None)
