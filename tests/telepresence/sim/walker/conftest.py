@@ -47,7 +47,9 @@ class Stepped:
         """Another start: pose, joint angles, and what the ground is like there."""
         rng = np.random.default_rng(seed)
         model = self.world.model
+        lift = 0.0
         if model.nhfield:
+            lift = float(model.hfield_size[0][2])  # no foot may start inside a hill
             rows, columns = int(model.hfield_nrow[0]), int(model.hfield_ncol[0])
             ground = model.hfield_data.reshape(rows, columns)
             ground[:] = np.roll(ground, rng.integers(0, (rows, columns)), (0, 1))
@@ -55,6 +57,7 @@ class Stepped:
         with self.world.locked() as data:
             place = root.qposadr[0]
             data.qpos[place : place + 2] += rng.uniform(-0.2, 0.2, 2)
+            data.qpos[place + 2] += lift
             yaw = rng.uniform(-0.5, 0.5)
             data.qpos[place + 3 : place + 7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
             data.qpos[place + 7 :] += rng.normal(0.0, 0.03, 12)
