@@ -19,8 +19,10 @@ RATE = 48000
 SAMPLES = 960
 """Per frame: 20 ms."""
 _BYTES = SAMPLES * 4
-_WAITING = 5
+_WAITING = 10
 """Frames that may wait for the network; older ones are dropped, so that sound is lost rather than late."""
+_MAX_HOLE = RATE // 2
+"""Samples; a longer one is a pause."""
 _SILENCE = bytes(_BYTES)
 
 
@@ -71,10 +73,16 @@ class MicrophoneTrack(MediaStreamTrack):
 
 
 async def listen(track: MediaStreamTrack, push: Callable[[bytes], None]) -> None:
-    """Hand over every frame, int16 stereo interleaved at 48 kHz, until the track ends. `push` must be quick."""
+    """Hand over every frame, int16 stereo interleaved at 48 kHz, until the track ends; silence in place of lost ones.
+    `push` must be quick."""
+    expected: int | None = None
     while True:
         try:
             frame = await track.recv()
         except MediaStreamError:
             return
+        missing = frame.pts - expected if expected is not None else 0
+        if 0 < missing <= _MAX_HOLE:
+            push(bytes(4 * missing))
+        expected = frame.pts + frame.samples
         push(bytes(frame.planes[0])[: frame.samples * 4])
