@@ -174,7 +174,7 @@ class Stage:
 
 
 class Pilot:
-    """A node that publishes a velocity twenty times a second."""
+    """A node that publishes a velocity twenty times a second, in the namespace of its topic."""
 
     def __init__(self, topic: str, environment: dict[str, str]) -> None:
         self._process = processes.start(
@@ -193,8 +193,13 @@ class Pilot:
         self._process.stdin.close()
         processes.end(self._process)
 
-    def drive(self, speed: float) -> None:
-        self._ask(str(speed))
+    def drive(self, vx: float, vy: float = 0.0, wz: float = 0.0) -> None:
+        """Publish this from now on [m/s, m/s, rad/s]."""
+        self._ask(f"{vx} {vy} {wz}")
+
+    def reset_bumper(self) -> bool:
+        """False if there is no such service, or the bumper is still pressed."""
+        return self._ask("reset").strip() == "True"
 
     def cease(self) -> float:
         """Publish no more; the time of the last command [s, monotonic]."""
@@ -226,25 +231,34 @@ def pilot(topic: str) -> None:
 
     import rospy
     from geometry_msgs.msg import Twist
+    from std_srvs.srv import Trigger
 
     rospy.init_node("pilot")
+    reset = rospy.ServiceProxy(f"{topic.rpartition('/')[0]}/reset_bumper", Trigger)
     publisher = rospy.Publisher(topic, Twist, queue_size=1, tcp_nodelay=True)
-    lock, state = threading.Lock(), {"speed": None, "last": 0.0}
+    lock, state = threading.Lock(), {"velocity": None, "last": 0.0}
 
     def repeat() -> None:
         while not rospy.is_shutdown():
             with lock:
-                if state["speed"] is not None:
+                if state["velocity"] is not None:
                     message = Twist()
-                    message.linear.x = state["speed"]
+                    message.linear.x, message.linear.y, message.angular.z = state["velocity"]
                     state["last"] = time.monotonic()
                     publisher.publish(message)
             time.sleep(0.05)
 
     threading.Thread(target=repeat, daemon=True).start()
     for line in sys.stdin:
+        words = line.split()
+        if words == ["reset"]:
+            try:
+                print(reset().success, flush=True)
+            except rospy.ServiceException:
+                print(False, flush=True)
+            continue
         with lock:
-            state["speed"] = None if line.strip() == "cease" else float(line)
+            state["velocity"] = None if words == ["cease"] else [float(word) for word in words]
             print(state["last"], flush=True)
 
 
