@@ -18,8 +18,8 @@ TITLES = {
     "laser": "Robotino with a laser",
     "pepper": "Pepper's own sensors",
 }
-TOP_SPEED = {"infrared": 0.20, "laser": 0.50, "pepper": 0.35}
-"""At which every layer is run [m/s]."""
+COMPARED = {"infrared": 0.20, "laser": 0.35, "pepper": 0.35}
+"""Every layer is run at this speed; what is claimed of the gate holds up to it [m/s]."""
 DRAWN = dict(seed=9001, index=15, speed=0.20, seconds=60.0)
 """The scenario of the picture."""
 
@@ -36,7 +36,7 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
     claims = {
         (robot, layer): figures(
             [o for cell, batches in outcomes.items() for o in batches
-             if (cell.robot, cell.layer, cell.fault) == (robot, layer, "")], TICK,
+             if (cell.robot, cell.layer, cell.fault) == (robot, layer, "") and cell.speed <= COMPARED[robot]], TICK,
         )
         for robot in TITLES for layer in ("gate", "gate, careful") if robot == "infrared" or layer == "gate"
     }  # fmt: skip
@@ -50,17 +50,17 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
             "trials": [asdict(trial) for trial in trials],
         }
         (out / "safety.json").write_text(json.dumps(record, indent=1))
-        draw_results(out / "safety.png", {title: _at_top_speed(found, robot) for robot, title in TITLES.items()})
+        draw_results(out / "safety.png", {title: _compared(found, robot) for robot, title in TITLES.items()})
         shown = {name: LAYERS[name] for name in ("no gate", "bubble, gap 0.10", "gate", "gate, careful")}
         draw_scenario(out / "safety_scenario.png", INFRARED_ROBOT, shown, **DRAWN)
         print(f"  written: safety.json, safety.png, safety_scenario.png in {out}\n", flush=True)
     return _rows(found, claims, trials)
 
 
-def _at_top_speed(found: dict[Cell, Figures], robot: str) -> dict[str, Figures]:
+def _compared(found: dict[Cell, Figures], robot: str) -> dict[str, Figures]:
     return {
         cell.layer: f for cell, f in found.items()
-        if cell.robot == robot and cell.speed == TOP_SPEED[robot] and not cell.fault
+        if cell.robot == robot and cell.speed == COMPARED[robot] and not cell.fault
     }  # fmt: skip
 
 
@@ -84,7 +84,7 @@ def _report(found: dict[Cell, Figures], trials: list[Trial]) -> str:
 def _rows(found: dict[Cell, Figures], claims: dict[tuple[str, str], Figures], trials: list[Trial]) -> list[Row]:
     rows = []
     for robot, title in TITLES.items():
-        others = _at_top_speed(found, robot)
+        others = _compared(found, robot)
         for layer in ("gate", "gate, careful"):
             if (robot, layer) not in claims:
                 continue

@@ -87,14 +87,12 @@ def cells(share: float = 1.0) -> list[Cell]:
     def number(scenarios: int) -> int:
         return max(BATCH, round(scenarios * share / BATCH) * BATCH)
 
-    full, some = number(FULL), number(SOME)
+    full, half, some = number(FULL), number(FULL // 2), number(SOME)
     plan = [Cell("infrared", layer, 0.20, 0, full) for layer in LAYERS]
-    for step, speed in enumerate((0.20, 0.35, 0.50)):
-        plan.append(Cell("laser", "gate", speed, step * number(125), number(125)))
-    plan += [Cell("laser", layer, 0.50, 2 * number(125), some) for layer in LAYERS if not layer.startswith("gate")]
-    for step, speed in enumerate((0.20, 0.35)):
-        plan.append(Cell("pepper", "gate", speed, step * number(175), number(175)))
-    plan += [Cell("pepper", layer, 0.35, number(175), some) for layer in LAYERS if not layer.startswith("gate")]
+    for robot in ("laser", "pepper"):
+        plan += [Cell(robot, "gate", 0.35, 0, half), Cell(robot, "gate", 0.20, half, half)]
+        plan += [Cell(robot, layer, 0.35, 0, some) for layer in LAYERS if not layer.startswith("gate")]
+    plan.append(Cell("laser", "gate", 0.50, 2 * half, some))
     plan += [Cell("infrared", "gate", 0.20, full, BATCH, 16.0, kind.name) for kind in FAULTS]
     return plan
 

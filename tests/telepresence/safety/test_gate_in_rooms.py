@@ -1,0 +1,77 @@
+"""The gate in a few rooms of the safety benchmark: notices when a change makes it worse."""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "bench"))
+
+from safety_robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT
+from safety_suite import LAYERS, Cell
+from safety_trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
+from safety_worlds import PERSON
+
+SEED = 2
+"""One of the tuning seeds: these rooms are not those of the published figures."""
+
+
+@cache
+def drive(robot, layer, speed, first):
+    """A batch of 10 rooms, 20 s each."""
+    return Cell(robot, layer, speed, first, 10, 20.0).run(SEED)
+
+
+def passed(outcome):
+    return outcome.passed.sum() / outcome.asked.sum()
+
+
+def test_careful_scan_hits_nothing_that_stands():
+    outcome = drive("infrared", "gate, careful", 0.20, 60)
+    assert outcome.static_hits.sum() == 0
+    assert passed(outcome) > 0.85
+
+
+def test_without_it_the_gate_hits_far_less_than_the_bubble_and_passes_no_less():
+    ours, bubble = drive("infrared", "gate", 0.20, 20), drive("infrared", "bubble, gap 0.10", 0.20, 20)
+    assert bubble.static_hits.sum() >= 5 * ours.static_hits.sum() > -1
+    assert bubble.static_hits.sum() >= 5
+    assert passed(ours) >= passed(bubble) - 0.02
+
+
+def test_with_a_laser_nothing_that_stands_is_hit():
+    outcome = drive("laser", "gate", 0.35, 0)
+    assert outcome.static_hits.sum() == 0
+    assert passed(outcome) > 0.8
+
+
+def test_pepper_hits_only_what_its_sensors_cannot_see():
+    outcome = drive("pepper", "gate", 0.35, 0)
+    assert all(contact.blind for contact in outcome.contacts if contact.kind != PERSON)
+    assert passed(outcome) > 0.65
+
+
+@pytest.mark.parametrize("robot", [INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT], ids=lambda robot: robot.name)
+def test_every_way_out_of_a_breach_is_open(robot):
+    found = escapes(robot, 24, SEED)
+    assert found.obeyed == found.asked == 24, f"not within {AWAY_WITHIN} s"
+
+
+def test_sliding_along_a_wall_keeps_the_speed():
+    assert slide(LASER_ROBOT, 0.35, 8, SEED).mean() > 0.88
+
+
+def test_a_door_15_cm_wider_than_the_body_is_passable():
+    assert doorway(INFRARED_ROBOT, 0.20, 5, SEED) == (5, 0)
+
+
+def test_empty_space_stops_nobody():
+    assert false_stops(INFRARED_ROBOT, 0.20, 4, 10.0, SEED) <= 0.01
+
+
+def test_every_layer_of_the_benchmark_drives():
+    for layer in LAYERS:
+        assert Cell("infrared", layer, 0.20, 0, 2, 2.0).run(SEED).commands.sum() == 40
