@@ -14,6 +14,9 @@ import pytest
 from telepresence import processes
 from telepresence.ros_master import master_answers
 
+# As pepper_sim.services has it: libqi reads it when it is loaded, which may be before that.
+os.environ.setdefault("QI_EVENTLOOP_THREAD_MAX_IDLE_DURATION", "1000000000")
+
 ROOT = Path(__file__).resolve().parent.parent
 DEADLINE = 30.0
 """Seconds after which a condition counts as never coming; generous, because the machines are shared."""
