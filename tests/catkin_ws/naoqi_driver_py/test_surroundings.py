@@ -46,6 +46,13 @@ def test_points_lie_where_their_camera_sees_them():
     assert np.array([*reading.odometry.__dict__.values()]) == pytest.approx([*ODOMETRY, 5.0])
 
 
+def test_a_point_at_the_end_of_the_range_is_no_obstacle():
+    robot = Robot()
+    robot.set("Front/Horizontal/Seg08/X", 2.9999998)
+    point = robot.read(0.0).points["front laser"][7]
+    assert point[0] - PEPPER.source("front laser").origins[0][0] == pytest.approx(3.5)
+
+
 @pytest.mark.parametrize("filler", [None, -1.0, 0.0])
 def test_a_segment_without_a_point_is_a_point_in_its_camera(filler):
     robot = Robot()

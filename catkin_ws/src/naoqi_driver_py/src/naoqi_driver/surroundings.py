@@ -38,6 +38,9 @@ SEGMENTS = 15
 IN_FAN = math.radians(34.0)
 """A laser point farther than this from its camera's axis is none: the fan has 30 degrees to either side. Fillers such
 as (-1, -1) lie outside."""
+NOTHING_FROM, NOTHING_AT = 2.95, 3.5
+"""A point farther than the first [m] is one where nothing was hit; it is put at the second, beyond the gate's range.
+A robot that fills such segments with points at exactly 3 m would seem to see a circle that moves along with it."""
 LASERS = {"front laser": ("Front", 0.0), "left laser": ("Left", 1.75728), "right laser": ("Right", -1.75728)}
 """Name in the gate's profile: side, and direction of its camera in base_footprint [rad]."""
 SONARS = {"front sonar": "Front", "back sonar": "Back"}
@@ -214,5 +217,8 @@ def _points_in_base(name: str, values: Sequence[object], heading: float) -> np.n
     with np.errstate(invalid="ignore"):
         outside = np.abs(np.arctan2(points[:, 1], points[:, 0])) > IN_FAN
     points[missing | outside | ~points.any(axis=1)] = 0.0
+    distance = np.hypot(points[:, 0], points[:, 1])
+    far = np.isfinite(distance) & (distance > NOTHING_FROM)
+    points[far] *= (NOTHING_AT / distance[far])[:, None]
     c, s = math.cos(heading), math.sin(heading)
     return points @ np.array(((c, s), (-s, c))) + PEPPER.source(name).origins[0]
