@@ -56,7 +56,7 @@ class Rig:
         return self.probe.newest("/voice/state")[0]
 
     def likeness(self) -> dict[str, tuple[float, float]]:
-        """Both speak at once; (likeness, delay [s]) each way. Said again, up to four times, where the machine stuttered:
+        """Both speak at once; (likeness, delay [s]) each way. Said up to four times, where the machine stutters:
         a microphone that did not get its sentence, or a loudspeaker that found its pace only meanwhile."""
         sounds, found = {"pilot": sentence(PILOT_SAYS), "robot": sentence(ROBOT_HEARS, "en-gb")}, {}
         for _attempt in range(4):
