@@ -3,10 +3,12 @@ other windows that want to drive, too. One station and one window serve all test
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -26,6 +28,8 @@ QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 PASSWORD = "correct horse"
 SPEED = 0.2
 PEOPLE = {"anna": ("pilot", 0), "ben": ("pilot", 0), "chief": ("pilot", 5), "will": ("watcher", 0)}
+BRAKING = 1.5
+"""Seconds that braking takes at most."""
 STOPPED = 0.01
 """[m/s]"""
 
@@ -81,6 +85,10 @@ class Station:
     def probe(self, name, *arguments):
         return self._probe.ask(name, arguments)
 
+    def wrong_tries(self):
+        with contextlib.closing(sqlite3.connect(self.users.path)) as database:
+            return database.execute("SELECT coalesce(sum(failed), 0) FROM tries").fetchone()[0]
+
     def heard_by(self, node):
         """Topics that a node has subscribed to."""
         _, _, (_, subscribers, _) = master_proxy(self.environment["ROS_MASTER_URI"], 5.0).getSystemState("/test")
@@ -129,6 +137,7 @@ def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("station"), free_port, wait_until)
     try:
         wait_until(station.track, "the simulated robot stands somewhere", timeout=60.0)
+        station.origin = station.place()
         yield station
     finally:
         station.close()
@@ -182,13 +191,16 @@ class Desk:
 def test_signed_out_shows_and_hears_nothing(desk, station, wait_until):
     wait_until(lambda: "/gui_ros_node" in station.probe("nodes"), "the window has joined the graph")
     desk.sign_in("anna", "wrong password")
+    wait_until(lambda: station.wrong_tries() == 1, "the wrong password is counted")
     desk.key("w")
     assert station.heard_by("/gui_ros_node") == []
     assert len(desk.window.family()) == 1, "no terminal"
 
 
 def test_signing_in_brings_the_picture_and_the_terminal(desk, station, wait_until):
-    desk.sign_in("anna")
+    desk.key("ctrl+a")
+    desk.screen.do("type", PASSWORD)
+    desk.key("Return")
     wait_until(lambda: "first picture" in desk.window.output, "the picture is shown")
     wait_until(lambda: "a key holds until the next one" in desk.window.terminal_text(), "the keyboard program runs")
     desk.click("video")
@@ -197,16 +209,31 @@ def test_signing_in_brings_the_picture_and_the_terminal(desk, station, wait_unti
 def test_a_held_key_drives_for_as_long_as_it_is_held(desk, station, wait_until):
     wait_until(station.stands, "the robot stands")
     station.forget()
+    station.probe("watch", "/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"])
     pressed = time.time()
     desk.screen.do("keydown", "w", "sleep", 1.0, "keyup", "w")
     released = time.time()
-    wait_until(lambda: (t := station.track()) and t[-1][0] > released + 1.0, "a second later")
+    wait_until(lambda: (t := station.track()) and t[-1][0] > released + BRAKING, "it has braked")
     track = station.track()
     start, end = track[0][1:], track[-1][1:]
     assert math.dist(start, end) == pytest.approx(SPEED * (released - pressed), rel=0.1)
-    soon = next(place for when, *place in track if when >= released + 0.3)
-    assert math.dist(soon, end) < 0.01, "it stands 0.3 s after the release"
     assert abs(end[1] - start[1]) < 0.03
+    driven = [when for when, fields in station.probe("seen", "/cmd_vel") if any(fields)]
+    assert driven and max(driven) < released + 0.3, "nothing drives it any more 0.3 s after the release"
+
+
+def test_a_slow_robot_stands_soon_after_the_release(desk, station, wait_until):
+    """So slow that its brakes need no longer than that: Pepper's take 0.24 m/s each second."""
+    desk.key("Next", "Next", "Next")
+    station.forget()
+    desk.screen.do("keydown", "s", "sleep", 1.0, "keyup", "s")
+    released = time.time()
+    desk.key("Prior", "Prior", "Prior")
+    wait_until(lambda: (t := station.track()) and t[-1][0] > released + BRAKING, "a while later")
+    track = station.track()
+    soon = next(place for when, *place in track if when >= released + 0.3)
+    assert math.dist(track[0][1:], track[-1][1:]) > 0.03
+    assert math.dist(soon, track[-1][1:]) < 0.005
 
 
 def test_two_keys_drive_diagonally(desk, station, wait_until):
@@ -215,7 +242,7 @@ def test_two_keys_drive_diagonally(desk, station, wait_until):
     wait_until(station.stands, "the robot stands")
     end = station.place()
     dx, dy = end[0] - begin[0], end[1] - begin[1]
-    assert dx > 0.08 and dy > 0.08 and dx == pytest.approx(dy, rel=0.25)
+    assert dx > 0.05 and dy > 0.05 and dx == pytest.approx(dy, rel=0.3)
     assert math.hypot(dx, dy) < 0.26, "no faster than straight on"
 
 
@@ -246,7 +273,7 @@ def test_the_red_stop_holds_against_every_input_until_it_is_let_go(desk, station
 
 def _drives_by_key(desk, station):
     begin = station.place()
-    desk.screen.do("keydown", "w", "sleep", 0.4, "keyup", "w")
+    desk.screen.do("keydown", "w", "sleep", 0.8, "keyup", "w")
     return math.dist(begin, station.place()) > 0.03
 
 
@@ -270,13 +297,12 @@ def test_a_gamepad_drives_while_lb_is_held_and_stops_when_unplugged(desk, statio
 
 
 def test_button_0_held_restarts_the_simulation(desk, station, wait_until, pad):
-    before = station.place()
-    assert math.hypot(*before) > 0.05
+    assert math.dist(station.place(), station.origin) > 0.05
     writer = os.open(pad, os.O_WRONLY)
     os.write(writer, EVENT.pack(0, 0, BUTTON, 0))
     time.sleep(0.1)  # a press is a change
     os.write(writer, EVENT.pack(0, 1, BUTTON, 0))
-    wait_until(lambda: math.hypot(*station.place()) < 0.02, "the robot is back at its start")
+    wait_until(lambda: math.dist(station.place(), station.origin) < 0.02, "the robot is back at its start")
     os.close(writer)
 
 
@@ -325,10 +351,11 @@ def test_a_killed_window_stops_the_robot_and_another_goes_on(desk, station, wait
     killed = time.time()
     desk.window.process.wait(10)
     station.forget()
-    wait_until(lambda: (t := station.track()) and t[-1][0] > killed + 1.5, "a while later")
+    wait_until(lambda: (t := station.track()) and t[-1][0] > killed + 2.0, "a while later")
     track = station.track()
     late = [place for when, *place in track if when > killed + 1.0]
-    assert math.dist(late[0], late[-1]) < 0.01, "it stands a second after the kill"
+    assert math.dist(late[0], late[-1]) < 0.02, "a second after the kill it is at the end of its braking"
+    assert station.stands()
     desk.screen.do("keyup", "w")
     wait_until(lambda: not {*family} & {*processes.descendants()}, "every process of the window has ended")
 
