@@ -73,11 +73,11 @@ def draw_figures(path: Path, found: Sequence[Cell]) -> None:
             own = [c for c in found if c.vehicle == vehicle]
             _bars(row[0], own, "error", 100.0)
             row[0].set(ylabel="cm")
-            row[0].set_title(f"{VEHICLES[vehicle].label}: error", loc="left")
+            row[0].set_title(f"{VEHICLES[vehicle].label}: error", loc="left", pad=14)
             row[0].set_ylim(0.0, _HIGHEST)
             _bars(row[1], own, "work", 1.0)
             row[1].set(ylabel="J")
-            row[1].set_title(f"{VEHICLES[vehicle].label}: work of the drives", loc="left")
+            row[1].set_title(f"{VEHICLES[vehicle].label}: work of the drives", loc="left", pad=14)
         handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in COLOURS.values()]
         figure.legend(handles, list(COLOURS), loc="lower center", ncols=4)
         figure.tight_layout(rect=(0.0, _LEGEND / figure.get_figheight(), 1.0, 1.0))
