@@ -7,7 +7,7 @@ Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points,
             geometry, from the middle, infinity where nothing is), bumper (std_msgs/Bool), joint_states (the wheels);
             4 Hz: analog_readings, digital_readings, digital_outputs; 1 Hz: power_readings, battery
             (sensor_msgs/BatteryState); drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
-            "robot unreachable: <why>"; /diagnostics.
+            "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics.
 Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
             rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors; ~drive (true): false leaves the wheels to the
             drive server on the robot (rto_drive_link), and cmd_vel unheard.
@@ -40,7 +40,7 @@ STATE_PERIOD = 0.5
 INPUTS_EVERY, POWER_EVERY = 5, 20
 """Cycles of the sensors per reading of inputs, and of power."""
 OUTPUTS = 8
-DRIVEN_ELSEWHERE = "stopped here: the drive server on the robot drives"
+DRIVEN_ELSEWHERE = "driven on the robot"
 
 
 class Driver:
