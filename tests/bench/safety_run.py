@@ -19,6 +19,8 @@ SUBSTEPS = 2
 """Motion and contacts are computed this often per tick."""
 DRIVES_INTO = 0.02
 """A contact with a person counts as the robot's if it moves towards it faster than this [m/s]."""
+MOVES_INTO = 0.001
+"""A contact with a thing counts if the rim moves towards it faster than this: the robot drove there by itself [m/s]."""
 PULLED_CLEAR = 0.05
 """After a contact the robot is set back until this gap [m] ..."""
 QUIET = 1.0
@@ -283,6 +285,8 @@ class Run:
         arm = place - self.pose[i, :2]
         at_rim = np.array([c * vx - s * vy - wz * arm[1], s * vx + c * vy + wz * arm[0]])
         into = float(normal @ at_rim)
+        if kind != PERSON and into <= MOVES_INTO:
+            return  # set back from one thing into another
         if kind == PERSON and into <= DRIVES_INTO:
             self.out.walked_into[i] += 1
         else:
