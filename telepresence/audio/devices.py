@@ -20,7 +20,7 @@ from telepresence.audio.pipeline import Gst, SoundError
 
 SOURCE_TIMES = "buffer-time=200000 latency-time=10000"
 """Microseconds. The second is the delay; the first is how long this program may be busy without losing sound."""
-SINK_BUFFER = 0.03
+SINK_BUFFER = 0.025
 """Seconds of sound that a loudspeaker holds in advance: its delay, and how long this program may be busy."""
 _NAME = re.compile(r"[\w.:@+,-]{1,200}")
 _CARDS = Path("/proc/asound/cards")
@@ -47,7 +47,7 @@ def sink(choice: str, patience: float = 0.0) -> str:
     """
     if choice == "test":
         return "fakesink sync=true"
-    times = f"buffer-time={round((SINK_BUFFER + patience) * 1e6)} latency-time=10000"
+    times = f"buffer-time={round((SINK_BUFFER + patience) * 1e6)} latency-time=5000"
     # GStreamer's default deadline would add 20 ms to every live sound.
     return f"{_element('sink', choice, 'loudspeaker')} {times} processing-deadline=0"
 

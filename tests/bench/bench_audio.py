@@ -37,7 +37,7 @@ PILOT = "Good morning, this is the pilot. I would like to see the kitchen, and t
 ROOM = "Hello robot, yes of course, but drive slowly please: the cat is asleep on the carpet, and grandmother too."
 PIECE, LATEST = 0.5, 0.6
 """Seconds that are looked for at once, and how late they may be found."""
-JITTER = 0.015
+JITTER = 0.01
 SINK, SOURCE = devices.SINK_BUFFER, 0.010
 """Of telepresence.audio.devices [s]."""
 TO_ROBOT = (

@@ -37,3 +37,12 @@ def test_a_pause_costs_one_seam_and_its_backlog_is_dropped() -> None:
     assert len(kept) <= 6 and max(kept) <= 2.15
     after = [schedule.place(2.0 + n * 0.02, 0.02)[0] for n in range(1, 400)]
     assert after[-1] - (2.0 + 399 * 0.02) == pytest.approx(0.05, abs=0.005), "the delay stays"
+
+
+def test_the_pace_is_found_before_anything_is_played() -> None:
+    schedule = Schedule(lead=0.01, most=0.1, settle=0.8)
+    late = [0.06, 0.03, 0.0, *([0.004] * 40)]
+    moments = [schedule.place(n * 0.085 + late[n], 0.085) for n in range(len(late))]
+    first = next(n for n, (due, _) in enumerate(moments) if due is not None)
+    assert 8 <= first <= 11, "a second is left out"
+    assert moments[first][0] - first * 0.085 == pytest.approx(0.01, abs=0.004), "the pace of a late beginning stays"

@@ -23,6 +23,8 @@ LEAD = 0.01
 """Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
 MAX_LEAD = 0.1
 """A block that would wait longer [s] is thrown away: blocks came in a burst after a pause."""
+SETTLE = 0.8
+"""Seconds at the beginning in which the pace is found and nothing is sent."""
 _GAP = 4_000_000
 """A hole longer than this [ns] becomes silence of its length; by default holes below 40 ms are cut out, which shifts
 everything after a lost packet."""
@@ -61,7 +63,7 @@ class RtpSender:
         patience: float = 0.0,
     ) -> None:
         self._rate = rate
-        self._schedule = Schedule(LEAD + patience, MAX_LEAD + patience)
+        self._schedule = Schedule(LEAD + patience, MAX_LEAD + patience, SETTLE)
         self._lock = threading.Lock()
         description = (
             "appsrc name=in is-live=true format=time max-bytes=0 "

@@ -15,7 +15,7 @@ Parameters:
                              where the robot's sound is sent by RTP; at 127.0.0.1 this node plays it, elsewhere run
                              `play_rtp`
     ~codec ("")              l16 or opus; "": l16 on this machine, opus elsewhere
-    ~jitter (0.015)          seconds that a packet of it may be late
+    ~jitter (0.01)           seconds that a packet of it may be late
     ~patience (0)            seconds of delay accepted on top, each way, for a busy machine or a poor network
 """
 
@@ -72,7 +72,7 @@ class Voice:
         self._player: RtpPlayer | None = None
         if is_loopback(host):
             self._ears.wanted = False  # until there is a loudspeaker
-            jitter = float(rospy.get_param("~jitter", 0.015))
+            jitter = float(rospy.get_param("~jitter", 0.01))
             self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience)
         self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
 
