@@ -25,9 +25,9 @@ MAX_LEAD = 0.1
 """A block that would wait longer [s] is thrown away: blocks came in a burst after a pause."""
 SETTLE = 0.8
 """Seconds at the beginning in which the pace is found and nothing is sent."""
-_GAP = 4_000_000
-"""A hole longer than this [ns] becomes silence of its length; by default holes below 40 ms are cut out, which shifts
-everything after a lost packet."""
+_GAP = 7_000_000
+"""A hole longer than this [ns], which one packet of 8 ms is, becomes silence of its length; by default holes below
+40 ms are cut out, which shifts everything after a lost packet."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 _ENCODERS = {
     "l16": "audio/x-raw,format=S16BE,rate=44100,channels=2 ! rtpL16pay pt=96",
