@@ -34,6 +34,8 @@ HEIGHT = 470
 FLOOR = 0.01
 """Collisions per 1000 commands drawn as "none" [1/1000]; the scale is logarithmic."""
 TOP = 20.0
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom [pixel]."""
 
 
 def draw_results(path: Path, panels: Mapping[str, Mapping[str, Figures]]) -> None:
@@ -66,7 +68,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
         write(picture, f"{10 * tenth} %", x, bottom + 10, 9, GREY, align=0.5)
     write(picture, "share of the command passed", (left + right) // 2, bottom + 34, 10, INK, align=0.5)
     write(picture, "collisions per 1000 commands, 95 %", left, 40, 10, GREY)
-    taken: list[tuple[float, float, float]] = []
+    taken: list[Box] = []
     for name, f in sorted(layers.items(), key=lambda item: item[1].per_1000.value):
         x, y, colour = across(f.passed), up(f.per_1000.value), COLOURS[name]
         _line(picture, (x, up(f.per_1000.low)), (x, up(f.per_1000.high)), colour, 2)
@@ -74,25 +76,23 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
             if end > FLOOR:
                 _line(picture, (x - 5, up(end)), (x + 5, up(end)), colour, 2)
         _disc(picture, (x, y), 6, colour)
-    for name, f in sorted(layers.items(), key=lambda item: -item[1].per_1000.value):
-        _label(picture, name, across(f.passed), up(f.per_1000.value), COLOURS[name], taken, left)
+        taken.append((x - 6, up(f.per_1000.high), x + 6, up(f.per_1000.low)))
+    for name, f in layers.items():
+        _label(picture, name, across(f.passed), up(f.per_1000.value), taken, left, PANEL)
     return picture
 
 
-def _label(
-    picture: np.ndarray, name: str, x: float, y: float, colour: tuple, taken: list[tuple[float, ...]], left: int
-) -> None:
-    """Beside its mark, on whichever side is free, on a white ground."""
+def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box], left: int, right: int) -> None:
+    """Beside its mark, where nothing else is."""
     width = text_width(name, 10, 1.3)
-    x0 = x - 14 - width if x - 14 - width > left else x + 14
-    y0 = y - 5.0
-    while any(abs(y0 - other) < 18 and x0 < end and start < x0 + width for other, start, end in taken):
-        y0 -= 3.0
-    taken.append((y0, x0, x0 + width))
-    top, start = round(y0), round(x0)
-    ground = picture[top - 4 : top + 14, start - 3 : start + width + 3]
-    ground[:] = np.maximum(ground, 235)
-    write(picture, name, start, top, 10, colour, weight=1.3)
+    for dy in (0, -18, 18, -36, 36, -54, 54, -72, 72):
+        for x0 in (x - 14 - width, x + 14):
+            box = x0 - 2, y - 9 + dy, x0 + width + 2, y + 9 + dy
+            free = all(box[0] > b[2] or b[0] > box[2] or box[1] > b[3] or b[1] > box[3] for b in taken)
+            if free and x0 > left and x0 + width < right:
+                taken.append(box)
+                write(picture, name, round(x0), round(y - 5 + dy), 10, COLOURS[name], weight=1.3)
+                return
 
 
 def drive_one(
