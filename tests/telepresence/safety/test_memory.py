@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from telepresence.safety import ROBOTINO
-from telepresence.safety.memory import CAPACITY, FIRST_LIFETIME, MISSES, Moment, ObstacleMemory
+from telepresence.safety.memory import CAPACITY, FIRST_LIFETIME, Moment, ObstacleMemory
 from telepresence.safety.scan import scan_of_ranges
 
 SOURCE = ROBOTINO.sources[0]
@@ -55,7 +55,7 @@ def test_only_several_beams_through_its_place_take_an_obstacle_back():
     memory = ObstacleMemory(30.0)
     for tick in range(5):
         see(memory, 0.15, 0.05 * tick)
-    for tick in range(MISSES - 1):
+    for tick in range(3):
         see(memory, SOURCE.max_range, 0.3 + 0.05 * tick)
     assert len(memory) == 1
     see(memory, SOURCE.max_range, 0.5)
@@ -66,7 +66,7 @@ def test_a_beam_that_passes_beside_takes_nothing_back():
     memory = ObstacleMemory(30.0)
     see(memory, 0.15, 0.0)
     turned = scan(SOURCE.max_range).seen_from(0.0, 0.0, math.radians(10.0))
-    for _ in range(2 * MISSES):
+    for _ in range(8):
         memory.integrate(turned, HERE, Moment(0.1, 0.1, 0.0))
     memory.limit(HERE, Moment(0.1, 0.1, 0.0))
     assert len(memory) == 1
