@@ -29,6 +29,11 @@ def test_a_scan_becomes_places_in_the_base_frame():
     assert points.at == pytest.approx(np.array([(1.08, 0.0), (0.08, 2.0)])) and points.arrived == 5.0
 
 
+def test_a_scanner_that_is_turned_looks_where_it_is_turned():
+    points = scan_points("laser", Mount(0.0, 0.1, math.pi / 2))(scan([1.0]), 0.0)
+    assert points.at == pytest.approx(np.array([(0.0, 1.1)]), abs=1e-9)
+
+
 @pytest.mark.parametrize("nothing", [math.nan, math.inf, -math.inf, -1.0, 0.05, 3.5])
 def test_what_is_no_measurement_is_no_place(nothing):
     assert len(scan_points("laser")(scan([nothing]), 0.0).at) == 0
