@@ -1,6 +1,8 @@
 """What holds for every scene, command and robot: properties of the gate, tried with random ones."""
 
+import copy
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -164,6 +166,12 @@ def test_garbage_never_raises_and_never_comes_out(commands, reading, clock):
 
 def moving(profile):
     """A gate that has let a robot drive in empty space for 30 ticks."""
+    return copy.deepcopy(_moved(profile.name))
+
+
+@cache
+def _moved(name):
+    profile = next(profile for profile in PROFILES if profile.name == name)
     gate = VelocityGate(profile)
     for tick in range(1, 31):
         now = tick * PERIOD
