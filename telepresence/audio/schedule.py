@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-_PULL = 0.05
-"""Share of a piece's lateness that moves the schedule: follows the sender's clock, not single late pieces."""
+_INERTIA = 4.0
+"""Seconds over which lateness is averaged: the schedule follows the sender's clock, not single late pieces."""
 
 
 class Schedule:
@@ -25,7 +25,7 @@ class Schedule:
         """The moment to play a piece [s], None when it is to be dropped; and whether there is a seam before it."""
         wanted = arrival + self._lead
         seam = self._due is None or self._due < arrival
-        due = wanted if seam else self._due + _PULL * (wanted - self._due)
+        due = wanted if seam else self._due + min(1.0, duration / _INERTIA) * (wanted - self._due)
         if due > arrival + self._most:
             return None, False
         if self._settling > 0.0:
