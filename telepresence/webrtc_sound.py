@@ -19,8 +19,6 @@ RATE = 48000
 SAMPLES = 960
 """Per frame: 20 ms."""
 _BYTES = SAMPLES * 4
-SETTLE = 1.0
-"""Seconds at the beginning of a conversation in which the pace is found: the first frames of a connection come late."""
 _WAITING = 10
 """Frames that may wait for the network; older ones are dropped, so that sound is lost rather than late."""
 _MAX_HOLE = RATE // 2

@@ -22,7 +22,6 @@ class Loudspeaker:
         lead: Seconds that a piece may be late without a gap.
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
         name: In messages.
-        settle: See `Schedule`.
         on_level: Gets the mean level [dBFS] ten times a second while something is pushed, muted or not.
     """
 
@@ -34,12 +33,11 @@ class Loudspeaker:
         patience: float = 0.0,
         on_level: Callable[[float], None] = lambda level: None,
         name: str = "loudspeaker",
-        settle: float = 0.0,
     ) -> None:
         self.device = device
         self._rate = rate
         self._patience = patience
-        self._schedule = Schedule(lead + patience, lead + patience + MOST, settle)
+        self._schedule = Schedule(lead + patience, lead + patience + MOST)
         self._muted = False
         self._head = (
             "appsrc name=in is-live=true format=time max-bytes=0 leaky-type=downstream "

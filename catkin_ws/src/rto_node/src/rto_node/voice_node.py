@@ -18,7 +18,7 @@ from rto_node.ros_node import RosNode
 from rto_node.webrtc_sound import RobotSound
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
-from telepresence.webrtc_sound import RATE, SETTLE
+from telepresence.webrtc_sound import RATE
 
 
 class Voice:
@@ -35,7 +35,7 @@ class Voice:
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
-        self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put, settle=SETTLE)
+        self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
         self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:

@@ -24,7 +24,7 @@ from rto_bringup.onboard.camera_server import MAX_OFFER, SDP, local_address
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
 from telepresence.webrtc import on_address, peer_connection
-from telepresence.webrtc_sound import RATE, SETTLE, MicrophoneTrack, listen
+from telepresence.webrtc_sound import RATE, MicrophoneTrack, listen
 
 log = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ class SoundServer:
     def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", patience: float = 0.0) -> None:
         self._track: MicrophoneTrack | None = None
         self._microphone = Microphone(microphone, lambda: RATE, self._heard)
-        self._loudspeaker = Loudspeaker(loudspeaker, patience=patience, settle=SETTLE)
+        self._loudspeaker = Loudspeaker(loudspeaker, patience=patience)
         self._peer: RTCPeerConnection | None = None
         self._number = 0
         self._numbers = itertools.count(1)
