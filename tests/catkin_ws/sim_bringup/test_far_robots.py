@@ -170,4 +170,4 @@ def test_what_was_commanded_before_a_cut_moves_nobody_after_it(far, until_true):
     back = time.time()
     until_true(lambda: all(robot.rows()[-1][0] > back + 4.0 for robot in both(far)), "time for what was held up")
     for robot, heading in zip(both(far), stand, strict=True):
-        assert turned(robot.heading(), heading) < MOVED
+        assert turned(robot.heading(), heading) < MOVED, "Robotino" if robot is far.robotino else "Pepper"

@@ -38,6 +38,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_1.safety_topics import SafetyTopics
 
+from telepresence.late_commands import BURST_ROOM, LateCommands
 from telepresence.safety import PEPPER
 
 MOTION_CYCLE = 0.02
@@ -53,7 +54,8 @@ STATE_PERIOD = 0.5
 class MoveTo:
     def __init__(self) -> None:
         self._wake = threading.Event()
-        self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._wake.set)
+        self._late = LateCommands()
+        self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
         self._guard = GuardedGate() if rospy.get_param("~safety", True) else None
         self._gate = self._guard or CommandGate()
         look = rospy.get_param("~look", 0.15)
@@ -72,7 +74,7 @@ class MoveTo:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._guard, self._guard.obstacles)
             self._sensors = SensorWatch(self._node.connection, self._guard.hear).start()
-        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
         rospy.Service("orthogonal_security_distance", OrthogonalSecurityDistance, self._on_orthogonal)
@@ -81,7 +83,14 @@ class MoveTo:
     def run(self) -> int:
         return self._node.run(self._loop)
 
+    def _on_master_lost(self) -> None:
+        self._late.link_lost()
+        self._wake.set()
+
     def _on_velocity(self, twist: Twist) -> None:
+        if self._late.is_late(time.monotonic()):
+            rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
+            return
         self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
         self._wake.set()
 

@@ -24,6 +24,7 @@ from telepresence_1.msg import SafetyState
 from rto_node.drive_link import DriveLink
 from rto_node.drive_wire import Report
 from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, RosNode
+from telepresence.late_commands import BURST_ROOM, LateCommands
 
 WAIT = 0.1
 """Seconds to wait for a report before looking whether the robot still answers."""
@@ -34,6 +35,7 @@ SECTORS = 72
 
 class DriveLinkNode:
     def __init__(self) -> None:
+        self._late = LateCommands()
         self._node = RosNode("rto_drive_link", on_master_lost=self._on_master_lost)
         self._careful = bool(rospy.get_param("~careful", False))
         self._state, self._state_due = "", 0.0
@@ -45,7 +47,7 @@ class DriveLinkNode:
         except ValueError as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
-        rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
         for service in ("stop_drive", "reset_stop", "reset_bumper"):
             what = "stop" if service == "stop_drive" else service.replace("_", " ")
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
@@ -56,10 +58,11 @@ class DriveLinkNode:
 
     def _on_master_lost(self) -> None:
         # Whoever published our velocities may be gone with it, and nobody can be told to stop.
+        self._late.link_lost()
         self._link.release()
 
     def _on_velocity(self, twist: Twist) -> None:
-        if not self._node.master.alive:
+        if self._late.is_late(time.monotonic()) or not self._node.master.alive:
             return
         try:
             self._link.drive(twist.linear.x, twist.linear.y, twist.angular.z, self._careful)

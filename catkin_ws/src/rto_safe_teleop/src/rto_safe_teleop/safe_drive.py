@@ -27,6 +27,7 @@ from std_msgs.msg import Bool
 from telepresence_1.safety_topics import SafetyTopics
 
 from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer
+from telepresence.late_commands import BURST_ROOM, LateCommands
 from telepresence.safety import ROBOTINO, State
 from telepresence.safety.bubble import ClampLimits
 
@@ -36,7 +37,8 @@ LAYERS = ("gate", "bubble")
 
 class SafeDrive:
     def __init__(self) -> None:
-        self._node = RosNode("safe_omni_drive")
+        self._late = LateCommands()
+        self._node = RosNode("safe_omni_drive", on_master_lost=self._late.link_lost)
         self._layer = _choose_layer()
         self._lock = threading.Lock()  # guards the layer: callbacks come on threads of their own
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
@@ -48,8 +50,8 @@ class SafeDrive:
             obstacles=self._obstacles if gate else None,
         )
         self._diagnostics = Diagnostics("safety", type(self._layer).__name__)
+        rospy.Subscriber("safe_cmd_vel", Twist, self._on_command, queue_size=BURST_ROOM, tcp_nodelay=True)
         for topic, kind, callback in (
-            ("safe_cmd_vel", Twist, self._on_command),
             ("distance_sensors", PointCloud, self._on_distances),
             ("bumper", Bool, self._on_bumper),
             ("odom", Odometry, self._on_odometry),
@@ -79,6 +81,9 @@ class SafeDrive:
 
     def _on_command(self, twist: Twist) -> None:
         now = time.monotonic()
+        if self._late.is_late(now):
+            rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
+            return
         with self._lock:
             answer = self._layer.hear_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
         if answer is not None:
