@@ -11,12 +11,14 @@ import os
 import re
 import signal
 import subprocess
+import uuid
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from telepresence import processes
+from telepresence.ros_master import master_proxy
 from telepresence.virtual_display import grab
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
@@ -30,6 +32,8 @@ class Station:
     def __init__(self, graph) -> None:
         graph.environment.pop("DISPLAY", None)
         self.environment = graph.environment
+        # roslaunch waits for what roscore tells every master, and a bare one was not told.
+        master_proxy(graph.uri, timeout=5.0).setParam("/test", "/run_id", str(uuid.uuid4()))
         names = ("robotino_port", "drive_port", "camera_port", "screen_port")
         self.ports = {name: graph.free_port() for name in names}
         self.program = graph.run(
