@@ -61,16 +61,17 @@ def drive_wired(number: int, seconds: float) -> Outcome:
     """One scenario in real time."""
     place = make_place(SEED, number, INFRARED_ROBOT.profile.outline.outer_radius, persons=0)
     robot = SimulatedRobotino()
-    with World(_scene(place, robot), seed=SEED) as world:
-        cameras = Cameras(world)
-        try:
-            robot.enter(world, cameras, SEED)
-            world.start()
-            robot.serve("127.0.0.1", 0)
-            return _drive(place, number, robot, seconds)
-        finally:
-            robot.close()
-            cameras.close()
+    world = World(_scene(place, robot), seed=SEED)
+    cameras = Cameras(world)
+    try:
+        robot.enter(world, cameras, SEED)
+        world.start()
+        robot.serve("127.0.0.1", 0)
+        return _drive(place, number, robot, seconds)
+    finally:
+        robot.close()
+        cameras.close()
+        world.close()
 
 
 def _drive(place: Place, number: int, robot: SimulatedRobotino, seconds: float) -> Outcome:
