@@ -17,6 +17,7 @@ from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
 from gui.controller import Attach
+from gui.cycles import CycleCollector
 from gui.entrance import Entrance
 from gui.keeping import default_folder
 from gui.memory import Memory, default_file
@@ -50,6 +51,7 @@ def main(argv: list[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     if not chosen:
         del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
+    cycles = CycleCollector()
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
     memory = Memory(default_file())
@@ -98,6 +100,7 @@ def main(argv: list[str] | None = None) -> int:
         node.close()
         for seat in seats:
             seat.terminal.close_terminal()
+        cycles.close()
 
 
 def take_seats(node: RosNode, arguments: argparse.Namespace, memory: Memory) -> list[Seat]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
 from gui.channels import Answer, Channel
@@ -32,6 +33,16 @@ from telepresence.virtual_display import VirtualDisplay, grab
 def qt() -> QApplication:
     # Not by QT_QPA_PLATFORM: programs that other tests start would inherit it.
     return QApplication.instance() or QApplication(["tests", "-platform", "offscreen"])
+
+
+@pytest.fixture(autouse=True)
+def collect_cycles_on_qts_thread(qt: QApplication) -> Iterator[None]:
+    """As the window's program does (gui.cycles): widgets of one test must not die on a thread of the next one."""
+    gc.disable()
+    yield
+    QApplication.sendPostedEvents(None, QEvent.DeferredDelete)
+    gc.collect()
+    gc.enable()
 
 
 @pytest.fixture
