@@ -36,9 +36,9 @@ def test_careful_scan_hits_nothing_that_stands():
 
 
 def test_without_it_the_gate_hits_far_less_than_the_bubble_and_passes_no_less():
-    ours, bubble = drive("infrared", "gate", 0.20, 20), drive("infrared", "bubble, gap 0.10", 0.20, 20)
-    assert bubble.static_hits.sum() >= 5 * ours.static_hits.sum() > -1
-    assert bubble.static_hits.sum() >= 5
+    ours, bubble = drive("infrared", "gate", 0.20, 40), drive("infrared", "bubble, gap 0.10", 0.20, 40)
+    assert bubble.static_hits.sum() >= 3
+    assert bubble.static_hits.sum() >= 3 * ours.static_hits.sum()
     assert passed(ours) >= passed(bubble) - 0.02
 
 
@@ -56,20 +56,20 @@ def test_pepper_hits_only_what_its_sensors_cannot_see():
 
 @pytest.mark.parametrize("robot", [INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT], ids=lambda robot: robot.name)
 def test_every_way_out_of_a_breach_is_open(robot):
-    found = escapes(robot, 24, SEED)
-    assert found.obeyed == found.asked == 24, f"not within {AWAY_WITHIN} s"
+    found = escapes(robot, 12, SEED)
+    assert found.obeyed == found.asked == 12, f"not within {AWAY_WITHIN} s"
 
 
 def test_sliding_along_a_wall_keeps_the_speed():
-    assert slide(LASER_ROBOT, 0.35, 8, SEED).mean() > 0.88
+    assert slide(LASER_ROBOT, 0.35, 6, SEED).mean() > 0.88
 
 
 def test_a_door_15_cm_wider_than_the_body_is_passable():
-    assert doorway(INFRARED_ROBOT, 0.20, 5, SEED) == (5, 0)
+    assert doorway(INFRARED_ROBOT, 0.20, 4, SEED) == (4, 0)
 
 
 def test_empty_space_stops_nobody():
-    assert false_stops(INFRARED_ROBOT, 0.20, 4, 10.0, SEED) <= 0.01
+    assert false_stops(INFRARED_ROBOT, 0.20, 3, 10.0, SEED) <= 0.01
 
 
 def test_every_layer_of_the_benchmark_drives():
