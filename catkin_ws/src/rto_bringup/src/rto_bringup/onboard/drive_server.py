@@ -35,6 +35,8 @@ ZEROS_TIME = 1.0
 """Seconds for which zeros are sent after the controls were let go: longer than the base's ramp."""
 WRITE_TIMEOUT = 0.15
 """Seconds that the robot's web server has to take a velocity; it is on the same machine."""
+FAULT_TIME = 0.5
+"""Seconds for which a velocity that the robot's web server did not take is told as a fault."""
 MAX_READINGS = 40
 IDLE = (State.NO_COMMAND, State.BLOCKED, State.LIMITED, State.CLEAR)
 """States of the gate that say nothing about the robot itself."""
@@ -70,7 +72,7 @@ class DriveServer:
         self._pilots = Pilots()
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
-        self._write_problem = ""
+        self._write_problem, self._write_failed = "", -math.inf
         self._reports = 0
         self._stopping = False
         self._waker, self._wake = socket.socketpair()
@@ -196,12 +198,14 @@ class DriveServer:
         except RobotinoError as error:
             if not self._write_problem:
                 log.error("%s", error)
-            self._write_problem = str(error)
+            self._write_problem, self._write_failed = str(error), time.monotonic()
 
     def _report(self, now: float, decision: Decision, given: tuple[float, float, float], commanded: bool) -> None:
         self._reports += 1
         driver = self._pilots.driver
-        problem = self._write_problem or self._sensors.problem
+        # What one write met counts for a moment only: nobody writes while nobody drives, and nothing would clear it.
+        failed = self._write_problem if now - self._write_failed <= FAULT_TIME else ""
+        problem = failed or self._sensors.problem
         for session in self._pilots.sessions:
             state, reason = decision.state, decision.reason
             if problem:
