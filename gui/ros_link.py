@@ -274,7 +274,6 @@ class RosLink(QObject):
 
     def advertise(self) -> None:
         """The graph has been joined."""
-        self._frames.listen()
         for row in self._outgoing.values():
             kind = self._message_class(row.kind)
             if kind is not None:
@@ -284,6 +283,7 @@ class RosLink(QObject):
         """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
         not for Qt's thread."""
         if graph is not None:
+            self._frames.listen(self._open)
             for name, channel in self._channels.items():
                 subscriber = self._subscribers.get(name)
                 if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):

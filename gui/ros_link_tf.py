@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import rospy
 import tf2_ros
@@ -14,7 +16,7 @@ PATIENCE = 0.3
 
 
 class Frames:
-    """The transforms of one robot that are heard, from `listen` on. For any thread; nothing here waits.
+    """The transforms of one robot, while they are listened to. For any thread; only `listen` waits for the master.
 
     Two robots on one master both have a frame base_link, so one of them has its transforms in its namespace. As soon as
     any is heard there, /tf is somebody else's.
@@ -27,15 +29,24 @@ class Frames:
         self._namespace = namespace.rstrip("/")
         self._buffer: tf2_ros.Buffer | None = None
         self._has_own = False
+        self._subscribers: list[rospy.Subscriber] = []
 
-    def listen(self) -> None:
-        """The graph has been joined."""
-        self._buffer = _new_buffer()
-        for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")):
-            rospy.Subscriber(f"/{topic}", TFMessage, self._on_common, callback_args=keep, queue_size=100)
+    def listen(self, wanted: bool) -> None:
+        """Hear transforms from now on, or no longer; once the graph has been joined."""
+        if wanted == bool(self._subscribers):
+            return
+        self._buffer, self._has_own = _new_buffer(), False
+        while self._subscribers:
+            self._subscribers.pop().unregister()
+        for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
+            self._subscribe(f"/{topic}", self._on_common, keep)
             if self._namespace:
-                own = f"{self._namespace}/{topic}"
-                rospy.Subscriber(own, TFMessage, self._on_own, callback_args=keep, queue_size=100)
+                self._subscribe(f"{self._namespace}/{topic}", self._on_own, keep)
+
+    def _subscribe(self, topic: str, callback: Callable, keep: str) -> None:
+        self._subscribers.append(
+            rospy.Subscriber(topic, TFMessage, callback, callback_args=keep, queue_size=100)
+        )
 
     def _on_common(self, message: TFMessage, keep: str) -> None:
         if not self._has_own:

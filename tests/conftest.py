@@ -34,6 +34,13 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
         time.sleep(0.02)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of two workers one has all tests that start many programs, so that there is one station at a time."""
+    for item in items:
+        large = any(item.get_closest_marker(name) for name in ("ros", "x11", "browser"))
+        item.add_marker(pytest.mark.xdist_group("stations" if large else str(item.path)))
+
+
 @pytest.fixture(name="wait_until", scope="session")
 def _wait_until() -> Callable:
     return wait_until

@@ -207,16 +207,19 @@ def test_signing_in_brings_the_picture_and_the_terminal(desk, station, wait_unti
 
 
 def test_a_held_key_drives_for_as_long_as_it_is_held(desk, station, wait_until):
+    """At half the speed: at 0.2 m/s the way that Pepper loses while it speeds up is a tenth of the whole."""
+    desk.key("Next", "Next")
     wait_until(station.stands, "the robot stands")
     station.forget()
     station.probe("watch", "/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"])
     pressed = time.time()
     desk.screen.do("keydown", "w", "sleep", 1.0, "keyup", "w")
     released = time.time()
+    desk.key("Prior", "Prior")
     wait_until(lambda: (t := station.track()) and t[-1][0] > released + BRAKING, "it has braked")
     track = station.track()
     start, end = track[0][1:], track[-1][1:]
-    assert math.dist(start, end) == pytest.approx(SPEED * (released - pressed), rel=0.1)
+    assert math.dist(start, end) == pytest.approx(SPEED / 2 * (released - pressed), rel=0.1)
     assert abs(end[1] - start[1]) < 0.03
     driven = [when for when, fields in station.probe("seen", "/cmd_vel") if any(fields)]
     assert driven and max(driven) < released + 0.3, "nothing drives it any more 0.3 s after the release"
@@ -284,6 +287,7 @@ def test_a_gamepad_drives_while_lb_is_held_and_stops_when_unplugged(desk, statio
         os.write(writer, b"".join(EVENT.pack(0, value, kind, number) for kind, number, value in events))
 
     send(*((BUTTON, button, 0) for button in range(11)), *((AXIS, axis, 0) for axis in range(8)))
+    wait_until(station.stands, "the robot stands")
     send((AXIS, 1, 32767))
     assert station.stands(), "nothing without LB"
     send((BUTTON, 4, 1))

@@ -142,7 +142,7 @@ def test_roscore_start_starts_a_master_that_the_window_joins(screen, wait_until,
     window.click(place("roscoreButton"))
     wait_until(lambda: master_answers(uri), "a master answers")
     wait_until(lambda: master_proxy(uri).lookupNode("/test", "/gui_ros_node")[0] == 1, "the window has joined it")
-    assert "started core service" in window.terminal_text("roscore")
+    wait_until(lambda: "started core service" in window.terminal_text("roscore"), "the terminal shows roscore")
     processes.send(window.process.pid, signal.SIGTERM)
     assert window.process.wait(15) == 0
     wait_until(lambda: not master_answers(uri), "the window takes its master along")
