@@ -1,4 +1,4 @@
-"""`./stack bench [NAME ...] [--json FILE] [--out FOLDER]`: ours against a peer or the physical limit, measured in the same run."""
+"""`./stack bench [NAME ...] [--json FILE] [--out FOLDER]`: ours against a peer or the physical limit, in one run."""
 
 from __future__ import annotations
 
