@@ -149,12 +149,15 @@ def test_free_way_is_driven_as_commanded(station):
 def test_stops_before_a_person_and_leaves_again(station):
     station.robot.place_person(-1.65, 0.75)
     station.pilot.drive(0.3, 0.0, 0.0)
-    station.until(lambda: station.safety["state"] == "blocked", "the gate blocks")
-    station.until(lambda: abs(station.speed()) < STANDING, "the robot stands")
+    # The last centimetres may be NAOqi's: its own security distance stops the robot as well.
+    held = ("blocked", "limited")
+    station.until(
+        lambda: station.safety["state"] in held and abs(station.speed()) < STANDING, "gate and robot stop before them"
+    )
     assert station.safety["sector"] in (*range(0, 7), *range(66, 72))
     assert 0.0 < station.safety["gap"] < 0.5
     station.told("obstacle")
-    station.until(lambda: "blocked by an obstacle" in station.drive_state, "the driver says so too")
+    station.until(lambda: "by an obstacle" in station.drive_state, "the driver says so too")
     station.pilot.drive(-0.1, 0.0, 0.0)
     station.until(lambda: station.speed() < -0.05, "away from it is free")
 

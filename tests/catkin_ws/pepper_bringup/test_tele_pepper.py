@@ -136,6 +136,6 @@ def test_interrupt_ends_every_node_in_time(launch):
     began = time.monotonic()
     launch.signal(signal.SIGINT)
     launch.process.wait(20)
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < 10.0
     assert "escalating to SIGTERM" not in launch.output
     assert "Traceback" not in launch.output

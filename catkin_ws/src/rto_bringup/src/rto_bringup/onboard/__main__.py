@@ -73,9 +73,9 @@ def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
     with DriveServer(options.robot, options.address or LOOPBACK, options.port, laser=options.laser) as server:
-        print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
+        print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         return server.run()
 
 
