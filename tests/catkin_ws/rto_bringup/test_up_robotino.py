@@ -77,7 +77,7 @@ def test_the_window_shows_the_camera_by_webrtc(station, until_true):
         return len(np.unique(left_half.reshape(-1, 3) // 16, axis=0))
 
     until_true(lambda: colours() > 60, "a picture with many colours")
-    assert station.probe.newest("/rto3/camera_state") == ["live"]
+    until_true(lambda: station.probe.newest("/rto3/camera_state") == ["live"], "the picture is live")
     nodes = station.probe.nodes()
     assert {"/rto3/rto_camera_receiver", "/rto3/rto_drive_link"} <= set(nodes)
     assert "/rto3/safe_omni_drive" not in nodes, "one gate, on the robot"

@@ -23,7 +23,7 @@ ROOT = HERE.parents[2]
 MOVED = 0.02
 """Less than this [rad] is noise of odometry. The robots turn on the spot, so that no wall stops them."""
 TWITCH = 0.10
-"""A few commands pass before a burst shows that it is one, and NAOqi's wire delivers one more: 0.4 rad/s, and the ramp [rad]."""
+"""A few commands pass before a burst shows that it is one, and NAOqi's wire holds up one more [rad]."""
 STOP_TIME = 1.0
 """A robot stands so long after the cut [s]."""
 OBSERVED = 0.15

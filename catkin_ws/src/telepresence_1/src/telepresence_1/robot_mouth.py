@@ -116,6 +116,7 @@ class RobotMouth:
         if now not in RATES:
             raise CallRefused(f"the robot plays {now} Hz, which is none of {RATES}")
         self._link = link
+        self.problem = None
         self._pending.clear()
         self._stalled = True  # whoever spoke before us may have left sound in the queue
         if now != self.rate:
