@@ -99,7 +99,7 @@ class Vehicle(ABC):
 
     def tell(self, gate: VelocityGate, now: float) -> None:
         """Give the gate what the range sensors and bumpers say."""
-        raise NotImplementedError(f"{self.label} has no range sensors")
+        raise ValueError(f"{self.label} has no range sensors, so there is nothing to gate it by: drive it without")
 
     @abstractmethod
     def _model(self) -> RobotModel: ...
