@@ -30,7 +30,7 @@ def test_stopping_speed_and_distance_are_inverse(distance, reaction, braking):
 
 
 @given(points, speeds, speeds, st.floats(-math.pi, math.pi))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_disc_knows_no_direction(places, vx, vy, angle):
     before = guard(places).nearest_allowed(vx, vy)
     turned = from_base(np.array(places), 0.0, 0.0, angle)
@@ -39,7 +39,7 @@ def test_a_disc_knows_no_direction(places, vx, vy, angle):
 
 
 @given(points, speeds, speeds)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_what_is_allowed_leaves_every_obstacle_its_room(places, vx, vy):
     for profile in (ROBOTINO, PEPPER):
         allowed = np.array(guard(places, profile).nearest_allowed(vx, vy))

@@ -55,7 +55,7 @@ def decide(profile, scene, command, ticks=12, scans=None):
 
 
 @given(profiles, scenes, speeds, speeds, st.floats(-3.0, 3.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_output_is_finite_and_no_faster_than_command_and_limits(profile, scene, vx, vy, wz):
     decision = decide(profile, scene, (vx, vy, wz))
     limits = profile.limits
@@ -69,7 +69,7 @@ def test_output_is_finite_and_no_faster_than_command_and_limits(profile, scene, 
 
 
 @given(profiles, scenes, speeds, speeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_never_towards_a_seen_point_inside_the_stopping_distance(profile, scene, vx, vy):
     """Rolled on to a standstill, the outline touches nothing that a beam has hit."""
     decision = decide(profile, scene, (vx, vy, 0.0))
@@ -94,7 +94,7 @@ def test_never_towards_a_seen_point_inside_the_stopping_distance(profile, scene,
 
 
 @given(scenes, speeds, speeds, speeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_mirrored_scene_and_command_give_the_mirrored_output(scene, vx, vy, wz):
     # One tick, on which nothing depends on the order in which points were found.
     left = decide(ROBOTINO, scene, (vx, vy, wz), ticks=2)
@@ -104,7 +104,7 @@ def test_mirrored_scene_and_command_give_the_mirrored_output(scene, vx, vy, wz):
 
 
 @given(scenes, speeds, speeds, st.integers(1, 8))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_scene_and_command_turned_by_whole_beams_turn_the_output(scene, vx, vy, times):
     angle = times * math.tau / 9
     c, s = math.cos(angle), math.sin(angle)
@@ -116,7 +116,7 @@ def test_scene_and_command_turned_by_whole_beams_turn_the_output(scene, vx, vy, 
 
 
 @given(profiles, st.integers(0, 3), not_numbers)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_command_that_is_not_a_number_stops_the_robot(profile, place, value):
     command = [0.1, 0.1, 0.1, PERIOD * 3]
     command[place] = value
@@ -127,7 +127,7 @@ def test_a_command_that_is_not_a_number_stops_the_robot(profile, place, value):
 
 
 @given(profiles, st.integers(0, 3), not_numbers)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_odometry_that_is_not_a_number_stops_the_robot(profile, place, value):
     pose = [0.0, 0.0, 0.0, PERIOD * 31]
     pose[place] = value
@@ -137,7 +137,7 @@ def test_odometry_that_is_not_a_number_stops_the_robot(profile, place, value):
 
 
 @given(profiles, not_numbers, st.data())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_one_reading_that_is_not_a_number_stops_the_robot(profile, value, data):
     source = data.draw(st.sampled_from(profile.sources))
     ranges = np.full(source.beams, source.max_range)
@@ -150,7 +150,7 @@ def test_one_reading_that_is_not_a_number_stops_the_robot(profile, value, data):
 
 
 @given(st.lists(st.tuples(anything, anything, anything), min_size=1, max_size=5), anything, anything)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_garbage_never_raises_and_never_comes_out(commands, reading, clock):
     gate = moving(ROBOTINO)
     for number, command in enumerate(commands):
