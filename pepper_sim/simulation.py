@@ -17,8 +17,7 @@ from telepresence.images import LatestImage
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulated_robot import SimulatedRobot
-from telepresence.sim.simulation import RobotWish
-from telepresence.sim.simulation import Simulation as SharedSimulation
+from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.world import World
 
 DEFAULT_PORT = 9559
@@ -94,46 +93,18 @@ class SimulatedPepper(SimulatedRobot):
                 part.close()
 
 
-class Simulation(SharedSimulation):
-    """A world with one Pepper. Runs from construction until `close`.
+class Simulation(OneRobotSimulation):
+    """A world with one Pepper; the options are those of `SimulatedPepper`.
 
-    Args:
-        scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
-        seed: Start of every random sequence.
-        address, port: Where NAOqi listens; port 0 takes a free one, see `url`.
-        options: See `SimulatedPepper`.
     Raises:
-        ValueError: Unknown scene, or a room sound that cannot be played.
-        OSError: The loudspeaker's record cannot be written or the room's sound not be read.
-        CannotListen: The port is taken or the address is not this machine's.
+        CannotListen: The port is taken or the address is not this machine's; an OSError.
     """
 
-    def __init__(
-        self,
-        scene: str = DEFAULT_SCENE,
-        seed: int = 0,
-        address: str = "127.0.0.1",
-        port: int = DEFAULT_PORT,
-        **options: str,
-    ) -> None:
-        super().__init__([RobotWish("pepper", "pepper", port, options)], scene, seed, address)
-
-    @property
-    def robot(self) -> Pepper:
-        return self.robots["pepper"].robot
+    KIND, SCENE = "pepper", DEFAULT_SCENE
 
     @property
     def tablet(self) -> Tablet:
-        return self.robots["pepper"].tablet
-
-    @property
-    def server(self) -> NaoqiServer:
-        return self.robots["pepper"].server
-
-    @property
-    def url(self) -> str:
-        """Where clients connect: the first endpoint."""
-        return self.urls[0]
+        return self.simulated.tablet
 
     @property
     def room(self) -> Room:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from robotino_sim.controller import REST_WATCHDOG
 from robotino_sim.models import PREFIX, robotino_model
 from robotino_sim.robot import Robotino
 from robotino_sim.server import create_app
 from robotino_sim.webcam import DEFAULT_SIZE, Webcam
-from telepresence.mjpeg import WebServer
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import RobotModel
-from telepresence.sim.simulated_robot import SimulatedRobot
-from telepresence.sim.simulation import RobotWish
-from telepresence.sim.simulation import Simulation as SharedSimulation
+from telepresence.sim.simulation import OneRobotSimulation
+from telepresence.sim.web_robot import WebRobot
 from telepresence.sim.world import World
 
 DEFAULT_PORT = 8080
 DEFAULT_SCENE = "arena"
 
 
-class SimulatedRobotino(SimulatedRobot):
+class SimulatedRobotino(WebRobot):
     """One Robotino of a world. `robot`, `webcam` and `server` are there once it has entered, and once it serves.
 
     Args:
@@ -49,7 +49,6 @@ class SimulatedRobotino(SimulatedRobot):
         self._camera_size, self._strict_camera, self._cors = camera_size, strict_camera, cors
         self.robot: Robotino | None = None
         self.webcam: Webcam | None = None
-        self.server: WebServer | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -61,61 +60,20 @@ class SimulatedRobotino(SimulatedRobot):
         )
         self.webcam = Webcam(self.robot, self._camera_size)
 
-    def serve(self, address: str, port: int) -> None:
-        app = create_app(self.robot, self.webcam, strict_camera=self._strict_camera, cors=self._cors)
-        self.server = WebServer(app, address, port)
-        self.server.start()
-
-    @property
-    def urls(self) -> list[str]:
-        return [self.server.url.rstrip("/")] if self.server else []
+    def create_app(self) -> Callable:
+        return create_app(self.robot, self.webcam, strict_camera=self._strict_camera, cors=self._cors)
 
     def close(self) -> None:
-        if self.server is not None:
-            self.server.close()
+        super().close()
         if self.webcam is not None:
             self.webcam.close()
 
 
-class Simulation(SharedSimulation):
-    """A world with one Robotino. Runs from construction until `close`.
+class Simulation(OneRobotSimulation):
+    """A world with one Robotino; the options are those of `SimulatedRobotino`."""
 
-    Args:
-        scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
-        seed: Start of every random sequence.
-        address, port: Where the web server listens; port 0 takes a free one, see `url`.
-        start: False leaves the world standing, for programs that step it themselves.
-        options: Of `SimulatedRobotino`.
-    Raises:
-        ValueError: Unknown scene, battery or camera size.
-        OSError: The port is taken or the address is not this machine's.
-    """
-
-    def __init__(
-        self,
-        scene: str = DEFAULT_SCENE,
-        seed: int = 0,
-        address: str = "127.0.0.1",
-        port: int = DEFAULT_PORT,
-        *,
-        start: bool = True,
-        **options: object,
-    ) -> None:
-        super().__init__([RobotWish("robotino", "robotino", port, options)], scene, seed, address, start=start)
-
-    @property
-    def robot(self) -> Robotino:
-        return self.robots["robotino"].robot
+    KIND, SCENE = "robotino", DEFAULT_SCENE
 
     @property
     def webcam(self) -> Webcam:
-        return self.robots["robotino"].webcam
-
-    @property
-    def server(self) -> WebServer:
-        return self.robots["robotino"].server
-
-    @property
-    def url(self) -> str:
-        """Where clients connect, without a slash at the end."""
-        return self.urls[0]
+        return self.simulated.webcam

@@ -82,6 +82,10 @@ class SimulatedRobot(ABC):
 
     controls: Controls | None = None
     """Set by kinds without a wire; the others are driven and seen through theirs."""
+    robot: Any = None
+    """The body, in SI units, for programs of the same process; there once it has entered."""
+    server: Any = None
+    """The wire; there once it serves."""
 
     @abstractmethod
     def __init__(self, prefix: str, offset: tuple[float, float] = (0.0, 0.0), **options: Any) -> None: ...

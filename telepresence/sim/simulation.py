@@ -11,7 +11,7 @@ import inspect
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from telepresence.sim.camera import Cameras
 from telepresence.sim.placement import FreePlaces
@@ -156,6 +156,58 @@ class Simulation:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class OneRobotSimulation(Simulation):
+    """A world with one robot, of the kind that the subclass names. Runs from construction until `close`.
+
+    Args:
+        scene: Name of a scene, see `telepresence.sim.scene.scene_names`; by default the kind's own.
+        seed: Start of every random sequence.
+        address, port: Where its wire listens; by default the port of the real one, 0 takes a free one, see `url`.
+        start: False leaves the world standing, for programs that step it themselves.
+        options: Settings of the kind.
+    Raises:
+        ValueError: Unknown scene, or a setting that its kind does not take.
+        OSError: The port is taken, the address is not this machine's, or a file of a setting cannot be used.
+    """
+
+    KIND: ClassVar[str]
+    SCENE: ClassVar[str]
+
+    def __init__(
+        self,
+        scene: str = "",
+        seed: int = 0,
+        address: str = "127.0.0.1",
+        port: int | None = None,
+        *,
+        start: bool = True,
+        **options: Any,
+    ) -> None:
+        usual = find_kind(self.KIND).DEFAULT_PORT or 0
+        wish = RobotWish(self.KIND, self.KIND, usual if port is None else port, options)
+        super().__init__([wish], scene or self.SCENE, seed, address, start=start)
+
+    @property
+    def simulated(self) -> Any:
+        """The robot with everything that belongs to it, see its kind."""
+        return self.robots[self.KIND]
+
+    @property
+    def robot(self) -> Any:
+        """Its body: setpoints in, snapshots out, in SI units."""
+        return self.simulated.robot
+
+    @property
+    def server(self) -> Any:
+        """Its wire."""
+        return self.simulated.server
+
+    @property
+    def url(self) -> str:
+        """Where clients connect, without a slash at the end: the first address."""
+        return self.urls[0]
 
 
 def _make(wish: RobotWish, places: FreePlaces | None) -> SimulatedRobot:

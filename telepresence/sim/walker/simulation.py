@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from telepresence.mjpeg import WebServer
+from collections.abc import Callable
+
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
-from telepresence.sim.simulated_robot import Movement, SimulatedRobot
-from telepresence.sim.simulation import RobotWish
-from telepresence.sim.simulation import Simulation as SharedSimulation
+from telepresence.sim.simulated_robot import Movement
+from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.walker.body import PREFIX, walker_model
 from telepresence.sim.walker.gait import TROT
 from telepresence.sim.walker.robot import WATCHDOG, Walker
 from telepresence.sim.walker.server import create_app
+from telepresence.sim.web_robot import WebRobot
 from telepresence.sim.world import World
 
 DEFAULT_PORT = 8090
@@ -32,7 +33,7 @@ class WalkerControls:
         return self._walker.subscribe_camera(width, height, fps)
 
 
-class SimulatedWalker(SimulatedRobot):
+class SimulatedWalker(WebRobot):
     """One walker of a world. `robot` and `server` are there once it has entered, and once it serves.
 
     Args:
@@ -55,7 +56,6 @@ class SimulatedWalker(SimulatedRobot):
         self._model = walker_model(prefix, offset=offset)
         self._gait, self._watchdog, self._hold_heading = gait, watchdog, hold_heading
         self.robot: Walker | None = None
-        self.server: WebServer | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -73,50 +73,11 @@ class SimulatedWalker(SimulatedRobot):
         )
         self.controls = WalkerControls(self.robot)
 
-    def serve(self, address: str, port: int) -> None:
-        self.server = WebServer(create_app(self.robot), address, port)
-        self.server.start()
-
-    @property
-    def urls(self) -> list[str]:
-        return [self.server.url.rstrip("/")] if self.server else []
-
-    def close(self) -> None:
-        if self.server is not None:
-            self.server.close()
+    def create_app(self) -> Callable:
+        return create_app(self.robot)
 
 
-class Simulation(SharedSimulation):
-    """A world with one walker. Runs from construction until `close`.
+class Simulation(OneRobotSimulation):
+    """A world with one walker; the options are those of `SimulatedWalker`."""
 
-    Args:
-        scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
-        seed: Start of every random sequence.
-        address, port: Where the web server listens; port 0 takes a free one, see `url`.
-        start: False leaves the world standing, for programs that step it themselves.
-        options: Of `SimulatedWalker`.
-    Raises:
-        ValueError: Unknown scene or gait.
-        OSError: The port is taken or the address is not this machine's.
-    """
-
-    def __init__(
-        self,
-        scene: str = DEFAULT_SCENE,
-        seed: int = 0,
-        address: str = "127.0.0.1",
-        port: int = DEFAULT_PORT,
-        *,
-        start: bool = True,
-        **options: object,
-    ) -> None:
-        super().__init__([RobotWish("walker", "walker", port, options)], scene, seed, address, start=start)
-
-    @property
-    def robot(self) -> Walker:
-        return self.robots["walker"].robot
-
-    @property
-    def url(self) -> str:
-        """Where clients connect, without a slash at the end."""
-        return self.urls[0]
+    KIND, SCENE = "walker", DEFAULT_SCENE
