@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 import xml.etree.ElementTree
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,7 @@ from types import FrameType
 
 from telepresence import processes
 from telepresence.master_keeper import MasterKeeper
-from telepresence.ros_master import master_answers
+from telepresence.ros_master import master_answers, master_proxy
 from telepresence.virtual_display import VirtualDisplay, display_answers
 
 LAUNCH = Path(__file__).resolve().parent.parent / "launch"
@@ -44,6 +45,8 @@ PEPPER = Wire("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
 ROBOTINO = Wire("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
 STATIONS: dict[str, tuple[Wire, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """What `up` can be asked for, and the robots in it. Others of the launch files have wires of their own making."""
+RUN_ID_PATIENCE = 3.0
+"""Seconds that a roscore that is just starting has until it sets its run_id."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -130,6 +133,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             tied=True,
         )
         if master_answers(master_uri, timeout=1.0):
+            require_roscore(master_uri, stop)
             print(f"Using the ROS master that runs at {master_uri}")
         else:
             keeper = MasterKeeper(master_uri)
@@ -174,6 +178,17 @@ def require_loopback(settings: dict[str, str], name: str) -> None:
     address = settings.get(name, "127.0.0.1")
     if address not in ("127.0.0.1", "localhost"):
         raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
+
+
+def require_roscore(uri: str, stop: threading.Event) -> None:
+    """Raises RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
+    deadline = time.monotonic() + RUN_ID_PATIENCE
+    while master_proxy(uri, timeout=1.0).getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
+        if time.monotonic() > deadline:
+            raise RuntimeError(
+                f"the ROS master at {uri} is a bare rosmaster, without the run_id that roscore gives it and that "
+                "roslaunch waits for. Run roscore instead, or:  rosparam set /run_id $(uuidgen)"
+            )
 
 
 def require_free(port: int, argument: str, purpose: str) -> None:

@@ -4,10 +4,12 @@ import os
 import shutil
 import socket
 import subprocess
+import threading
 
 import pytest
 
 from telepresence import station
+from telepresence.ros_master import master_proxy
 
 
 def test_without_arguments_it_is_pepper():
@@ -63,6 +65,16 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
             station.require_free(port, "nao_port", "the simulated robot")
+
+
+@pytest.mark.ros
+def test_a_bare_rosmaster_is_named_as_what_it_is_instead_of_waited_for(ros_master, monkeypatch):
+    uri = ros_master["ROS_MASTER_URI"]
+    monkeypatch.setattr(station, "RUN_ID_PATIENCE", 0.3)
+    with pytest.raises(RuntimeError, match=r"bare rosmaster.*roscore"):
+        station.require_roscore(uri, threading.Event())
+    master_proxy(uri).setParam("/test", "/run_id", "as roscore sets it")
+    station.require_roscore(uri, threading.Event())
 
 
 @pytest.mark.parametrize("name", ["nao_ip", "robotino_ip"])
