@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import socket
 import subprocess
@@ -43,8 +44,54 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Of two workers one has all tests that start many programs, so that there is one station at a time."""
     for item in items:
-        large = any(item.get_closest_marker(name) for name in ("ros", "x11", "browser"))
+        large = any(item.get_closest_marker(name) for name in ("ros", "x11", "browser", "alone"))
         item.add_marker(pytest.mark.xdist_group("stations" if large else str(item.path)))
+
+
+class Turns:
+    """Workers run tests side by side, but for a file that is marked `alone`: nothing else runs beside that.
+
+    Two locks, on what all workers have: the door, which everybody passes, and the room. Whoever is to be alone holds
+    the door until the others have left the room, so nobody waits for ever.
+    """
+
+    def __init__(self) -> None:
+        self._door, self._room = os.open(__file__, os.O_RDONLY), os.open(Path(__file__).parent, os.O_RDONLY)
+        self.alone = False
+
+    def enter(self, alone: bool) -> None:
+        fcntl.flock(self._door, fcntl.LOCK_EX)
+        fcntl.flock(self._room, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        fcntl.flock(self._door, fcntl.LOCK_UN)
+        self.alone = alone
+
+    def leave(self) -> None:
+        fcntl.flock(self._room, fcntl.LOCK_UN)
+        self.alone = False
+
+
+TURNS = pytest.StashKey[Turns]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if hasattr(config, "workerinput"):
+        config.stash[TURNS] = Turns()
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)  # around the time limit and the second try
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    turns = item.config.stash.get(TURNS, None)
+    if turns is None:
+        return (yield)
+    alone = item.get_closest_marker("alone") is not None
+    if not turns.alone:
+        turns.enter(alone)
+    try:
+        return (yield)
+    finally:
+        # The station of a file stays up between its tests.
+        if not (alone and nextitem is not None and nextitem.path == item.path):
+            turns.leave()
 
 
 @pytest.fixture(name="wait_until", scope="session")

@@ -22,7 +22,7 @@ from telepresence import processes
 from telepresence.ros_master import master_answers, master_proxy
 from telepresence.virtual_display import grab
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = {

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.alone
+
 LONGEST = 0.1
 """[s]"""
 TRIES = 4

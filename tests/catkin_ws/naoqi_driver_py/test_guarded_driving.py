@@ -14,7 +14,7 @@ import pytest
 
 from telepresence import processes
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 STOP_WITHIN = 1.0 + 0.5
 """Seconds to a stand after a fault; the half is for a machine that is shared."""

@@ -17,7 +17,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
 
 from sound_lab import RATE, Mouth, Recorder, SoundServer, delays, match, sentence
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 PILOT_SAYS = "Good morning, this is the pilot. May I come in?"
 ROBOT_HEARS = "Hello robot, please be careful, the cat is asleep."

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 _spec = util.spec_from_file_location("corrupting_proxy", Path(__file__).with_name("corrupting_proxy.py"))
 corrupting_proxy = util.module_from_spec(_spec)

@@ -18,7 +18,7 @@ from sound_lab import RATE, Mouth, Recorder, SoundServer, match, sentence
 
 from pepper_sim.simulation import Simulation
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 PILOT_SAYS = "Good morning, this is the pilot. May I come in and have a look at the kitchen?"
 ROBOT_HEARS = "Hello robot, yes of course, but please be careful, the cat is asleep on the carpet."
