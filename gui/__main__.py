@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import sys
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -70,6 +71,8 @@ def main(argv: list[str] | None = None) -> int:
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     for seat in seats:
         seat.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
+        if arguments.tell:
+            seat.window.status.said.connect(lambda text, level, seat=seat: _tell(seat.title, text, level))
     if arguments.screenshot:
         seats[0].window.video.first_picture.connect(
             lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
@@ -161,6 +164,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
         "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
     )
     parser.add_argument("--screenshot", metavar="FILE", type=Path, help="save a picture of the window there")
+    parser.add_argument("--tell", action="store_true", help="print every message that the window shows, with its time")
     return parser.parse_args(argv)
 
 
@@ -192,6 +196,10 @@ def save_screenshot(window: QMainWindow, path: Path) -> None:
         print(f"Saved a picture of the window as {path}", flush=True)
     else:
         print(f"gui: {path} cannot be written; is the folder there, and the ending .png or .jpg?", file=sys.stderr)
+
+
+def _tell(title: str, text: str, level: str) -> None:
+    print(f"{time.strftime('%H:%M:%S')} {title}, {level}: {text}", flush=True)
 
 
 def _end_by_ros(window: QMainWindow, reason: str) -> None:

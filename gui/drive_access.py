@@ -71,6 +71,12 @@ class DriveAccess(QObject):
         return bool(self._session and self.state is not None and self.state.window == self._link.node_name)
 
     @property
+    def comes_back(self) -> bool:
+        """Whether this window has lost a robot that nobody else has, and takes it again by itself: it was silent for
+        longer than a lease lasts, as on a machine that is busy."""
+        return self._wants and (self.state is None or not (self.state.pilot or self.state.stopped_by))
+
+    @property
     def is_pilot(self) -> bool:
         return self.account is not None and self.account.role == PILOT
 

@@ -10,7 +10,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 class Source(Protocol):
     """What may be added: `velocity` is a signal (forward, left [m/s], counter-clockwise [rad/s]), repeated ten times a
-    second or more while something is held, with one zero at the end. `speed` and `turn` are what it may ask for."""
+    second or more while something is held, with one zero at the end. `speed` and `turn` are what it may ask for.
+    A source with `waits` goes on by itself after a block that passes by itself; the others want a new press."""
 
     velocity: pyqtSignal
     speed: float
@@ -31,7 +32,7 @@ class DriveHub(QObject):
         super().__init__(parent)
         self._sources: list[Source] = []
         self._driver: Source | None = None
-        self._block = ""
+        self._block, self._passing = "", False
         self._speeds: tuple[float, float] | None = None
 
     @property
@@ -48,7 +49,7 @@ class DriveHub(QObject):
         """Let it drive, too."""
         self._sources.append(source)
         source.velocity.connect(lambda *velocity: self._on_velocity(source, velocity))
-        source.set_block(self._block)
+        self._tell_block(source)
         if self._speeds is not None:
             source.speed, source.turn = self._speeds
 
@@ -58,13 +59,17 @@ class DriveHub(QObject):
         for source in self._sources:
             source.speed, source.turn = speed, turn
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
-        if reason == self._block:
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again.
+
+        Args:
+            passing: It passes by itself, like a picture that is late; who is on the way to a place may go on afterwards.
+        """
+        if (reason, passing) == (self._block, self._passing):
             return
-        self._block = reason
+        self._block, self._passing = reason, passing
         for source in self._sources:
-            source.set_block(reason)
+            self._tell_block(source)
         if reason:
             self._let_go()
 
@@ -89,10 +94,17 @@ class DriveHub(QObject):
                 self._driver = None
             self.velocity.emit(*velocity)
         elif any(velocity) and not self._block:
-            before, self._driver = self._driver, source
-            if before is not None:
-                before.release_all()  # its zero is not passed on: the newcomer's velocity follows at once
+            self._driver = source
+            for other in self._sources:
+                if other is not source:
+                    other.release_all()  # its zero is not passed on: the newcomer's velocity follows at once
             self.velocity.emit(*velocity)
+
+    def _tell_block(self, source: Source) -> None:
+        if getattr(source, "waits", False):
+            source.set_block(self._block, self._passing)
+        else:
+            source.set_block(self._block)
 
     def _let_go(self) -> None:
         if self._driver is not None:

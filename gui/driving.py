@@ -81,7 +81,7 @@ class Driving(QObject):
 
     def update_block(self) -> None:
         """A pad that drives nothing, or a robot that nobody sees, is worse than one that says why it does not."""
-        state = self._link.state
+        state, passing = self._link.state, False
         if self._away:
             reason = self._away
         elif not state.joined:
@@ -89,12 +89,12 @@ class Driving(QObject):
         elif not state.driver:
             reason = "No driver listens to this window. Press Session start."
         elif self._access.obstacle():
-            reason = self._access.obstacle()
+            reason, passing = self._access.obstacle(), self._access.comes_back
         elif self._layer_stopped:
             reason = f"{self._layer_stopped} Press the red stop to let the robot go."
         else:
-            reason = self.picture_problem
-        self.hub.set_block(reason)
+            reason, passing = self.picture_problem, True
+        self.hub.set_block(reason, passing)
         self._access.set_hold(self.picture_problem)
         lease = self._access.state
         stopped_by = lease.stopped_by if lease is not None else ""

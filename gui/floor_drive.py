@@ -1,7 +1,8 @@
 """Driving to the place on the floor that the pilot points at in the picture, for as long as the button is held.
 
 The place is kept in the odometry frame at the picture's own time, so the delay of the picture does not move it. Letting
-go, losing the picture, the odometry or the way stops.
+go stops for good. What passes by itself (a picture, odometry or a transform that came late) stops the robot until it is
+there again, and the drive goes on as long as the button is held.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ BLOCKED_PATIENCE = 2.0
 """[s]"""
 OLDEST_PICTURE = 1.0
 """[s]; a place in an older one is not driven to."""
+NO_FLOOR = "There is no floor there. Point at the floor, below the horizon."
 
 
 class FloorDrive(QObject):
@@ -48,8 +50,12 @@ class FloorDrive(QObject):
     target_changed = pyqtSignal(object)
     """(x, y) in odom [m], or None."""
     refused = pyqtSignal(str)
-    """Why the robot does not go there."""
+    """Why the robot does not go there, or not yet."""
+    resumed = pyqtSignal()
+    """It goes on after what `refused` told."""
     arrived = pyqtSignal()
+    waits = True
+    """A block that passes by itself does not end it, see `DriveHub`."""
 
     def __init__(
         self,
@@ -62,20 +68,24 @@ class FloorDrive(QObject):
         self.farthest = farthest
         self.speed, self.turn = 0.2, 0.5
         self._view_of, self._picture_age = view_of, picture_age
-        self._block = ""
+        self._block, self._block_passes = "", False
+        self._pixel: tuple[float, float] | None = None
         self._target: tuple[float, float] | None = None
-        self._driving = self._arrived = False
+        self._sought = False
+        """The place under the pointer is still to be found."""
+        self._driving = self._arrived = self._waiting = False
         self._pressed_at = 0.0
         self._body: BodyState | None = None
         self._safety: Safety | None = None
-        self._blocked_since: float | None = None
+        self._blocked_since = math.inf
+        self._blocked_told = False
         self._timer = QTimer(self, interval=SEND_PERIOD)
         self._timer.setTimerType(Qt.PreciseTimer)
         self._timer.timeout.connect(self._step)
 
     @property
     def target(self) -> tuple[float, float] | None:
-        """The place in odom [m] while the button is held."""
+        """The place in odom [m] while the button is held and it is known."""
         return self._target
 
     @property
@@ -89,31 +99,37 @@ class FloorDrive(QObject):
         elif isinstance(reading, Safety):
             self._safety = reading
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
-        self._block = reason
-        if reason and self._target is not None:
-            self._end(reason)
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again.
+
+        Args:
+            passing: It passes by itself: a button that is held meanwhile counts again afterwards.
+        """
+        self._block, self._block_passes = reason, passing
+        if reason and self._pixel is not None:
+            if passing:
+                self._wait_for(reason)
+            else:
+                self._end(reason)
 
     def press(self, u: float, v: float) -> None:
         """The button went down on this pixel of the picture."""
-        if self._block:
+        if self._block and not self._block_passes:
             self.refused.emit(self._block)
-        elif self._point_at(u, v):
-            self._blocked_since = None
-            self._pressed_at, self._arrived = time.monotonic(), False
-            self._timer.start()
-            self._step()
+            return
+        self._pixel, self._pressed_at = (u, v), time.monotonic()
+        self._waiting, self._blocked_since = False, math.inf
+        self._look_again()
 
     def drag(self, u: float, v: float) -> None:
         """The pointer moved with the button down."""
-        if self._target is not None and self._point_at(u, v):
-            self._arrived = False
-            self._timer.start()
+        if self._pixel is not None:
+            self._pixel = (u, v)
+            self._look_again()
 
     def release_all(self) -> None:
         """The button went up, or whatever counts as that."""
-        if self._target is not None:
+        if self._pixel is not None:
             self._end("")
 
     def tone(self) -> str:
@@ -134,42 +150,61 @@ class FloorDrive(QObject):
         dx, dy = self._target[0] - body.x, self._target[1] - body.y
         return math.hypot(dx, dy), math.remainder(math.atan2(dy, dx) - body.yaw, math.tau)
 
-    def _point_at(self, u: float, v: float) -> bool:
+    def _look_again(self) -> None:
+        """The pointer is somewhere else: find the place under it."""
+        self._sought, self._arrived = True, False
+        if not self._timer.isActive():  # started anew with every move of the pointer it would never end
+            self._timer.start()
+            self._step()
+        else:
+            self._find_place()
+
+    def _find_place(self) -> str:
+        """Find the place under the pointer, unless it is known; why it is not."""
+        if not self._sought:
+            return ""
         if self._picture_age() > OLDEST_PICTURE:
-            self._end("The picture is too old to drive by.")
-            return False
+            return "The picture is too old to drive by."
         view = self._view_of()
         if isinstance(view, str):
-            self._end(view)
-            return False
-        place = floor_place(view, u, v, self.farthest)
+            return view
+        place = floor_place(view, *self._pixel, self.farthest)
         if place is None:
-            self._end("There is no floor there. Point at the floor, below the horizon.")
-            return False
-        self._target = (place.x, place.y)
+            self._end(NO_FLOOR)
+            return NO_FLOOR
+        self._sought, self._target = False, (place.x, place.y)
         self.target_changed.emit(self._target)
-        return True
+        return ""
+
+    def _obstacle(self) -> str:
+        """What keeps the robot from driving there now, and will pass; empty when nothing does."""
+        if self._block:
+            return self._block
+        if self._body is None or time.monotonic() - self._body.arrived > POSE_MAX_AGE:
+            return "The robot's odometry is lost, so it cannot find the way there."
+        return self._find_place()
 
     def _step(self) -> None:
-        body, now = self._body, time.monotonic()
-        if body is None or now - body.arrived > POSE_MAX_AGE:
-            self._end("The robot's odometry is lost, so it cannot find the way there.")
+        obstacle = self._obstacle()
+        if self._pixel is None:
+            return
+        if obstacle:
+            self._wait_for(obstacle)
             return
         distance, bearing = self.way()
         if distance < ARRIVED:
             self._timer.stop()
-            if self._driving:
-                self._driving = False
-                self.velocity.emit(0.0, 0.0, 0.0)
+            self._send_zero()
             if not self._arrived:
                 self._arrived = True
                 self.arrived.emit()
             return
-        if now - self._pressed_at < HOLD:
+        if time.monotonic() - self._pressed_at < HOLD:
             return
-        if self._is_blocked(now):
-            self._end(f"The way is blocked: {self._safety.reason}")
-            return
+        if self._waiting:
+            self._waiting = False
+            self.resumed.emit()
+        self._tell_blocked()
         # Sensors look ahead best: turn first, drive as the robot comes to face the place.
         speed = self._speed_for(distance) * max(0.0, math.cos(bearing))
         turn = max(-self.turn, min(self.turn, TURNING * bearing))
@@ -179,22 +214,36 @@ class FloorDrive(QObject):
     def _speed_for(self, distance: float) -> float:
         return min(self.speed, max(SLOWEST, NEARING * distance))
 
-    def _is_blocked(self, now: float) -> bool:
-        safety = self._safety
+    def _tell_blocked(self) -> None:
+        """Say once why the safety layer lets nothing pass. It is asked on: it gives way when the way is free again."""
+        safety, now = self._safety, time.monotonic()
         if safety is None or safety.state != "blocked" or now - safety.arrived > 1.0:
-            self._blocked_since = None
-            return False
-        self._blocked_since = self._blocked_since or now
-        return now - self._blocked_since > BLOCKED_PATIENCE
+            self._blocked_since, self._blocked_told = math.inf, False
+        elif self._blocked_since == math.inf:
+            self._blocked_since = now
+        elif now - self._blocked_since > BLOCKED_PATIENCE and not self._blocked_told:
+            self._blocked_told = True
+            self.refused.emit(f"The way is blocked: {safety.reason}")
+
+    def _wait_for(self, reason: str) -> None:
+        """Stand until it has passed; tell why, once."""
+        self._send_zero()
+        if not self._waiting:
+            self._waiting = True
+            self.refused.emit(reason)
+
+    def _send_zero(self) -> None:
+        if self._driving:
+            self._driving = False
+            self.velocity.emit(0.0, 0.0, 0.0)
 
     def _end(self, reason: str) -> None:
         """Stop, once; tell why unless the pilot let go."""
         self._timer.stop()
-        held, self._target = self._target is not None, None
-        if self._driving:
-            self._driving = False
-            self.velocity.emit(0.0, 0.0, 0.0)
-        if held:
+        known = self._target is not None
+        self._pixel = self._target = None
+        self._send_zero()
+        if known:
             self.target_changed.emit(None)
         if reason:
             self.refused.emit(reason)

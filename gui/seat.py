@@ -49,17 +49,25 @@ class Seat(QObject):
         self.keeping = Keeping(self.window, self.link, arguments.folder)
         self.keeping.said.connect(self.window.status.say)
         node.trouble.connect(self.link.trouble)
-        self._had_feed = False
+        self._in_front, self._had_feed = True, False
+        self.window.feedButton.toggled.connect(self._on_feed)
 
     def set_in_front(self, in_front: bool) -> None:
         """Only the robot in front is driven and looked at; the others keep running, and keep their terminals."""
+        self._in_front = in_front
         self.controller.driving.set_away("" if in_front else AWAY)
         feed = self.window.feedButton
         if in_front:
             feed.setChecked(feed.isChecked() or self._had_feed)
         else:
-            self._had_feed = feed.isChecked()
+            self._had_feed = self._had_feed or feed.isChecked()
             feed.setChecked(False)
+
+    def _on_feed(self, wanted: bool) -> None:
+        """Pictures that nobody sees are not asked for, also when the robot's programs are joined out of sight."""
+        if wanted and not self._in_front:
+            self._had_feed = True
+            self.window.feedButton.setChecked(False)
 
     def remember(self, memory: Memory) -> None:
         """Be as at the last time."""

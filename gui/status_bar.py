@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QFontMetrics, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
@@ -11,6 +11,9 @@ CHIPS = ("master", "robot", "picture", "keys")
 
 class StatusBar(QFrame):
     """Message left, indicators right. A message stays until the next."""
+
+    said = pyqtSignal(str, str)
+    """Another message than before, and its level."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -37,10 +40,12 @@ class StatusBar(QFrame):
 
     def say(self, text: str, level: str = "info") -> None:
         """Show a sentence; `level` is info, good, warn or bad."""
-        self._text = text
+        changed, self._text = text != self._text, text
         self._message.setToolTip(text)
         _restyle(self._message, level)
         self._fit()
+        if changed:
+            self.said.emit(text, level)
 
     def set_chip(self, name: str, text: str, level: str, tip: str = "") -> None:
         """Show an indicator of `CHIPS`; `level` is off, good, warn or bad."""

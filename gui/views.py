@@ -154,6 +154,7 @@ class Views(QObject):
         drive.target_changed.connect(self._window.around.show_target)
         drive.target_changed.connect(lambda _target: video.update())
         drive.refused.connect(lambda reason: self.said.emit(reason, "warn"))
+        drive.resumed.connect(lambda: self.said.emit("On the way again to where you point.", "good"))
 
     def _offer_cameras(self) -> None:
         choice = self._window.cameraChoice

@@ -139,8 +139,8 @@ class _Window:
 
 @dataclass(frozen=True)
 class State:
-    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now; `present` are
-    names with roles, `windows` the nodes of their windows."""
+    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now; `present`
+    are names with roles, `windows` the nodes of their windows."""
 
     pilot: str = ""
     window: str = ""
@@ -239,6 +239,15 @@ class DriveLease:
             return None
         self._other, self._other_at = node, now
         return ZERO if self._hold_reason() else None
+
+    def lost(self, node: str, now: float) -> Velocity | None:
+        """The connection of a window has closed: it was killed, or the network broke. What it drove ends at once, not
+        `COMMAND_AGE` later; its lease goes on, in case that it comes back. What the robot must be told, None for
+        nothing."""
+        if self._pilot is None or self._pilot.node != node or not any(self._velocity):
+            return None
+        self._zeros_until = now + ZEROS_TIME
+        return self._give(ZERO, now)
 
     def tick(self, now: float) -> Velocity | None:
         """To be called 20 times a second or more; what the robot must be told, None for nothing."""

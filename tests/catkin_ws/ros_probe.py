@@ -44,6 +44,10 @@ class ProbeNode:
     def seen(self, topic: str) -> list[tuple[float, list[Any]]]:
         return self._seen[topic]
 
+    def newest(self, topic: str) -> tuple[float, list[Any]] | None:
+        """The last message; for topics that are watched for minutes."""
+        return self._seen[topic][-1] if self._seen[topic] else None
+
     def forget(self, topic: str) -> None:
         self._seen[topic].clear()
 

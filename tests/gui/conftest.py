@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import os
 import subprocess
 import sys
+import tempfile
 import textwrap
 import threading
 import time
@@ -27,6 +29,17 @@ from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
 from telepresence.drive_lease import NONCE, PILOT, Account, Velocity
 from telepresence.virtual_display import VirtualDisplay, grab
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
+    """With a failed test goes what its window, its safety layer and its screen showed."""
+    report = yield
+    if report.failed:
+        for name, thing in getattr(item, "funcargs", {}).items():
+            if hasattr(thing, "evidence"):
+                report.sections.append((f"what {name} shows", thing.evidence()))
+    return report
 
 
 @pytest.fixture(scope="session")
@@ -233,6 +246,7 @@ class Screen:
         self.environment = dict(os.environ, DISPLAY=display.name)
         self._folder = display.folder
         self._windows: list[Window] = []
+        self._held: set[tuple[str, str]] = set()
         self._run_program, self._wait_until = run_program, wait_until
 
     def open_window(
@@ -264,11 +278,31 @@ class Screen:
 
     def do(self, *words: object) -> str:
         """Hands: xdotool."""
+        self._note_held([str(word) for word in words])
         done = subprocess.run(
             ["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, timeout=20
         )
         assert done.returncode == 0, done.stderr
         return done.stdout.strip()
+
+    def let_go(self) -> None:
+        """Release every key and button that is still held: a test that failed must not drive into the next one."""
+        for release, what in sorted(self._held):
+            self.do(release, what)
+
+    def evidence(self) -> str:
+        """What is on the screen, as a file, and what the windows told the pilot."""
+        shot = tempfile.NamedTemporaryFile(prefix="screen-", suffix=".png", delete=False)
+        subprocess.run(["import", "-window", "root", shot.name], env=self.environment, timeout=20)
+        told = ("\n".join(window.output.splitlines()[-40:]) for window in self._windows)
+        return "\n".join((f"picture: {shot.name}", *told))
+
+    def _note_held(self, words: list[str]) -> None:
+        for word, what in itertools.pairwise(words):
+            if word in ("keydown", "mousedown"):
+                self._held.add((word.replace("down", "up"), what))
+            elif word in ("keyup", "mouseup"):
+                self._held.discard((word, what))
 
 
 class Window:

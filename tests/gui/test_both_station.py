@@ -22,7 +22,7 @@ from gui.users import Users
 from telepresence import processes
 from telepresence.ros_master import master_answers
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
 ROOT = Path(__file__).resolve().parents[2]
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -33,6 +33,7 @@ HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
 """Tabs of the robots."""
 EMPTY = 8000
 """Bytes; a picture of nothing is smaller."""
+TOLD = ("/truth", "/rto3/truth", "/safety", "/rto3/safety")
 GROUND = (4, 400)
 """A point beside all cards."""
 FOCAL_LENGTH, CAMERA_AHEAD, CAMERA_HEIGHT = 526.4, 0.11, 0.303
@@ -56,7 +57,8 @@ class Station:
         uri = self.environment["ROS_MASTER_URI"]
         self._running = [self._start("rosmaster", "--core", "-p", uri.rpartition(":")[2])]
         wait_until(lambda: master_answers(uri), "the ROS master answers")
-        ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port", "robotino_port")]
+        names = ("nao_port", "page_port", "robotino_port", "drive_port", "camera_port", "sound_port")
+        ports = [f"{name}:={free_port()}" for name in names]
         self.launch = self._start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
             "sign_in:=true", *ports,
@@ -67,12 +69,12 @@ class Station:
             env=self.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         pose = ["pose.pose.position.x", "pose.pose.position.y", "pose.pose.orientation.z", "pose.pose.orientation.w"]
-        for topic in ("/truth", "/rto3/truth"):
+        for topic in TOLD[:2]:
             self.probe("watch", topic, "nav_msgs/Odometry", pose)
-        for topic in ("/safety", "/rto3/safety"):
+        for topic in TOLD[2:]:
             self.probe("watch", topic, "telepresence_1/SafetyState", ["state", "reason"])
-        for topic in ("/truth", "/rto3/truth", "/safety", "/rto3/safety"):
-            wait_until(lambda topic=topic: self.probe("seen", topic), f"{topic} is told", timeout=90.0)
+        for topic in TOLD:
+            wait_until(lambda topic=topic: self.newest(topic), f"{topic} is told", timeout=90.0)
 
     def _start(self, *argv):
         return processes.start(list(argv), env=self.environment, **QUIET)
@@ -83,7 +85,13 @@ class Station:
         return json.loads(self._probe.stdout.readline())
 
     def newest(self, topic):
-        return self.probe("seen", topic)[-1][1]
+        """Fields of the last message; None before the first."""
+        found = self.probe("newest", topic)
+        return found and found[1]
+
+    def evidence(self):
+        """For the report of a test that failed."""
+        return "\n".join(f"{topic}: {self.newest(topic)}" for topic in TOLD)
 
     def pose(self, topic):
         """x, y [m], heading [rad] in the world."""
@@ -115,6 +123,13 @@ def station(tmp_path_factory, free_port, wait_until):
 @pytest.fixture(scope="module")
 def screen(make_screen, station):
     return make_screen(station.environment)
+
+
+@pytest.fixture(autouse=True)
+def hands_off(screen):
+    """A test that failed leaves nothing pressed."""
+    yield
+    screen.let_go()
 
 
 WHERE = textwrap.dedent("""
@@ -170,7 +185,7 @@ def place(areas):
 @pytest.fixture(scope="module")
 def window(screen, station, areas):
     return screen.open_window(
-        "--profile", "both", *FEEDS, "--folder", str(station.folder),
+        "--profile", "both", "--tell", *FEEDS, "--folder", str(station.folder),
         program=(sys.executable, "-m", "gui"), signed_in=False,
     )  # fmt: skip
 
@@ -223,11 +238,13 @@ def hold_at(screen, point):
 
 
 def still(station, topic):
-    """The robot's pose when it has come to rest."""
-    before = station.pose(topic)
-    time.sleep(0.3)  # what rest means
-    after = station.pose(topic)
-    return after if math.dist(before[:2], after[:2]) < 0.005 else None
+    """The robot's pose when it has come to rest: 0.3 s of the robot's own messages without a move."""
+    told, before = station.probe("newest", topic)
+    deadline = time.monotonic() + 30.0
+    while (newest := station.probe("newest", topic))[0] < told + 0.3:
+        assert time.monotonic() < deadline, f"{topic} has fallen silent"
+        time.sleep(0.02)
+    return station.pose(topic) if math.dist(before[:2], newest[1][:2]) < 0.005 else None
 
 
 def arrive(station, namespace, target):

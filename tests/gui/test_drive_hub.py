@@ -78,3 +78,25 @@ def test_speeds_reach_every_hand_also_a_later_one(hub):
     late = Hand()
     hub.add(late)
     assert {(hand.speed, hand.turn) for hand in (hub.pad, hub.stick, late)} == {(0.3, 0.7)}
+
+
+def test_only_who_waits_hears_that_a_block_passes_by_itself(hub):
+    class Waiter(Hand):
+        waits = True
+
+        def set_block(self, reason, passing):
+            self.block = (reason, passing)
+
+    waiter = Waiter()
+    hub.add(waiter)
+    hub.set_block("the picture is late", passing=True)
+    assert waiter.block == ("the picture is late", True) and hub.pad.block == "the picture is late"
+    hub.set_block("the picture is late")
+    assert waiter.block == ("the picture is late", False)
+
+
+def test_who_begins_ends_what_the_others_hold_even_when_that_waits(hub):
+    waiting = []
+    hub.stick.release_all = lambda: waiting.append("released")
+    hub.pad.move(AHEAD)
+    assert waiting and hub.sent == [AHEAD]

@@ -28,11 +28,12 @@ class Rig:
         self.view = CameraView(LENS, LEVEL, np.array((0.0, 0.0, 1.0)))
         self.age = 0.0
         self.drive = FloorDrive(lambda: self.view, lambda: self.age)
-        self.sent, self.refused, self.targets, self.arrivals = [], [], [], []
+        self.sent, self.refused, self.targets, self.arrivals, self.resumed = [], [], [], [], []
         self.drive.velocity.connect(lambda *v: self.sent.append(v))
         self.drive.refused.connect(self.refused.append)
         self.drive.target_changed.connect(self.targets.append)
         self.drive.arrived.connect(lambda: self.arrivals.append(1))
+        self.drive.resumed.connect(lambda: self.resumed.append(1))
         self.drive.show_reading(body())
         self.drive.show_reading(safety())
 
@@ -132,7 +133,7 @@ def test_a_camera_without_calibration_is_refused_in_words(rig):
     assert rig.refused == ["The camera does not tell its calibration."]
 
 
-def test_gives_up_when_the_way_stays_blocked(rig, spin, monkeypatch):
+def test_a_way_that_stays_blocked_is_told_once_and_asked_for_on(rig, spin, monkeypatch):
     monkeypatch.setattr("gui.floor_drive.BLOCKED_PATIENCE", 0.2)
     rig.drive.press(*AHEAD)
 
@@ -140,8 +141,54 @@ def test_gives_up_when_the_way_stays_blocked(rig, spin, monkeypatch):
         rig.drive.show_reading(safety("blocked"))
         return rig.refused
 
-    spin(blocked, "it gives up")
-    assert rig.refused == ["The way is blocked: a wall is ahead"] and rig.sent[-1] == (0.0, 0.0, 0.0)
+    spin(blocked, "it tells why")
+    told = len(rig.sent)
+    spin(lambda: blocked() and len(rig.sent) > told + 3, "it asks on")
+    assert rig.refused == ["The way is blocked: a wall is ahead"] and any(rig.sent[-1])
+
+
+def test_a_late_picture_or_lost_odometry_stops_and_it_goes_on_by_itself_while_held(rig, spin):
+    def old_picture():
+        rig.age = 1.5
+        rig.drive.drag(*AHEAD)
+
+    def fresh_picture():
+        rig.age = 0.0
+
+    interruptions = (
+        (lambda: rig.drive.set_block("The picture is lost.", passing=True), lambda: rig.drive.set_block("")),
+        (lambda: rig.drive.show_reading(body(age=2.0)), lambda: rig.drive.show_reading(body())),
+        (old_picture, fresh_picture),
+    )
+    rig.drive.press(*AHEAD)
+    for count, (interrupt, mend) in enumerate(interruptions, 1):
+        assert rig.drive.driving
+        interrupt()
+        spin(lambda: not rig.drive.driving, "it stops")
+        assert rig.sent[-1] == (0.0, 0.0, 0.0) and len(rig.refused) == count
+        mend()
+        spin(lambda: rig.drive.show_reading(body()) or rig.drive.driving, "it goes on")
+        assert rig.drive.target == pytest.approx((2.0, 0.0)) and len(rig.resumed) == count
+    rig.drive.set_block("The picture is lost.", passing=True)
+    rig.drive.release_all()
+    rig.drive.set_block("")
+    sent, later = len(rig.sent), time.monotonic() + 0.15
+    spin(lambda: time.monotonic() > later, "a while passes")
+    assert len(rig.sent) == sent and rig.drive.target is None
+
+
+def test_a_button_that_went_down_while_the_picture_was_late_counts_when_it_is_there(rig, spin):
+    rig.drive.set_block("The picture is lost.", passing=True)
+    rig.drive.press(*AHEAD)
+    assert rig.refused == ["The picture is lost."] and not rig.sent
+    rig.drive.set_block("")
+    spin(lambda: rig.drive.show_reading(body()) or rig.drive.driving, "it drives")
+
+
+def test_a_pointer_that_keeps_moving_keeps_driving(rig, spin):
+    rig.drive.press(*AHEAD)
+    sent = len(rig.sent)
+    spin(lambda: rig.drive.drag(*AHEAD) or len(rig.sent) > sent + 2, "commands are repeated")
 
 
 @pytest.mark.parametrize(("allowed", "tone"), [(0.0, "blocked"), (0.1, "slow"), (0.35, "free")])

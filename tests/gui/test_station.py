@@ -21,7 +21,7 @@ from telepresence import processes
 from telepresence.pad_device import AXIS, BUTTON, EVENT
 from telepresence.ros_master import master_answers, master_proxy
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
 ROOT = Path(__file__).resolve().parents[2]
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -78,6 +78,7 @@ class Station:
         self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
         self._talkers = [self._probe]
         self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
+        self.probe("watch", "/safety", "telepresence_1/SafetyState", ["state", "reason"])
 
     def _start(self, *argv):
         return processes.start(list(argv), env=self.environment, **QUIET)
@@ -125,6 +126,10 @@ class Station:
     def drives(self):
         return self.speed() > SPEED / 2
 
+    def evidence(self):
+        """For the report of a test that failed."""
+        return "\n".join(f"{topic}: {self.probe('newest', topic)}" for topic in ("/truth", "/safety"))
+
     def close(self):
         for talker in self._talkers:
             talker.close()
@@ -169,7 +174,7 @@ class Desk:
 
     def open(self):
         self.window = self.screen.open_window(
-            "--gamepad", str(self._pad), program=(sys.executable, "-m", "gui"), signed_in=False
+            "--tell", "--gamepad", str(self._pad), program=(sys.executable, "-m", "gui"), signed_in=False
         )
 
     def sign_in(self, name, password=PASSWORD):
@@ -186,6 +191,17 @@ class Desk:
 
     def key(self, *keys):
         self.screen.do("key", *keys)
+
+    def evidence(self):
+        """For the report of a test that failed."""
+        return self.screen.evidence()
+
+
+@pytest.fixture(autouse=True)
+def hands_off(desk):
+    """A test that failed leaves nothing pressed."""
+    yield
+    desk.screen.let_go()
 
 
 def test_signed_out_shows_and_hears_nothing(desk, station, wait_until):

@@ -151,6 +151,18 @@ def test_silence_stops_and_then_frees(lease, anna):
     assert ben.ask("take", 1.6).ok
 
 
+def test_a_pilot_whose_connection_closes_drives_no_more_and_may_come_back(lease, anna):
+    ben = Window(lease, "ben")
+    ben.send(0.0)
+    anna.send(0.0, AHEAD)
+    assert lease.lost(ben.node, 0.05) is None and lease.tick(0.05) is None, "somebody else's"
+    assert lease.lost(anna.node, 0.05) == ZERO
+    assert lease.tick(0.1) == ZERO, "repeated"
+    assert lease.lost(anna.node, 0.1) is None, "once"
+    assert lease.state(0.2).pilot == "anna"
+    assert anna.send(0.2, AHEAD) == AHEAD
+
+
 def test_signs_of_life_keep_the_lease_without_driving(lease, anna):
     for step in range(20):
         anna.send(0.25 * step)

@@ -53,7 +53,10 @@ class LeaseNode:
         self._holds = rospy.Publisher("drive/hold", String, queue_size=1, latch=True)
         self._holds.publish("")
         # More than one: every window's command counts, not only the newest of them all.
-        rospy.Subscriber("drive/command", DriveCommand, self._on_command, queue_size=20, tcp_nodelay=True)
+        self._commands = rospy.Subscriber(
+            "drive/command", DriveCommand, self._on_command, queue_size=20, tcp_nodelay=True
+        )
+        self._connected: set[str] = set()
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
         rospy.Service("drive/join", DriveJoin, self._on_join)
         rospy.Service("drive/ask", DriveAsk, self._on_ask)
@@ -63,12 +66,21 @@ class LeaseNode:
         rospy.core.add_preshutdown_hook(lambda _reason: self._end())
         MasterWatch(rospy).start()
         while not self._stop.wait(PERIOD):
+            lost = self._lost_windows()
             now = time.monotonic()
             with self._lock:
-                velocity = self._lease.tick(now)
+                zeros = [self._lease.lost(node, now) for node in lost]
+                velocity = next(filter(None, zeros), None) or self._lease.tick(now)
                 state = self._lease.state(now)
             self._publish(velocity)
             self._tell(state, now)
+
+    def _lost_windows(self) -> set[str]:
+        """Nodes whose connection has closed since the last look. The kernel closes it when a process is killed, and
+        rospy drops it then from this list, of which its public interface tells only the length."""
+        connected = {connection.callerid_pub for connection in self._commands.impl.connections or ()}
+        lost, self._connected = self._connected - connected, connected
+        return lost
 
     def _find_account(self, name: str) -> Account | None:
         if not self._sign_in:
