@@ -63,7 +63,7 @@ class DriveHub(QObject):
         """Do not drive until the reason is an empty string again.
 
         Args:
-            passing: It passes by itself, like a picture that is late; who is on the way to a place may go on afterwards.
+            passing: It passes by itself, like a late picture; who is on the way to a place may go on afterwards.
         """
         if (reason, passing) == (self._block, self._passing):
             return
