@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from telepresence.audio import devices
-from telepresence.audio.pipeline import Gst, KeptPipeline
+from telepresence.audio.output import Output
+from telepresence.audio.pipeline import Gst
 from telepresence.audio.schedule import Schedule
 
 MOST = 0.08
@@ -13,8 +13,8 @@ MOST = 0.08
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 
 
-class Loudspeaker:
-    """Plays from `start` to `close`, and whenever a device comes back.
+class Loudspeaker(Output):
+    """An `Output` for what is pushed.
 
     Args:
         device: See `telepresence.audio.devices`.
@@ -34,38 +34,14 @@ class Loudspeaker:
         on_level: Callable[[float], None] = lambda level: None,
         name: str = "loudspeaker",
     ) -> None:
-        self.device = device
         self._rate = rate
-        self._patience = patience
         self._schedule = Schedule(lead + patience, lead + patience + MOST)
-        self._muted = False
-        self._head = (
+        head = (
             "appsrc name=in is-live=true format=time max-bytes=0 leaky-type=downstream "
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels=2,layout=interleaved ! {_LEVEL} "
-            "! audioconvert ! audioresample ! volume name=volume"
+            "! audioconvert ! audioresample"
         )
-        self.pipeline = KeptPipeline(name, self._describe, self._prepare, on_level)
-
-    def start(self) -> Loudspeaker:
-        self.pipeline.start()
-        return self
-
-    def close(self) -> None:
-        self.pipeline.close()
-
-    @property
-    def muted(self) -> bool:
-        return self._muted
-
-    @muted.setter
-    def muted(self, muted: bool) -> None:
-        self._muted = muted
-        self.pipeline.set("volume", "mute", muted)
-
-    def choose(self, device: str) -> None:
-        """Play on another device."""
-        self.device = device
-        self.pipeline.reopen()
+        super().__init__(name, device, head, patience, self._forget, on_level)
 
     def push(self, frames: bytes) -> None:
         """Play int16 little-endian, stereo interleaved, after what is queued; from any one thread. Dropped while there
@@ -87,9 +63,5 @@ class Loudspeaker:
             buffer.set_flags(Gst.BufferFlags.DISCONT)
         source.emit("push-buffer", buffer)
 
-    def _describe(self) -> str:
-        return f"{self._head} ! {devices.sink(self.device, self._patience)}"
-
-    def _prepare(self, pipeline: Gst.Pipeline) -> None:
+    def _forget(self, _pipeline: Gst.Pipeline) -> None:
         self._schedule.forget()
-        pipeline.get_by_name("volume").set_property("mute", self._muted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 
@@ -17,21 +18,34 @@ LATE = 0.08
 """Seconds that the player waits for a late packet."""
 BUSY = 0.15
 """Seconds that this machine may be busy with others."""
-SINKS = {"l16": "pilot_speaker", "opus": "robot_speaker"}
+LONGEST = LATE + 2 * BUSY + 0.5
+"""A sound is heard at most so long [s] after it was said, or not at all."""
+PIECE = 0.5
+"""Seconds of speech that are compared at once."""
 
 
 class Line:
-    """One sender, a bad network, one player, and an ear.
+    """One sender, a network, one player, and an ear.
 
     Args:
+        sink: Name of the sound server's sink that it plays on; one for each line.
         port: UDP port of the player.
+        loss, jitter: See `BadNetwork`; 0 for a line to compare others with.
     """
 
-    def __init__(self, server: SoundServer, codec: str, port: int) -> None:
-        self.network = BadNetwork(port, LOSS, JITTER)
-        self.player = RtpPlayer(SINKS[codec], port=port, codec=codec, jitter=LATE, patience=BUSY).start()
+    def __init__(
+        self,
+        server: SoundServer,
+        codec: str,
+        sink: str,
+        port: int,
+        loss: float = LOSS,
+        jitter: float = JITTER,
+    ) -> None:
+        self.network = BadNetwork(port, loss, jitter)
+        self.player = RtpPlayer(sink, port=port, codec=codec, jitter=LATE, patience=BUSY).start()
         self.sender = RtpSender(RATE, 2, port=self.network.port, codec=codec, patience=BUSY).start()
-        self.ear = Recorder(server, f"{SINKS[codec]}.monitor")
+        self.ear = Recorder(server, f"{sink}.monitor")
 
     def close(self) -> None:
         for part in (self.sender, self.network, self.player, self.ear):
@@ -41,8 +55,8 @@ class Line:
 class Talk:
     """Gives every line the same endless speech, in blocks at their real rate."""
 
-    def __init__(self, lines: list[Line], repeats: int = 8) -> None:
-        self.sound = np.tile(sentence(TEXT), repeats)
+    def __init__(self, lines: list[Line]) -> None:
+        self.sound = sentence(TEXT)
         self.start = time.monotonic()
         self._lines = lines
         self._stop = threading.Event()
@@ -53,22 +67,26 @@ class Talk:
         self._stop.set()
         self._thread.join(5.0)
 
+    def said(self, begin: float, seconds: float) -> np.ndarray:
+        """What was or will be said from a moment on."""
+        first = round((begin - self.start) * RATE)
+        return np.take(self.sound, np.arange(first, first + round(seconds * RATE)), mode="wrap")
+
     def _run(self) -> None:
-        for number in range(len(self.sound) // BLOCK):
-            due = self.start + (number + 1) * BLOCK / RATE
-            if self._stop.wait(max(0.0, due - time.monotonic())):
+        for number in itertools.count():
+            begin = self.start + number * BLOCK / RATE
+            if self._stop.wait(max(0.0, begin + BLOCK / RATE - time.monotonic())):
                 return
-            mono = self.sound[number * BLOCK : (number + 1) * BLOCK]
+            mono = self.said(begin, BLOCK / RATE)
             block = np.repeat((mono * 32767).astype(np.int16)[:, None], 2, axis=1)
             for line in self._lines:
                 line.sender.push(block, time.monotonic())
 
-    def likeness(self, line: Line, begin: float, end: float, piece: float = 0.5) -> list[float]:
-        """Of every piece that was said between two moments, as the line's ear heard it."""
-        found = []
-        for at in np.arange(begin, end - piece, piece):
-            first = round((at - self.start) * RATE)
-            said = self.sound[first : first + round(piece * RATE)]
+    def likeness(self, line: Line, begin: float, end: float) -> dict[float, float]:
+        """Moment -> how well the line's ear heard what was said then, for every loud piece between two moments."""
+        found = {}
+        for at in np.arange(begin, end - PIECE, PIECE):
+            said = self.said(at, PIECE)
             if np.sqrt(np.mean(said**2)) > 0.02:
-                found.append(match(said, line.ear.between(at, at + piece + 1.0))[0])
+                found[float(at)] = match(said, line.ear.between(at, at + PIECE + LONGEST))[0]
         return found

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from telepresence.audio import devices
+from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline
 from telepresence.audio.schedule import Schedule
 
@@ -29,17 +29,29 @@ _GAP = 7_000_000
 """A hole longer than this [ns], which one packet of 8 ms is, becomes silence of its length; by default holes below
 40 ms are cut out, which shifts everything after a lost packet."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
-_ENCODERS = {
+ENCODERS = {
     "l16": "audio/x-raw,format=S16BE,rate=44100,channels=2 ! rtpL16pay pt=96",
     "opus": "audio/x-raw,rate=48000,channels=2 ! opusenc bitrate=96000 frame-size=10 inband-fec=true "
     "packet-loss-percentage=5 ! rtpopuspay pt=96",
 }
-_CAPS = {
+CAPS = {
     "l16": "application/x-rtp,media=audio,clock-rate=44100,encoding-name=L16,encoding-params=(string)2,channels=2,"
     "payload=96",
     "opus": "application/x-rtp,media=audio,clock-rate=48000,encoding-name=OPUS,payload=96",
 }
 _DECODERS = {"l16": "rtpL16depay", "opus": "rtpopusdepay ! opusdec plc=true use-inband-fec=true"}
+
+
+def receive(codec: str, jitter: float) -> str:
+    """From packets to even sound (gst-launch syntax): put in order, concealed, silence of its length where that fails.
+
+    Args:
+        jitter: Seconds that a packet may be late.
+    """
+    return (
+        f"rtpjitterbuffer name=jitter latency={round(jitter * 1000)} do-lost=true ! {_DECODERS[codec]} ! audioconvert "
+        f"! audioresample ! audiorate skip-to-first=true tolerance={_GAP}"
+    )
 
 
 class RtpSender:
@@ -68,7 +80,7 @@ class RtpSender:
         description = (
             "appsrc name=in is-live=true format=time max-bytes=0 "
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels={channels},layout=interleaved ! {_LEVEL} "
-            f"! audioconvert ! audioresample ! {_ENCODERS[codec]} ! udpsink name=out sync=true async=false"
+            f"! audioconvert ! audioresample ! {ENCODERS[codec]} ! udpsink name=out sync=true async=false"
         )
         self._target = (host, port)
         self.pipeline = KeptPipeline("sound of the robot", lambda: description, self._reset, on_level)
@@ -108,15 +120,13 @@ class RtpSender:
             self._schedule.forget()
 
 
-class RtpPlayer:
+class RtpPlayer(Output):
     """Plays what arrives.
 
     Args:
-        device: A loudspeaker, see `telepresence.audio.devices`.
         address: Of this machine, on which packets are accepted; loopback by default.
         jitter: Seconds that a packet may be late.
-        on_state: See `KeptPipeline`.
-        patience: Seconds of delay accepted on top, for a busy machine.
+        device, on_state, patience: See `Output`.
     """
 
     def __init__(
@@ -129,37 +139,9 @@ class RtpPlayer:
         on_state: Callable[[str | None], None] = lambda problem: None,
         patience: float = 0.0,
     ) -> None:
-        self.device = device
-        self._patience = patience
         self._address = address
-        self._muted = False
-        self._head = (
-            f'udpsrc name=in port={port} reuse=false caps="{_CAPS[codec]}" ! rtpjitterbuffer name=jitter '
-            f"latency={round(jitter * 1000)} do-lost=true ! {_DECODERS[codec]} ! audioconvert ! audioresample ! "
-            f"audiorate skip-to-first=true tolerance={_GAP} ! volume name=volume"
-        )
-        self.pipeline = KeptPipeline("loudspeaker", self._describe, self._prepare, on_state=on_state)
-
-    def start(self) -> RtpPlayer:
-        self.pipeline.start()
-        return self
-
-    def close(self) -> None:
-        self.pipeline.close()
-
-    @property
-    def muted(self) -> bool:
-        return self._muted
-
-    @muted.setter
-    def muted(self, muted: bool) -> None:
-        self._muted = muted
-        self.pipeline.set("volume", "mute", muted)
-
-    def choose(self, device: str) -> None:
-        """Play on another device."""
-        self.device = device
-        self.pipeline.reopen()
+        head = f'udpsrc name=in port={port} reuse=false caps="{CAPS[codec]}" ! {receive(codec, jitter)}'
+        super().__init__("loudspeaker", device, head, patience, self._listen, on_state=on_state)
 
     def packets(self) -> tuple[int, int]:
         """(played, lost or late) since the pipeline started."""
@@ -170,9 +152,5 @@ class RtpPlayer:
         read = {name: int(stats.get_value(name) or 0) for name in ("num-pushed", "num-lost", "num-late")}
         return read["num-pushed"], read["num-lost"] + read["num-late"]
 
-    def _describe(self) -> str:
-        return f"{self._head} ! {devices.sink(self.device, self._patience)}"
-
-    def _prepare(self, pipeline: Gst.Pipeline) -> None:
+    def _listen(self, pipeline: Gst.Pipeline) -> None:
         pipeline.get_by_name("in").set_property("address", self._address)
-        pipeline.get_by_name("volume").set_property("mute", self._muted)

@@ -1,0 +1,66 @@
+"""What every player of sound has in common: a chosen loudspeaker at the end, mute, another device on request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Self
+
+from telepresence.audio import devices
+from telepresence.audio.pipeline import Gst, KeptPipeline
+
+
+class Output:
+    """Plays from `start` to `close`, and whenever a device comes back.
+
+    Args:
+        name: In messages.
+        device: See `telepresence.audio.devices`.
+        head: What makes the sound (gst-launch syntax), up to the loudspeaker.
+        patience: Seconds of delay accepted on top, for a busy machine or a poor network.
+        prepare, on_level, on_state: See `KeptPipeline`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        device: str,
+        head: str,
+        patience: float = 0.0,
+        prepare: Callable[[Gst.Pipeline], None] = lambda pipeline: None,
+        on_level: Callable[[float], None] = lambda level: None,
+        on_state: Callable[[str | None], None] = lambda problem: None,
+    ) -> None:
+        self.device = device
+        self._head = head
+        self._patience = patience
+        self._prepare_head = prepare
+        self._muted = False
+        self.pipeline = KeptPipeline(name, self._describe, self._prepare, on_level, on_state)
+
+    def start(self) -> Self:
+        self.pipeline.start()
+        return self
+
+    def close(self) -> None:
+        self.pipeline.close()
+
+    @property
+    def muted(self) -> bool:
+        return self._muted
+
+    @muted.setter
+    def muted(self, muted: bool) -> None:
+        self._muted = muted
+        self.pipeline.set("volume", "mute", muted)
+
+    def choose(self, device: str) -> None:
+        """Play on another device."""
+        self.device = device
+        self.pipeline.reopen()
+
+    def _describe(self) -> str:
+        return f"{self._head} ! volume name=volume ! {devices.sink(self.device, self._patience)}"
+
+    def _prepare(self, pipeline: Gst.Pipeline) -> None:
+        self._prepare_head(pipeline)
+        pipeline.get_by_name("volume").set_property("mute", self._muted)
