@@ -181,15 +181,33 @@ def match(sound: np.ndarray, heard: np.ndarray) -> tuple[float, float]:
     return float(score[best]), best / RATE
 
 
-def delays(
-    sound: np.ndarray, started: float, ear: Recorder, piece: float = 0.5, latest: float = 1.0
-) -> list[tuple[float, float]]:
-    """(likeness, delay [s]) of every `piece` seconds of a sound that began at `started`, as `ear` heard it."""
-    found = []
-    count = int(piece * RATE)
-    for first in range(0, len(sound) - count + 1, count):
-        part = sound[first : first + count]
-        if np.sqrt(np.mean(part**2)) > 0.02:
-            begin = started + first / RATE
-            found.append(match(part, ear.between(begin, begin + piece + latest)))
-    return found
+class Heard:
+    """How well every half second of a sentence has come through so far, the best of all times that it was said.
+
+    A machine that stands still for a moment spoils what is said in that moment; said again, it spoils another one.
+    """
+
+    PIECE = 0.5
+
+    def __init__(self, sound: np.ndarray) -> None:
+        count = int(self.PIECE * RATE)
+        firsts = range(0, len(sound) - count + 1, count)
+        self._sound = sound
+        self._best = {at: (0.0, 0.0) for at in firsts if np.sqrt(np.mean(sound[at : at + count] ** 2)) > 0.02}
+
+    def listen(self, started: float, ear: Recorder, latest: float = 1.0) -> None:
+        """After the sentence was said from `started` on; a sound may be `latest` seconds late."""
+        for at, best in self._best.items():
+            begin = started + at / RATE
+            piece = self._sound[at : at + int(self.PIECE * RATE)]
+            self._best[at] = max(best, match(piece, ear.between(begin, begin + self.PIECE + latest)))
+
+    @property
+    def worst(self) -> float:
+        """Likeness of the piece that came through worst, 0 to 1."""
+        return min(likeness for likeness, _ in self._best.values())
+
+    def __str__(self) -> str:
+        delay = float(np.median([delay for _, delay in self._best.values()]))
+        pieces = ", ".join(f"{likeness:.2f}" for likeness, _ in self._best.values())
+        return f"likeness {pieces}; delay {delay * 1e3:.0f} ms"

@@ -14,7 +14,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
 
-from sound_lab import RATE, Mouth, Recorder, SoundServer, match, sentence
+from sound_lab import RATE, Heard, Mouth, Recorder, SoundServer, match, sentence
 
 from pepper_sim.simulation import Simulation
 
@@ -26,6 +26,8 @@ ROBOT_HEARS = "Hello robot, yes of course, but please be careful, the cat is asl
 
 PATIENCE = 0.2
 """Seconds: the machine that runs the tests may be busy with others. How late sound is, the benchmark measures."""
+ATTEMPTS = 10
+"""How often a sentence is said on a machine that stutters."""
 
 
 class Rig:
@@ -111,24 +113,21 @@ def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -
 
 def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable) -> None:
     ours, theirs = sentence(PILOT_SAYS), sentence(ROBOT_HEARS, "en-gb")
-    found: dict[str, tuple[float, float]] = {}
-    for _attempt in range(4):  # the machine may stutter, and then the microphone itself does
+    at_robot, at_pilot = Heard(ours), Heard(theirs)
+    for _attempt in range(ATTEMPTS):
         begin = time.monotonic()
         rig.mouth.say(ours)
         heard_from = rig.person_says(theirs)
         time.sleep(max(len(ours), len(theirs)) / RATE + 2.0)
-        clean, place = match(ours, rig.said.between(begin, time.monotonic()))
-        for name, sound, start, ear in (
-            ("pilot to robot", ours, begin + place, rig.at_robot),
-            ("robot to pilot", theirs, heard_from, rig.at_pilot),
-        ):
-            found[name] = match(sound, ear.between(start, start + len(sound) / RATE + 1.0))
-        if clean > 0.98 and min(likeness for likeness, _ in found.values()) >= 0.9:
+        _, place = match(ours, rig.said.between(begin, time.monotonic()))
+        at_robot.listen(begin + place, rig.at_robot)
+        at_pilot.listen(heard_from, rig.at_pilot)
+        if min(at_robot.worst, at_pilot.worst) >= 0.9:
             break
-    for name, (likeness, delay) in found.items():
-        record_property(name, f"likeness {likeness:.3f}, delay {delay * 1e3:.0f} ms")
-        print(f"{name}: likeness {likeness:.3f}, delay {delay * 1e3:.0f} ms")
-        assert likeness >= 0.9, f"{name}: {likeness:.2f} at {delay * 1e3:.0f} ms; the microphone got {clean:.2f}"
+    for name, heard in (("pilot to robot", at_robot), ("robot to pilot", at_pilot)):
+        record_property(name, str(heard))
+        print(f"{name}: {heard}")
+        assert heard.worst >= 0.9, f"{name}: {heard}"
 
 
 def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Callable) -> None:
@@ -139,20 +138,19 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         assert answered and answer["success"]
         return answer["message"]
 
-    def heard() -> tuple[float, float]:
+    def heard() -> float:
+        """How loud a tone is at the robot that the pilot's microphone got."""
         begin = time.monotonic()
         tone = (0.3 * np.sin(2 * np.pi * 500.0 * np.arange(RATE // 2) / RATE)).astype(np.float32)
         rig.mouth.say(tone)
+        until_true(lambda: -25.0 < probe.newest("/voice/levels")[0][0] < -8.0, "the meter shows that somebody speaks")
         time.sleep(1.2)
-        heard = rig.at_robot.between(begin, time.monotonic())
-        return _tone(heard, 500.0), max(levels[0] for at, (levels,) in probe.seen("/voice/levels")[-12:])
+        return _tone(rig.at_robot.between(begin, time.monotonic()), 500.0)
 
     assert switch("mute_microphone", True) == "you: muted; robot: live"
-    loudness, level = heard()
-    assert loudness < 0.005, "a muted microphone is heard"
-    assert -25.0 < level < -8.0, "the meter shows that the microphone works, muted or not"
+    assert heard() < 0.005, "a muted microphone is heard"
     assert switch("talk", True).startswith("you: talking")
-    assert heard()[0] > 0.02
+    until_true(lambda: heard() > 0.02, "the talk button opens a muted microphone")
     assert switch("talk", False).startswith("you: muted")
     assert switch("mute_microphone", False) == "you: live; robot: live"
     assert switch("mute_speaker", True) == "you: live; robot: muted"
