@@ -20,6 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .plane import left_of
+
 _STRAIGHT = 1e-9
 """Closing shares below this are motion along the obstacle."""
 MOST_CUTS = 6
@@ -117,14 +119,15 @@ class Guard:
     def _in_the_way(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Closing share of every obstacle for every direction, and which of them the swept strip doesn't pass."""
         share = self.normals @ directions
-        across = np.stack([-directions[1], directions[0]])
+        across = directions[::-1] * [[-1.0], [1.0]]
         corners = self.corners @ across
         aside = self.points @ across
         passing = self.passing[:, None] + self.radius
         inside = (aside < corners.max(axis=0) + passing) & (aside > corners.min(axis=0) - passing)
-        return share, (share > np.maximum(self.least_share, _STRAIGHT)[:, None]) & (
-            inside | (self.coming > 0.0)[:, None]
-        )
+        coming = self.coming > 0.0
+        if coming.any():
+            inside[coming] = True
+        return share, inside & (share > np.maximum(self.least_share, _STRAIGHT)[:, None])
 
     def _broken_by(self, velocity: np.ndarray) -> np.ndarray:
         """(n,) obstacles that forbid a velocity."""
@@ -157,7 +160,7 @@ def project(wanted: np.ndarray, normals: np.ndarray, bounds: np.ndarray) -> np.n
     if not len(broken):
         return wanted
     normal, bound = normals[broken], bounds[broken]
-    along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    along = left_of(normal)
     slope = normals @ along.T
     slack = bounds[:, None] - (normals @ normal.T) * bound
     flat = np.abs(slope) < 1e-9

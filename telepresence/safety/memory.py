@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .plane import squared_distances, squared_lengths
+from .plane import left_of, squared_distances, squared_lengths
 from .scan import Scan
 
 FIRST_LIFETIME = 3.0
@@ -165,7 +165,7 @@ class ObstacleMemory:
         if not len(doubted) or not len(scan.free):
             return
         points, ahead = self._table[doubted, _PLACE], scan.directions
-        aside = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+        aside = left_of(ahead)
         across = np.abs(points @ aside.T - np.einsum("ij,ij->i", scan.origins, aside))
         # Few beams come near to any point: the rest is worked out for those only.
         point, beam = np.nonzero(across < self._table[doubted, _WIDTH, None])

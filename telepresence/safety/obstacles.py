@@ -9,7 +9,7 @@ import numpy as np
 
 from .braking import Guard
 from .outline import Outline
-from .plane import into_base, squared_lengths
+from .plane import squared_lengths
 from .profile import Limits, RobotProfile
 from .sonar import Echo
 
@@ -110,7 +110,7 @@ class Obstacles:
         rest = [self.room if room is None else room, self.passing, self.least_share, self.coming]
         if len(turns) > 1:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)
-            rest = [np.tile(values, len(turns)) for values in rest]
+            rest = [values.repeat(len(turns)) for values in rest]
         extra = limits.margin_ahead - limits.margin_beside
         return Guard(points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius)
 
@@ -142,5 +142,9 @@ def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
 
 
 def _turned_back(vectors: np.ndarray, angles: tuple[float, ...]) -> np.ndarray:
-    """Vectors as seen by a body that has turned by each of the angles [rad], one after the other."""
-    return np.concatenate([into_base(vectors, 0.0, 0.0, angle) for angle in angles])
+    """Each vector as seen by a body that has turned by each of the angles [rad]; shape (n * angles, 2)."""
+    c, s = np.cos(angles), np.sin(angles)
+    turned = np.empty((len(vectors), len(angles), 2))
+    turned[:, :, 0] = vectors[:, :1] * c + vectors[:, 1:] * s
+    turned[:, :, 1] = vectors[:, 1:] * c - vectors[:, :1] * s
+    return turned.reshape(-1, 2)

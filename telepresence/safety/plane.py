@@ -7,6 +7,11 @@ import math
 import numpy as np
 
 
+def left_of(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, 2) turned by 90 degrees to the left."""
+    return vectors[:, ::-1] * (-1.0, 1.0)
+
+
 def squared_lengths(vectors: np.ndarray) -> np.ndarray:
     """(n,) of vectors (n, 2)."""
     return np.einsum("ij,ij->i", vectors, vectors)

@@ -15,6 +15,8 @@ from safety_suite import in_parallel
 from safety_tick import tick_times
 from safety_worlds import BOX, FRAME, NOWHERE, THICK, WALL, Batch, Place
 
+from telepresence.safety.braking import stopping_distance
+
 AWAY_WITHIN = 0.5
 """An away-command must be obeyed after this [s]."""
 OBEYED = 0.8
@@ -295,8 +297,8 @@ def _false_stops(robot: BenchRobot, speed: float, share: float) -> tuple:
 
 
 def _to_obstacle(robot: BenchRobot, speed: float, share: float) -> tuple:
-    # As near as it still can stop: the infrared sees no farther than 0.30 m.
-    gap = 0.15 if robot is INFRARED_ROBOT else 0.6
+    limits = robot.profile.limits
+    gap = 0.5 * stopping_distance(speed, limits.reaction, limits.braking)
     took = reaction_to_obstacle(robot, speed, gap, round(60 * share), SEED)
     values = dict(p50=np.median(took), p95=np.percentile(took, 95), most=took.max())
     return "obstacle appears to safe speed", values, "p95", 0.35, "s"
