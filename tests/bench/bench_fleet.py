@@ -1,17 +1,21 @@
 """Robots in one world: how many at real time on one core, what one more costs, and where the time goes.
 
-Every world is stepped unpaced with all sensors of all robots on, in a process of its own; costs are processor time for
-one simulated second, so that other work on the machine counts little. Then a fleet runs paced behind its wires, with a
-client per robot that drives and reads it 20 times a second.
+Worlds of every size are stepped in turns by one process, unpaced, with all sensors of all robots on. Costs are
+processor time for one simulated second, and each size is compared with the single robot of the same turn: what else
+runs on the machine slows both down alike. Then a fleet runs paced behind its wires, with a client per robot that drives
+and reads it 20 times a second.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
+import statistics
 import subprocess
 import sys
 import time
 import urllib.request
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -29,10 +33,11 @@ KINDS = ("robotino", "pepper")
 COUNTS = (1, 2, 4, 8, 16)
 PARTS = {"physics": "bare mj_step", "rays": "distance sensors", "rest": "controllers and odometry"}
 SCENE = "flat"
-SECONDS = 2.0
-"""Simulated time per measurement [s]."""
-ROUNDS = 3
-"""The least of so many counts: whatever else ran, on the caches too, only adds."""
+TURN = 0.25
+"""Simulated time that a world is stepped before the next one has its turn [s]."""
+TICKS = round(TURN / TICK)
+TURNS, TURNS_ALONE = 16, 4
+"""The median of so many counts; fewer for a world that is compared with none."""
 LARGEST = 48
 """As many robots as the hall holds."""
 PACED = 8
@@ -43,35 +48,38 @@ POLL_PERIOD = 0.05
 def run() -> list[Row]:
     rows: list[Row] = []
     for kind in KINDS:
-        costs = {count: measure(kind, count) for count in COUNTS}
-        first, last = COUNTS[0], COUNTS[-1]
+        costs = measure(kind, COUNTS)
+        one, last = costs[1], costs[COUNTS[-1]]
         for count in COUNTS[1:]:
-            rows.append(
-                Row(
-                    f"{kind}: processor time per robot and second, {count} in one world",
-                    1e3 * costs[count]["all"] / count,
-                    1e3 * costs[first]["all"],
-                    "ms",
-                    "one robot",
-                )
-            )
-        each = costs[last]["all"] / last
+            name = f"{kind}: processor time per robot and second, {count} in one world"
+            rows.append(Row(name, 1e3 * costs[count]["all"] / count, 1e3 * one["all"], "ms", "one robot"))
+        rows.append(_growth(kind, {count: cost["all"] for count, cost in costs.items()}))
         for part, name in PARTS.items():
-            share = costs[last][part] / last
-            rows.append(Row(f"{kind}: of which {name}, {last} robots", 1e3 * share, 1e3 * each, "ms", "all of it"))
+            share = last[part] / COUNTS[-1]
+            name = f"{kind}: of which {name}, {COUNTS[-1]} robots"
+            rows.append(Row(name, 1e3 * share, 1e3 * one[part], "ms", "one robot"))
         most = largest(kind, costs)
         rows.append(Row(f"{kind}s in one world at real time, one core", most, 1.0, "robots", "one robot"))
     rows.append(picture())
     return [*rows, *paced()]
 
 
-def measure(what: str, count: int) -> dict[str, float]:
-    """Processor seconds for a simulated second with `count` robots of the kind `what`: "all", and its parts "physics",
+def _growth(kind: str, cost: dict[int, float]) -> Row:
+    """What one more robot costs in a large world against a smaller one: the same, if the cost grows linearly."""
+    middle, last = COUNTS[-2], COUNTS[-1]
+    late = (cost[last] - cost[middle]) / (last - middle)
+    early = (cost[middle] - cost[1]) / (middle - 1)
+    name = f"{kind}: what one more robot costs, from {middle} to {last}"
+    return Row(name, 1e3 * late, 1e3 * early, "ms", f"from 1 to {middle}")
+
+
+def measure(what: str, counts: Sequence[int]) -> dict[int, dict[str, float]]:
+    """Processor seconds for a simulated second with so many robots of the kind `what`: "all", and its parts "physics",
     "rays", "rest". For what = "picture": "all" of one picture."""
     answer = subprocess.run(
-        [sys.executable, __file__, what, str(count)], capture_output=True, text=True, check=True, timeout=300
+        [sys.executable, __file__, what, *map(str, counts)], capture_output=True, text=True, check=True, timeout=600
     )
-    return json.loads(answer.stdout.splitlines()[-1])
+    return {int(count): cost for count, cost in json.loads(answer.stdout.splitlines()[-1]).items()}
 
 
 def largest(kind: str, costs: dict[int, dict[str, float]]) -> int:
@@ -80,7 +88,7 @@ def largest(kind: str, costs: dict[int, dict[str, float]]) -> int:
     bad = min((count for count, cost in costs.items() if cost["all"] > 1.0), default=LARGEST + 1)
     while bad - good > max(1, good // 16):
         middle = (good + bad) // 2
-        if measure(kind, middle)["all"] <= 1.0:
+        if measure(kind, [middle])[middle]["all"] <= 1.0:
             good = middle
         else:
             bad = middle
@@ -89,7 +97,8 @@ def largest(kind: str, costs: dict[int, dict[str, float]]) -> int:
 
 def picture() -> Row:
     """A robot's picture in a full hall against one in an empty hall."""
-    many, one = (measure("picture", count)["all"] for count in (PACED, 1))
+    costs = measure("picture", (1, PACED))
+    many, one = costs[PACED]["all"], costs[1]["all"]
     return Row(f"a picture 640x480 among {PACED} robots", 1e3 * many, 1e3 * one, "ms", "of the only robot")
 
 
@@ -128,56 +137,93 @@ def drive(url: str, end: float) -> int:
 # --- the process that is measured ------------------------------------------------------------------------------------
 
 
-def _measure_here(kind: str, count: int) -> dict[str, float]:
-    world, robots = _world(kind, count)
-    ticks = round(SECONDS / TICK)
-    world.step(ticks // 10)
-    everything = min(_timed(world, ticks) for _ in range(ROUNDS)) / SECONDS
-    # The same again with the clock around every cast; the clock itself is taken off by measuring the whole without it.
-    spent, shoot = 0.0, rays.RayBundle._shoot
+class Measured:
+    """A world, and what its turns have cost so far: processor seconds for a simulated second, turn by turn."""
+
+    def __init__(self, kind: str, count: int) -> None:
+        self.world, self._robots = _world(kind, count)
+        self.world.step(TICKS)
+        self.turns: dict[str, list[float]] = {"all": [], "physics": [], "rays": []}
+
+    def take_turn(self) -> None:
+        self.turns["all"].append(_timed(lambda: self.world.step(TICKS)) / TURN)
+        with _counted_casts() as spent:
+            self.world.step(TICKS)
+        self.turns["rays"].append(sum(spent) / TURN)
+        with self.world.locked() as data:
+            cost = _timed(lambda: mujoco.mj_step(self.world.model, data, nstep=TICKS * STEPS_PER_TICK))
+        self.turns["physics"].append(cost / TURN)
+
+    def cost(self, first: Measured) -> dict[str, float]:
+        """By comparison with the first world, turn by turn."""
+        found = {}
+        for part, turns in self.turns.items():
+            beside = first.turns[part]
+            ratio = statistics.median(a / b for a, b in zip(turns, beside, strict=True))
+            found[part] = ratio * statistics.median(beside)
+        found["rest"] = max(0.0, found["all"] - found["physics"] - found["rays"])
+        return found
+
+    def close(self) -> None:
+        _close(self.world, self._robots)
+
+
+def _measure_here(kind: str, counts: Sequence[int]) -> dict[int, dict[str, float]]:
+    worlds = [Measured(kind, count) for count in counts]
+    for _ in range(TURNS if len(worlds) > 1 else TURNS_ALONE):
+        for world in worlds:
+            world.take_turn()
+    costs = {count: world.cost(worlds[0]) for count, world in zip(counts, worlds, strict=True)}
+    for world in worlds:
+        world.close()
+    return costs
+
+
+@contextlib.contextmanager
+def _counted_casts() -> Iterator[list[float]]:
+    """The processor time of every cast of rays meanwhile [s]."""
+    spent: list[float] = []
+    shoot = rays.RayBundle._shoot
 
     def timed(bundle, data, normals):
-        nonlocal spent
-        start = time.process_time()
+        start = time.thread_time()
         try:
             return shoot(bundle, data, normals)
         finally:
-            spent += time.process_time() - start
+            spent.append(time.thread_time() - start)
 
     rays.RayBundle._shoot = timed
-    world.step(ticks)
-    rays.RayBundle._shoot = shoot
-    with world.locked() as data:
-        begin = time.process_time()
-        mujoco.mj_step(world.model, data, nstep=ticks * STEPS_PER_TICK)
-        physics = (time.process_time() - begin) / SECONDS
-    _close(world, robots)
-    casts = spent / SECONDS
-    return {"all": everything, "physics": physics, "rays": casts, "rest": max(0.0, everything - physics - casts)}
+    try:
+        yield spent
+    finally:
+        rays.RayBundle._shoot = shoot
 
 
-def _timed(world: World, ticks: int) -> float:
-    """Processor time of so many ticks [s]."""
-    begin = time.process_time()
-    world.step(ticks)
-    return time.process_time() - begin
+def _timed(work: Callable[[], object]) -> float:
+    """Processor time [s]."""
+    begin = time.thread_time()
+    work()
+    return time.thread_time() - begin
 
 
-def _picture_here(count: int) -> dict[str, float]:
+def _pictures_here(counts: Sequence[int]) -> dict[int, dict[str, float]]:
+    return {count: {"all": _picture_here(count)} for count in counts}
+
+
+def _picture_here(count: int) -> float:
     world, robots = _world("robotino", count)
     painter = Painter(world)
     camera = world.model.camera("robotino_1/camera").id
-    for _ in range(3):
+    costs = []
+    for _ in range(43):
+        # OpenGL draws on threads of its own.
+        begin = time.process_time()
         painter.look()
         painter.draw(camera, 640, 480, "rgb")
-    rounds, begin = 40, time.process_time()
-    for _ in range(rounds):
-        painter.look()
-        painter.draw(camera, 640, 480, "rgb")
-    spent = (time.process_time() - begin) / rounds
+        costs.append(time.process_time() - begin)
     painter.close()
     _close(world, robots)
-    return {"all": spent}
+    return statistics.median(costs[3:])
 
 
 def _world(kind: str, count: int) -> tuple[World, list[SimulatedRobot]]:
@@ -204,5 +250,5 @@ class _Blind:
 
 
 if __name__ == "__main__":
-    what, number = sys.argv[1], int(sys.argv[2])
-    print(json.dumps(_picture_here(number) if what == "picture" else _measure_here(what, number)))
+    what, numbers = sys.argv[1], [int(word) for word in sys.argv[2:]]
+    print(json.dumps(_pictures_here(numbers) if what == "picture" else _measure_here(what, numbers)))
