@@ -6,7 +6,8 @@ import http.client
 import json
 import re
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ import cv2
 import numpy as np
 import pytest
 import telepresence_1
+from telepresence_1.camera import Camera, State
 
 from pepper_sim.tablet import Tablet
 
@@ -152,6 +154,53 @@ def test_opencv_reads_the_stream(open_page: Callable, jpeg: Callable) -> None:
     delivered, picture = capture.read()
     capture.release()
     assert delivered and picture.shape == (480, 640, 3) and picture[0, 0, 0] > 190
+
+
+def pictures(response: http.client.HTTPResponse) -> Iterator[np.ndarray]:
+    """Of one stream, decoded, for ever."""
+    while True:
+        size = 0
+        while (line := response.readline().strip()) or not size:
+            if line.startswith(b"Content-Length: "):
+                size = int(line.split()[1])
+        yield cv2.imdecode(np.frombuffer(response.read(size), np.uint8), cv2.IMREAD_COLOR)
+
+
+def test_a_webcam_file_that_is_removed_and_restored_is_told_and_live_within_two_seconds(
+    open_page: Callable, tmp_path: Path
+) -> None:
+    """For the same viewer, on the same connection; the best of three times on a machine that stands still."""
+    film, away = tmp_path / "webcam.avi", tmp_path / "unplugged.avi"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (320, 240))
+    for _ in range(30):
+        writer.write(np.full((240, 320, 3), (0, 0, 200), np.uint8))
+    writer.release()
+    with Camera(str(film)) as camera:
+        page = open_page(image=camera.image)
+        viewer = http.client.HTTPConnection(page.server.address, page.server.port, timeout=30)
+        viewer.request("GET", "/video_feed")
+        stream = pictures(viewer.getresponse())
+
+        def seconds_until(red: bool) -> float:
+            begin = time.monotonic()
+            next(p for p in stream if (abs(p.mean(axis=(0, 1)) - (0, 0, 200)).max() < 20) == red)
+            return time.monotonic() - begin
+
+        seconds_until(red=True)
+        for _attempt in range(3):
+            film.rename(away)
+            told = seconds_until(red=False)
+            assert camera.status.state is State.LOST and str(film) in camera.status.text
+            back = time.monotonic() + 2.0
+            next(stream for _ in stream if time.monotonic() > back)  # pauses between attempts grow meanwhile
+            away.rename(film)
+            live = seconds_until(red=True)
+            print(f"told after {told:.2f} s, live after {live:.2f} s")
+            if max(told, live) < 2.0:
+                break
+        assert max(told, live) < 2.0, f"told after {told:.2f} s, live after {live:.2f} s"
+        assert page.stream.viewers == 1
+        viewer.close()
 
 
 @pytest.mark.parametrize("token", [None, "secret"])

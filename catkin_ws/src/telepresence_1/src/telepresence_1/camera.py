@@ -24,12 +24,11 @@ from telepresence_1.sources import Source, SourceError, open_source
 
 log = logging.getLogger(__name__)
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 5.0
-"""Seconds between two attempts to open a source; doubled after every failure."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 1.0
+"""Seconds between two attempts to open a source; doubled after every failure. A camera that is back is live within the
+longest one, and what it takes to open it."""
 NOTICE_PERIOD = 0.5
 """Seconds between two pictures of the notice: its clock shows that the stream lives."""
-
-
 LARGEST_PASSED = 100_000
 """A picture that the camera has encoded itself goes to the viewers as it is unless it has more bytes than this: at 30
 pictures/s that is 24 Mbit/s a viewer, more than Wi-Fi of the tablet's time carries."""

@@ -178,6 +178,8 @@ class File:
 
     def read(self) -> np.ndarray | Jpeg:
         self._pace.wait()
+        if not pathlib.Path(self._path).is_file():  # what is open could be read for ever
+            raise SourceError("File removed", f"{self._path} was removed. It is shown again as soon as it is back.")
         if self._capture is None:
             return self._still.copy()
         picture = self._encoded.read()
