@@ -25,7 +25,7 @@ def picture(number: int) -> bytes:
     return b"%08d" % number + bytes(SIZE - 8)
 
 
-def eventually(condition: Callable[[], bool], timeout: float = 10.0) -> bool:
+def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
     deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
@@ -41,7 +41,7 @@ class Viewer:
         self.socket = socket.socket()
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
-        self.socket.settimeout(10)
+        self.socket.settimeout(30)
         self.socket.connect((server.address, server.port))
         self.socket.sendall(b"GET %s HTTP/1.1\r\nHost: %s\r\n\r\n" % (path.encode(), server.address.encode()))
         self._file = self.socket.makefile("rb")
@@ -156,7 +156,6 @@ def test_advance_layout_sends_the_next_parts_headers_with_the_picture() -> None:
     with Studio(resend_period=60) as studio:
         studio.put(1)
         viewer = Viewer(studio.server, "/stream?adv=1")
-        viewer.socket.settimeout(2)
         assert viewer.part() == ({"Content-Type": "image/jpeg"}, picture(1))
         # Nothing more is published, yet the headers of part 2 are there, which is what makes a browser paint part 1.
         viewer._skip_past(b"\r\n\r\n")
@@ -214,6 +213,7 @@ def test_a_viewer_that_takes_nothing_is_dropped() -> None:
         studio.put(0)
         stalled = Viewer(studio.server, "/stream?name=stalled", receive_buffer=4096)
         assert stalled.status == 200
+        assert studio.stream.stalled("stalled") is not None
         stop = threading.Event()
 
         def publish() -> None:
@@ -223,7 +223,6 @@ def test_a_viewer_that_takes_nothing_is_dropped() -> None:
         publisher = threading.Thread(target=publish)
         publisher.start()
         try:
-            assert studio.stream.stalled("stalled") is not None
             assert eventually(lambda: studio.stream.viewers == 0)
             assert studio.stream.stalled("stalled") is None
         finally:
@@ -357,8 +356,8 @@ def test_a_thousand_connections_that_send_nothing_keep_nobody_out(studio: Studio
             assert early.number() == number, "who watches is not disturbed"
         queued = select.poll()
         queued.register(silent[-1], select.POLLOUT)
-        assert queued.poll(10_000), "all of them are in the queue"
-        late = Viewer(studio.server)  # within its own ten seconds
+        assert queued.poll(30_000), "all of them are in the queue"
+        late = Viewer(studio.server)  # within its own timeout
         assert late.number() == 5, "who comes later gets in"
         late.close()
     finally:

@@ -15,7 +15,7 @@ from telepresence.images import LatestImage
 from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
 
 
-def eventually(condition: Callable[[], bool], timeout: float = 10.0) -> bool:
+def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
     deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
@@ -51,9 +51,8 @@ def video(tmp_path) -> str:
 
 def test_a_test_card_is_live_at_the_wanted_rate() -> None:
     with Camera("test", rate=40.0) as camera:
-        assert eventually(lambda: camera.status.rate > 0)
+        assert eventually(lambda: 15 < camera.status.rate < 42)
         assert camera.status.state is State.LIVE
-        assert 15 < camera.status.rate < 42
         assert (camera.status.width, camera.status.height) == (640, 480)
         assert decoded(camera).shape == (480, 640, 3)
 

@@ -52,7 +52,7 @@ def program(graph, name: str) -> str:
 
 
 def get(url: str, path: str) -> bytes:
-    connection = http.client.HTTPConnection(url.split("/")[2], timeout=10)
+    connection = http.client.HTTPConnection(url.split("/")[2], timeout=30)
     connection.request("GET", path)
     body = connection.getresponse().read()
     connection.close()
@@ -73,7 +73,7 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
     node.signal(signal.SIGINT)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0
     wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
     assert "Traceback" not in node.output
 
@@ -97,7 +97,7 @@ def test_com_cam_without_camera_and_robot_serves_a_picture_that_says_so(graph, f
     picture = cv2.imdecode(np.frombuffer(get(url, "/frame.jpg"), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (480, 640, 3) and picture.std() > 10
     node.signal(signal.SIGTERM)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0
     assert "Traceback" not in node.output
 
 
@@ -117,7 +117,7 @@ def test_a_taken_port_ends_the_program_with_a_reason(graph) -> None:
     first = graph.run(program(graph, "com_cam.py"), "_port:=0", "_show_on_tablet:=false", "__name:=first")
     port = first.wait_for(r"the page is at http://127\.0\.0\.1:(\d+)/")[1]
     second = graph.run(program(graph, "com_cam.py"), f"_port:={port}", "_show_on_tablet:=false", "__name:=second")
-    assert second.process.wait(20) == 1
+    assert second.process.wait(30) == 1
     assert f"cannot listen on 127.0.0.1, port {port}" in second.output and "Traceback" not in second.output
 
 
@@ -128,7 +128,7 @@ def test_main_shows_any_page_until_ended(graph, naoqi, tablet: Tablet, open_page
     node = graph.run(program(graph, "main.py"), f"--qi-url=tcp://127.0.0.1:{naoqi.port}", url)
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the page is shown")
     node.signal(signal.SIGINT)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0
     wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
 
 
@@ -151,10 +151,10 @@ def test_the_launch_file_starts_what_it_promises(
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
     launch.wait_for(f"look at http://127.0.0.1:{image_port}/ instead")
     nodes = graph.run("rosnode", "list")
-    assert nodes.process.wait(20) == 0
+    assert nodes.process.wait(30) == 0
     assert {"/com_cam", "/rob_cam", "/teleop_twist_keyboard"} <= set(nodes.output.split())
     launch.signal(signal.SIGINT)
-    assert launch.process.wait(20) == 0
+    assert launch.process.wait(30) == 0
     assert "escalating to SIGTERM" not in launch.output and "Traceback" not in launch.output
 
 
@@ -187,7 +187,7 @@ def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.Monk
     robot.kill()
     wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "the picture is lost")
     node.signal(signal.SIGINT)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0
     assert "Traceback" not in node.output
 
 
@@ -214,4 +214,4 @@ def test_rob_cam_shows_the_robots_picture_in_a_window(
     robot.kill()
     wait_until(lambda: not shown(ORANGE), "an old picture is greyed")
     node.signal(signal.SIGINT)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0

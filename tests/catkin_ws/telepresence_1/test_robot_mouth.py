@@ -126,7 +126,7 @@ def test_a_robot_that_does_not_answer_gets_fresh_sound_afterwards(
         return device._calls[-1][-1] == 9000
 
     wait_until(goes_on, "sound again")
-    assert device._calls.count(("flush",)) == before + 1, "the delay would stay"
+    assert device._calls.count(("flush",)) > before, "the delay would stay"
 
 
 def test_a_flood_does_not_become_a_delay(mouth: RobotMouth, device: AudioDevice, wait_until: Callable) -> None:

@@ -184,5 +184,5 @@ def test_without_a_sound_server_it_says_so_once(graph, monkeypatch: pytest.Monke
     assert node.output.count("no sound server") == 2, node.output
     assert node.process.poll() is None
     node.signal(signal.SIGINT)
-    assert node.process.wait(10) == 0
+    assert node.process.wait(30) == 0
     assert "Traceback" not in node.output and "GStreamer-CRITICAL" not in node.output, node.output

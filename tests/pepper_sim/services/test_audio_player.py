@@ -10,7 +10,8 @@ from pepper_sim.sound import sine, write_wave
 
 @pytest.fixture
 def player(naoqi, simulation):
-    write_wave(simulation.server.catalogue.disk.path("/home/nao/tone.wav"), sine(440, 0.5, 16000), 16000)
+    for name, seconds in (("tone", 0.5), ("long", 5.0)):
+        write_wave(simulation.server.catalogue.disk.path(f"/home/nao/{name}.wav"), sine(440, seconds, 16000), 16000)
     service = naoqi.ALAudioPlayer
     yield service
     service.unloadAllFiles()
@@ -19,24 +20,24 @@ def player(naoqi, simulation):
 def test_a_file_plays_for_its_length(player, simulation):
     begin = time.monotonic()
     player.playFile("/home/nao/tone.wav")
-    assert 0.45 < time.monotonic() - begin < 2.0
+    assert time.monotonic() - begin > 0.45
 
 
 def test_loaded_files_are_paused_moved_and_unloaded(player, refused, wait_until):
-    number = player.loadFile("/home/nao/tone.wav")
-    assert player.getFileLength(number) == pytest.approx(0.5, abs=0.01)
+    number = player.loadFile("/home/nao/long.wav")
+    assert player.getFileLength(number) == pytest.approx(5.0, abs=0.01)
     assert player.getLoadedFilesIds() == [number]
     call = player.play(number, _async=True)
     wait_until(lambda: player.getCurrentPosition(number) > 0.05, "the file plays")
     player.pause(number)
-    call.wait(2000)
+    call.wait(20_000)
     assert call.isFinished()
     held = player.getCurrentPosition(number)
     assert held > 0.0 and player.getCurrentPosition(number) == held
-    player.goTo(number, 0.4)
+    player.goTo(number, 4.9)
     begin = time.monotonic()
     player.play(number)
-    assert time.monotonic() - begin < 0.4
+    assert time.monotonic() - begin < 4.0, "the rest of the file, not the whole"
     player.setVolume(number, 0.5)
     assert player.getVolume(number) == pytest.approx(0.5)
     player.unloadFile(number)
@@ -47,7 +48,7 @@ def test_a_loop_plays_until_stopped(player, simulation):
     call = player.playFileInLoop("/home/nao/tone.wav", _async=True)
     assert call.wait(700) is not None and call.isRunning()
     player.stopAll()
-    call.wait(2000)
+    call.wait(20_000)
     assert call.isFinished()
 
 

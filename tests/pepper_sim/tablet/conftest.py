@@ -23,7 +23,7 @@ def encoded(colour: Colour, width: int = 640, height: int = 400, kind: str = ".j
     return cv2.imencode(kind, pixels)[1].tobytes()
 
 
-def eventually(condition: Callable[[], bool], timeout: float = 10.0) -> bool:
+def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
     deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
@@ -128,7 +128,7 @@ class Glass:
         picture = self.tablet.image.peek()
         return None if picture is None else tuple(int(v) for v in picture.pixels[200, 320])
 
-    def shows(self, colour: Colour, timeout: float = 10.0) -> bool:
+    def shows(self, colour: Colour, timeout: float = 30.0) -> bool:
         def close() -> bool:
             centre = self.centre()
             return centre is not None and all(abs(a - b) < 12 for a, b in zip(centre, colour, strict=True))

@@ -19,7 +19,7 @@ from telepresence.audio.schedule import Schedule
 
 PORT = 10001
 CODECS = ("l16", "opus")
-LEAD = 0.01
+LEAD = 0.015
 """Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
 MAX_LEAD = 0.1
 """A block that would wait longer [s] is thrown away: blocks came in a burst after a pause."""
@@ -80,7 +80,8 @@ class RtpSender:
         description = (
             "appsrc name=in is-live=true format=time max-bytes=0 "
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels={channels},layout=interleaved ! {_LEVEL} "
-            f"! audioconvert ! audioresample ! {ENCODERS[codec]} ! udpsink name=out sync=true async=false"
+            f"! audioconvert ! audioresample ! {ENCODERS[codec]} ! udpsink name=out sync=true async=false "
+            "processing-deadline=0"  # GStreamer's default would add 20 ms to every live sound
         )
         self._target = (host, port)
         self.pipeline = KeptPipeline("sound of the robot", lambda: description, self._reset, on_level)
