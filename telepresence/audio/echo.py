@@ -15,31 +15,44 @@ from telepresence.audio.pipeline import SoundError
 log = logging.getLogger(__name__)
 
 MICROPHONE, LOUDSPEAKER = "telepresence_echo_free", "telepresence_echo_known"
+"""How the sound server's devices are named, before the name of whom they are for."""
 _TIMEOUT = 5.0
 
 
+def without_echo(microphone: str, loudspeaker: str, owner: str) -> tuple[str, str, EchoCancellation | None]:
+    """The devices to use and what has to be closed at the end; the given ones and a warning where nothing helps."""
+    try:
+        echo = EchoCancellation(microphone, loudspeaker, owner)
+    except SoundError as error:
+        log.warning("%s; use a headset", error)
+        return microphone, loudspeaker, None
+    return echo.microphone, echo.loudspeaker, echo
+
+
 class EchoCancellation:
-    """Loaded from construction until `close`; play on `LOUDSPEAKER`, listen to `MICROPHONE`.
+    """Loaded from construction until `close`; play on its `loudspeaker`, listen to its `microphone`.
 
     Args:
         microphone, loudspeaker: The devices behind it; "auto" takes the sound server's usual ones.
+        owner: Who uses it: a word that tells several on one sound server apart.
     Raises:
         SoundError: There is no pactl or no sound server, or the server refuses; the text says which.
     """
 
-    def __init__(self, microphone: str = "auto", loudspeaker: str = "auto") -> None:
+    def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", owner: str = "pilot") -> None:
         self._module = ""
+        self.microphone, self.loudspeaker = f"{MICROPHONE}_{owner}", f"{LOUDSPEAKER}_{owner}"
         if shutil.which("pactl") is None:
             raise SoundError("echo cancellation needs pactl: apt-get install pulseaudio-utils")
         for line in _pactl("list", "short", "modules").splitlines():
-            if MICROPHONE in line:  # left by a program that was killed
+            if f"source_name={self.microphone} " in line:  # left by a program that was killed
                 _pactl("unload-module", line.split("\t")[0])
         masters = [
             f"{role}_master={device}"
             for role, device in (("source", microphone), ("sink", loudspeaker))
             if device not in ("", "auto")
         ]
-        names = (f"source_name={MICROPHONE}", f"sink_name={LOUDSPEAKER}")
+        names = (f"source_name={self.microphone}", f"sink_name={self.loudspeaker}")
         self._module = _pactl("load-module", "module-echo-cancel", "aec_method=webrtc", *names, *masters).strip()
 
     def close(self) -> None:

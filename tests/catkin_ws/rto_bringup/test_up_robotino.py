@@ -6,11 +6,13 @@ One station serves all tests of this file, which run in order.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
 import signal
 import subprocess
+import urllib.request
 import uuid
 from pathlib import Path
 
@@ -21,7 +23,7 @@ from telepresence import processes
 from telepresence.ros_master import master_proxy
 from telepresence.virtual_display import grab
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADING = ("60", "84")
@@ -34,7 +36,7 @@ class Station:
         self.environment = graph.environment
         # roslaunch waits for what roscore tells every master, and a bare one was not told.
         master_proxy(graph.uri, timeout=5.0).setParam("/test", "/run_id", str(uuid.uuid4()))
-        names = ("robotino_port", "drive_port", "camera_port", "screen_port")
+        names = ("robotino_port", "drive_port", "camera_port", "sound_port", "screen_port")
         self.ports = {name: graph.free_port() for name in names}
         self.program = graph.run(
             str(ROOT / "stack"), "up", "robotino", *(f"{name}:={port}" for name, port in self.ports.items())
@@ -106,6 +108,15 @@ def test_w_drives_and_its_release_stops(station, until_true):
         station.xdotool("keyup", "w")
     until_true(lambda: station.safety() == "no command", "nobody drives")
     until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+
+
+def test_pilot_and_robot_talk_by_webrtc(station, until_true):
+    """Here without a sound card: the connection stands, and both ends say what they lack."""
+    url = f"http://127.0.0.1:{station.ports['sound_port']}/sound"
+    until_true(lambda: json.load(urllib.request.urlopen(url, timeout=10))["pilots"] == 1, "the pilot is at the robot")
+    assert "/rto3/rto_voice" in station.probe.nodes()
+    answered, answer = station.probe.call("/rto3/voice/mute_microphone", "std_srvs/SetBool", {"data": True})
+    assert answered and answer["success"] and answer["message"].startswith("you: ")
 
 
 def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):

@@ -61,6 +61,18 @@ class Both:
                 return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
         pytest.fail("the simulator does not run")
 
+    def memory_is_steady(self) -> bool:
+        """Cameras and viewer take buffers when they begin."""
+        before = self.memory
+        threading.Event().wait(1.0)
+        return abs(self.memory - before) < 1.0
+
+    @property
+    def viewer_is_open(self) -> bool:
+        """Whether MuJoCo's window is on the screen."""
+        words = ["xdotool", "search", "--onlyvisible", "--name", "MuJoCo"]
+        return bool(subprocess.run(words, env=self.graph.environment, capture_output=True, timeout=20).stdout)
+
     def restart(self, service: str = "/restart_simulation") -> None:
         answer = self.probe.call(service, "std_srvs/Trigger", {})
         assert answer[0] is True and answer[1]["success"] is True and answer[1]["message"]
@@ -215,13 +227,16 @@ def test_one_restart_puts_both_back(both, until_true):
 
 def test_two_hundred_restarts_under_load(both, until_true):
     """With the viewer open, both cameras drawn, and both robots driven; memory stays flat and everybody connected."""
+    assert both.viewer_is_open
     both.probe.order("/rto3/movement_command", 1)
     both.restart_often(20)
+    until_true(both.memory_is_steady, "the cameras have what they need")
     before = both.memory
     both.probe.drive(0.2, 0.0, 0.3)
     both.restart_often(90)
     both.probe.silence()
     both.restart_often(90)
+    assert both.viewer_is_open
     assert both.memory < before + 15.0, "the simulator grows"
     both.expect_at_start(until_true)
     for robot in ("", "/rto3"):

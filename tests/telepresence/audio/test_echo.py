@@ -14,7 +14,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
 from sound_lab import SoundServer
 
 from telepresence.audio import devices
-from telepresence.audio.echo import LOUDSPEAKER, MICROPHONE, EchoCancellation
+from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.pipeline import SoundError
 
 
@@ -35,16 +35,25 @@ def test_the_devices_are_there_while_it_is_loaded_and_once_only(server: SoundSer
     abandoned = EchoCancellation("pilot_mic.monitor", "pilot_speaker")
     echo = EchoCancellation("pilot_mic.monitor", "pilot_speaker")  # after a program that was killed
     assert modules().count("module-echo-cancel") == 1
+    microphone, loudspeaker, another = without_echo("pilot_mic.monitor", "pilot_speaker", "robotino")
     names = devices.names()
-    assert MICROPHONE in names["microphones"] and LOUDSPEAKER in names["loudspeakers"]
+    assert {echo.microphone, microphone} <= set(names["microphones"])
+    assert {echo.loudspeaker, loudspeaker} <= set(names["loudspeakers"])
+    another.close()
+    assert modules().count("module-echo-cancel") == 1, "two robots' voices do not disturb each other"
     echo.close()
     assert "module-echo-cancel" not in modules()
     abandoned.close()
 
 
-def test_a_refusal_is_told(server: SoundServer) -> None:
+def test_a_refusal_is_told_and_the_devices_are_used_as_they_are(
+    server: SoundServer, caplog: pytest.LogCaptureFixture
+) -> None:
     with pytest.raises(SoundError, match="the sound server says"):
         EchoCancellation("no_such_microphone", "pilot_speaker")
+    devices_used = without_echo("no_such_microphone", "pilot_speaker", "pepper")
+    assert devices_used == ("no_such_microphone", "pilot_speaker", None)
+    assert "use a headset" in caplog.text
 
 
 def test_without_a_sound_server_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

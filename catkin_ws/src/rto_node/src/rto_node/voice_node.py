@@ -3,8 +3,9 @@
 The robot's end is the sound server that runs on it (`python -m rto_bringup.onboard sound`).
 Topics and services: see `telepresence_1.voice_surface`.
 Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless given; ~microphone, ~speaker ("auto"): see
-            `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone; ~patience (0): seconds
-            of delay accepted on top, for a busy machine or a poor network.
+            `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone; ~echo_cancellation
+            (false): by the sound server; ~patience (0): seconds of delay accepted on top, for a busy machine or a poor
+            network.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from telepresence_1.voice_surface import LEVEL_PERIOD, Level, VoiceSurface
 
 from rto_node.ros_node import RosNode
 from rto_node.webrtc_sound import RobotSound
+from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
 from telepresence.webrtc_sound import RATE
@@ -33,6 +35,9 @@ class Voice:
         except ValueError as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
+        self._echo: EchoCancellation | None = None
+        if rospy.get_param("~echo_cancellation", False):
+            microphone, speaker, self._echo = without_echo(microphone, speaker, "robotino")
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
@@ -49,8 +54,9 @@ class Voice:
                 part.start()
             self._surface.run(self._node.cycles(LEVEL_PERIOD))
         finally:
-            for part in parts:
-                part.close()
+            for part in (*parts, self._echo):
+                if part is not None:
+                    part.close()
 
     def _heard(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)

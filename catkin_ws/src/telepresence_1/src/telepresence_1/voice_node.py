@@ -24,9 +24,8 @@ from __future__ import annotations
 import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
 
-from telepresence.audio.echo import LOUDSPEAKER, MICROPHONE, EchoCancellation
+from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
-from telepresence.audio.pipeline import SoundError
 from telepresence_1.com_cam_node import route_logs
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.robot_ears import RobotEars
@@ -47,7 +46,8 @@ class Voice:
         route_logs()
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
-        microphone, speaker = self._cancel_echo(microphone, speaker)
+        if rospy.get_param("~echo_cancellation", False):
+            microphone, speaker, self._echo = without_echo(microphone, speaker, "pepper")
         host = str(rospy.get_param("~rtp_host", "127.0.0.1"))
         port = int(rospy.get_param("~rtp_port", PORT))
         codec = str(rospy.get_param("~codec", "")) or ("l16" if is_loopback(host) else "opus")
@@ -90,17 +90,6 @@ class Voice:
             for part in (self._ears, self._microphone, self._mouth, self._sender, self._player, self._echo):
                 if part is not None:
                     part.close()
-
-    def _cancel_echo(self, microphone: str, speaker: str) -> tuple[str, str]:
-        """The devices to use: those behind the sound server's echo cancellation, if it is wanted and there."""
-        if not rospy.get_param("~echo_cancellation", False):
-            return microphone, speaker
-        try:
-            self._echo = EchoCancellation(microphone, speaker)
-        except SoundError as error:
-            rospy.logwarn("%s; use a headset", error)
-            return microphone, speaker
-        return MICROPHONE, LOUDSPEAKER
 
     def _own_url(self) -> str | None:
         """Where the robot shall call us; None for loopback."""
