@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import sys
@@ -86,6 +87,13 @@ def test_the_tables_of_the_page_are_those_of_the_record():
     page, record = control_page.PAGE.read_text(), json.loads(control_page.FIGURES.read_text())
     assert control_page.filled(page, record) == page
     assert "| Walker, crawl | rough |" in page and f"of {len(record['walk_seeds'])} |" in page
+
+
+def test_the_record_has_twenty_walks_of_each_kind_and_enough_of_them_without_a_fall():
+    cells = json.loads(control_page.FIGURES.read_text())["walks"]
+    for wanted in itertools.product(("trot", "crawl"), ("flat", "rough"), (1, -1)):
+        (cell,) = (c for c in cells if (c["vehicle"], c["scene"], c["direction"]) == wanted)
+        assert cell["walks"] == 20 and cell["successes"] >= {"flat": 20, "rough": 18}[cell["scene"]], cell
 
 
 NEARER = 3
