@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
 
@@ -44,25 +45,36 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
     }  # fmt: skip
     trials = run_trials(share)
     print(_report(found, trials), flush=True)
+    rows, stack = _rows(found, claims, trials), []
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
+        draw_results(out / "safety.png", {title: _compared(found, robot) for robot, title in TITLES.items()})
+        shown = {name: LAYERS[name] for name in ("no gate", "bubble, gap 0.10", "gate", "gate, careful")}
+        draw_scenario(out / "safety_scenario.png", INFRARED_ROBOT, shown, **DRAWN)
+    if share >= 1.0:
+        print("  reaction times of the whole stack, about four minutes", flush=True)
+        stack += safety_reaction.run_rows()
+        print("  rooms in MuJoCo through wire and nodes, about three minutes", flush=True)
+        stack += safety_mujoco.run_rows()
+    if out is not None:
         record = {
             "seeds": REPORT_SEEDS,
             "cells": [{**asdict(cell), **asdict(f)} for cell, f in found.items()],
             "trials": [asdict(trial) for trial in trials],
+            "stack": [row.as_dict() for row in stack],
         }
-        (out / "safety.json").write_text(json.dumps(record, indent=1))
-        draw_results(out / "safety.png", {title: _compared(found, robot) for robot, title in TITLES.items()})
-        shown = {name: LAYERS[name] for name in ("no gate", "bubble, gap 0.10", "gate", "gate, careful")}
-        draw_scenario(out / "safety_scenario.png", INFRARED_ROBOT, shown, **DRAWN)
+        (out / "safety.json").write_text(json.dumps(_without_nan(record), indent=1) + "\n")
         print(f"  written: safety.json, safety.png, safety_scenario.png in {out}\n", flush=True)
-    rows = _rows(found, claims, trials)
-    if share >= 1.0:
-        print("  reaction times of the whole stack, about four minutes", flush=True)
-        rows += safety_reaction.run_rows()
-        print("  rooms in MuJoCo through wire and nodes, about three minutes", flush=True)
-        rows += safety_mujoco.run_rows()
-    return rows
+    return rows + stack
+
+
+def _without_nan(value: object) -> object:
+    """JSON knows no NaN; null says as much."""
+    if isinstance(value, dict):
+        return {key: _without_nan(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(part) for part in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _compared(found: dict[Cell, Figures], robot: str) -> dict[str, Figures]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -19,7 +20,7 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        return self.ours / self.reference
+        return self.ours / self.reference if self.reference else math.nan
 
     def as_dict(self) -> dict:
         return {**asdict(self), "ratio": self.ratio}
