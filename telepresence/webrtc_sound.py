@@ -1,6 +1,7 @@
 """Sound both ways over one WebRTC connection: a microphone as a track, a track into a loudspeaker.
 
-Opus by aiortc, 48 kHz, frames of 20 ms. aiortc holds four frames back to put them in order, which is most of the delay.
+Opus by aiortc, 48 kHz, frames of 20 ms. Four frames are held back to put them in order, which is most of the delay; one
+that is lost becomes silence of its length (see `telepresence.webrtc.release_early`).
 """
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
-"""Pictures leave the jitter buffer with their last packet; connections on an address of one's choice."""
+"""Pictures leave the jitter buffer with their last packet, sound whatever was lost; connections on an address of one's
+choice."""
 
 from __future__ import annotations
 
 import asyncio
 import importlib.metadata
+import random
 import time
 from dataclasses import dataclass
 
@@ -75,6 +77,44 @@ def test_without_markers_it_is_as_slow_as_the_library_and_no_worse():
     assert released(webrtc.PromptJitterBuffer(512, is_video=True), stream) == released(
         JitterBuffer(512, is_video=True), stream
     )
+
+
+def sound(count: int, lost: set[int], first: int = 65530) -> list[Packet]:
+    """Packets of 20 ms each, but those that are lost."""
+    return [Packet((first + n) % 65536, 960 * n, True, b"%d" % n) for n in range(count) if n not in lost]
+
+
+def delays(out: list[tuple[int, bytes]], stream: list[Packet]) -> list[int]:
+    """How many packets later, by their numbers, each piece of sound came out."""
+    return [stream[index].timestamp // 960 - int(data) for index, data in out]
+
+
+def test_lost_sound_costs_its_own_length_and_no_delay():
+    """2 % of packets and a burst of five, then a cut."""
+    chance = random.Random(1)
+    lost = {n for n in range(20, 1000) if chance.random() < 0.02} | set(range(500, 505)) | set(range(700, 1000))
+    stream = sound(1200, lost)
+    out = released(webrtc.PromptJitterBuffer(16, prefetch=4), stream)
+    heard = [int(data) for _, data in out]
+    waited = set(range(690, 700))
+    """When the cut began; it may be gone."""
+    assert heard == sorted(heard) and set(heard) | waited | lost >= set(range(1196)), "everything that came, in order"
+    late = delays(out, stream)
+    assert late[-100:] == [4] * 100 and np.median(late) == 4, "as late at the end as at the beginning"
+
+
+def test_overtaken_sound_is_put_in_order():
+    stream = sound(60, set())
+    stream.insert(33, stream.pop(30))
+    out = released(webrtc.PromptJitterBuffer(16, prefetch=4), stream)
+    assert [int(data) for _, data in out] == list(range(56))
+
+
+def test_the_library_alone_stays_late_after_one_lost_packet_of_sound():
+    """If this fails, aiortc has learned it."""
+    stream = sound(300, {50})
+    late = delays(released(JitterBuffer(16, prefetch=4), stream), stream)
+    assert max(late[:40]) == 4 and min(late[-100:]) > 10
 
 
 def test_only_the_known_version_is_touched(monkeypatch, caplog):

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 import aiohttp
 from aiortc import RTCPeerConnection, RTCSessionDescription
 
-from telepresence.webrtc import address_towards, on_address, peer_connection
+from telepresence.webrtc import address_towards, on_address, peer_connection, release_early
 from telepresence.webrtc_sound import MicrophoneTrack, listen
 
 log = logging.getLogger(__name__)
@@ -87,6 +87,7 @@ class RobotSound:
     # --- the loop's thread -------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        release_early()
         asyncio.set_event_loop(self._loop)
         self._work = self._loop.create_task(self._keep_connected())
         try:

@@ -23,7 +23,7 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from rto_bringup.onboard.camera_server import MAX_OFFER, SDP, local_address
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
-from telepresence.webrtc import on_address, peer_connection
+from telepresence.webrtc import on_address, peer_connection, release_early
 from telepresence.webrtc_sound import RATE, MicrophoneTrack, listen
 
 log = logging.getLogger(__name__)
@@ -41,6 +41,7 @@ class SoundServer:
     """
 
     def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", patience: float = 0.0) -> None:
+        release_early()
         self._track: MicrophoneTrack | None = None
         self._microphone = Microphone(microphone, lambda: RATE, self._heard)
         self._loudspeaker = Loudspeaker(loudspeaker, patience=patience)
