@@ -79,6 +79,7 @@ class Controller(QObject):
         self.driving.said.connect(self._say)
         self.views = Views(window, link)
         self.views.said.connect(self._say)
+        self.views.share_changed.connect(self.driving.set_share)
         self.driving.hub.add(self.views.floor_drive)
         self.driving.sent.connect(self.views.note_sent)
         window.video.status.connect(window.pictureLabel.setText)

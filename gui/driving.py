@@ -49,6 +49,7 @@ class Driving(QObject):
         self._window, self._link, self._access, self._controls = window, link, access, controls
         self._layer_stopped = ""
         self._away = ""
+        self._share = 1.0
         self._zeros_left = 0
         self._zeros = QTimer(self, interval=ZERO_PERIOD)
         self._zeros.timeout.connect(self._send_zero)
@@ -92,6 +93,8 @@ class Driving(QObject):
             reason, passing = self._access.obstacle(), self._access.comes_back
         elif self._layer_stopped:
             reason = f"{self._layer_stopped} Press the red stop to let the robot go."
+        elif not self._share:
+            reason, passing = "The link is more than a second late, so nothing drives until it is faster.", True
         else:
             reason, passing = self.picture_problem, True
         self.hub.set_block(reason, passing)
@@ -106,6 +109,11 @@ class Driving(QObject):
         """Nobody drives this robot from here, for this reason; with an empty one, it is this window's again."""
         self._away = reason
         self.hub.release_all()
+        self.update_block()
+
+    def set_share(self, share: float) -> None:
+        """How much of the speed the link's delay leaves, 0 to 1; see `gui.delay_cap`."""
+        self._share = share
         self.update_block()
 
     def stop(self) -> None:
@@ -140,7 +148,7 @@ class Driving(QObject):
     def _on_velocity(self, vx: float, vy: float, wz: float) -> None:
         if any((vx, vy, wz)):
             self._zeros.stop()
-        self._access.drive(vx, vy, wz)
+        self._access.drive(*(part * self._share for part in (vx, vy, wz)))
         self.sent.emit()
 
     def _send_zero(self) -> None:

@@ -46,6 +46,11 @@ class LinkHealth(QFrame):
                 layout.addWidget(part)
             layout.addStretch(1)
             self._values[name] = value
+        self._share = QLabel()
+        self._share.setProperty("kind", "gauge")
+        self._share.setToolTip("The link's delay caps the speed: half above 0.5 s, none above 1 s")
+        self._share.hide()
+        layout.addWidget(self._share)
         self._round_trip_at = 0.0
         self._check = QTimer(self, interval=1000)
         self._check.timeout.connect(self._forget)
@@ -76,6 +81,12 @@ class LinkHealth(QFrame):
         level = "good" if rate >= GOOD_RATE else "warn" if rate >= BAD_RATE else "bad"
         self._show("rate", f"{rate:.0f} /s", level)
 
+    def show_share(self, share: float) -> None:
+        """How much of the speed the delay leaves, 0 to 1."""
+        self._share.setText("half speed" if share else "no driving")
+        self._share.setVisible(share < 1.0)
+        _set_level(self._share, "warn" if share else "bad")
+
     def clear_picture(self) -> None:
         """Nobody wants pictures."""
         self._show("age", "–", "off")
@@ -101,10 +112,14 @@ class LinkHealth(QFrame):
         value = self._values[name]
         if value.text() != text:
             value.setText(text)
-        if value.property("level") != level:
-            value.setProperty("level", level)
-            value.style().unpolish(value)
-            value.style().polish(value)
+        _set_level(value, level)
+
+
+def _set_level(label: QLabel, level: str) -> None:
+    if label.property("level") != level:
+        label.setProperty("level", level)
+        label.style().unpolish(label)
+        label.style().polish(label)
 
 
 def _level_of_delay(seconds: float) -> str:

@@ -24,6 +24,10 @@ class RoundTrip:
         """No command is on its way."""
         self._sent = None
 
+    def waiting(self, now: float) -> float:
+        """For how long a command has been on its way without an answer [s]."""
+        return 0.0 if self._sent is None else now - self._sent
+
     def answered(self, command_age: float, now: float) -> float | None:
         """An answer came [monotonic s]; the round trip [s] if it is the first after a command."""
         if self._sent is None or not math.isfinite(command_age) or now - command_age < self._sent:

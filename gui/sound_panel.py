@@ -72,11 +72,12 @@ class SoundPanel(QFrame):
         self.microphone = QPushButton("Mute me")
         self.speaker = QPushButton("Mute robot")
         self.talk_button = QPushButton("Hold to talk")
-        for button, tip in (
-            (self.microphone, "The robot plays nothing of what you say"),
-            (self.speaker, "You hear nothing of what the robot hears"),
+        for button, name, tip in (
+            (self.microphone, "muteMicrophone", "The robot plays nothing of what you say"),
+            (self.speaker, "muteSpeaker", "You hear nothing of what the robot hears"),
         ):
             button.setCheckable(True)
+            button.setObjectName(name)
             button.setToolTip(tip)
         self.talk_button.setToolTip("While held, your voice goes to the robot even if you are muted")
         self.talk_button.setProperty("kind", "primary")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QPainter
 
+from gui.delay_cap import HALF_FROM, DelayCap
 from gui.floor import scaled_to
 from gui.floor_drive import FloorDrive
 from gui.floor_overlay import Place, paint_way
@@ -29,6 +30,7 @@ READINGS = (
 )  # fmt: skip
 """Channels whose readings go to widgets as they are."""
 STALE_PERIOD = 250  # ms
+CAP_PERIOD = 100  # ms
 CLOCKS_DIFFER = 5.0
 """Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
 
@@ -42,6 +44,8 @@ class Views(QObject):
 
     said = pyqtSignal(str, str)
     """A sentence for the pilot, and its level."""
+    share_changed = pyqtSignal(float)
+    """How much of the speed the link's delay leaves, 0 to 1."""
 
     def __init__(self, window: OperatorWindow, link: RosLink) -> None:
         super().__init__(window)
@@ -49,7 +53,7 @@ class Views(QObject):
         self.robot = ROBOTS[link.profile.name]
         self._lens: Lens | None = None
         self._body: BodyState | None = None
-        self._round_trip = RoundTrip()
+        self._round_trip, self._cap, self._share = RoundTrip(), DelayCap(), 1.0
         self._voice = False
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
         self._readers = (
@@ -76,6 +80,9 @@ class Views(QObject):
         self._stale_clock = QTimer(self, interval=STALE_PERIOD)
         self._stale_clock.timeout.connect(lambda: window.health.show_picture(window.video.age(), 0.0))
         window.video.stale_changed.connect(self._on_stale)
+        self._cap_clock = QTimer(self, interval=CAP_PERIOD)
+        self._cap_clock.timeout.connect(self._weigh_delay)
+        self._cap_clock.start()
         self._offer_cameras()
         self._join_panels()
         self._join_picture()
@@ -98,9 +105,7 @@ class Views(QObject):
         if isinstance(reading, BodyState):
             self._body = reading
         elif isinstance(reading, Safety):
-            taken = self._round_trip.answered(reading.command_age, reading.arrived)
-            if taken is not None:
-                self._window.health.show_round_trip(taken)
+            self._show_round_trip(reading)
             if self.floor_drive.target is not None:
                 self._window.video.update()
         elif isinstance(reading, DriveState):
@@ -111,6 +116,24 @@ class Views(QObject):
             self._window.robotPanel.answer(text)
         elif isinstance(reading, VoiceState):
             self._voice = True
+
+    def _show_round_trip(self, safety: Safety) -> None:
+        taken = self._round_trip.answered(safety.command_age, safety.arrived)
+        waiting = self._round_trip.waiting(safety.arrived)
+        if taken is None and waiting > HALF_FROM:
+            taken = waiting  # at least
+        if taken is not None:
+            self._cap.note_command(taken, safety.arrived)
+            self._window.health.show_round_trip(taken)
+
+    def _weigh_delay(self) -> None:
+        share = self._cap.share(time.monotonic())
+        if share != self._share:
+            self._share = share
+            if not share:
+                self._round_trip.forget()  # nothing is sent from now on
+            self._window.health.show_share(share)
+            self.share_changed.emit(share)
 
     # --- speech, postures, sound ---
 
@@ -180,9 +203,9 @@ class Views(QObject):
 
     def _on_picture(self, picture: Picture) -> None:
         age = time.time() - picture.stamp
-        self._window.health.show_picture(
-            age if 0.0 <= age < CLOCKS_DIFFER else math.nan, self._window.video.rate()
-        )
+        age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
+        self._cap.note_picture(age, time.monotonic())
+        self._window.health.show_picture(age, self._window.video.rate())
 
     def _on_stale(self, stale: bool) -> None:
         """What is told of the link grows old with the picture."""

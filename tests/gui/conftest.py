@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import itertools
+import math
 import os
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PyQt5.QtCore import QEvent, QObject, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, QPoint, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QFrame, QWidget
 
 from gui.channels import Answer, Channel
@@ -215,28 +216,49 @@ def make_terminal(qt: QApplication) -> type[FakeTerminal]:
     return FakeTerminal
 
 
-@pytest.fixture(scope="session")
-def place(qt: QApplication) -> Callable[[str], tuple[int, int]]:
-    """Where the middle of a widget of the 1280x720 window is [px]."""
+class Places:
+    """Where the widgets of a 1280x720 window are [px]: of one like it that is never on a screen."""
 
-    def find(name: str) -> tuple[int, int]:
-        if not opened:
-            qt.setStyle("Fusion")
-            qt.setStyleSheet(style_sheet("dark"))
-            opened.append(OperatorWindow(FakeTerminal()))
-            link = FakeLink()
-            Controller(opened[0], link, FakeTerminal()).admit(Account("anna", PILOT))
-            link.become(master=True, joined=True, driver=True)
-            opened[0].resize(1280, 720)
-            opened[0].show()
-            qt.processEvents()
-            qt.setStyleSheet("")
-        widget = opened[0].findChild(QWidget, name)
-        point = widget.mapTo(opened[0], widget.rect().center())
+    def __init__(self, qt: QApplication) -> None:
+        self._qt = qt
+        self._window: OperatorWindow | None = None
+
+    def __call__(self, name: str, page: str = "terminalPage") -> tuple[int, int]:
+        """The middle of a widget, when this page of the deck is in front."""
+        window = self._open()
+        window.show_page(window.findChild(QWidget, page))
+        self._qt.processEvents()
+        widget = window.findChild(QWidget, name)
+        return self._point(widget, widget.rect().center())
+
+    def tab(self, page: str) -> tuple[int, int]:
+        """The middle of a page's tab."""
+        window = self._open()
+        bar = window.deck.tabBar()
+        return self._point(bar, bar.tabRect(window.deck.indexOf(window.findChild(QWidget, page))).center())
+
+    def _point(self, widget: QWidget, inside: QPoint) -> tuple[int, int]:
+        point = widget.mapTo(self._window, inside)
         return point.x(), point.y()
 
-    opened: list[OperatorWindow] = []
-    return find
+    def _open(self) -> OperatorWindow:
+        if self._window is None:
+            self._qt.setStyle("Fusion")
+            self._qt.setStyleSheet(style_sheet("dark"))
+            self._window, link = OperatorWindow(FakeTerminal()), FakeLink()
+            Controller(self._window, link, FakeTerminal()).admit(Account("anna", PILOT))
+            link.become(master=True, joined=True, driver=True)
+            self._window.resize(1280, 720)
+            self._window.show()
+            self._qt.processEvents()
+            self._window.setStyleSheet(style_sheet("dark"))  # its own: the application is undressed for other tests
+            self._qt.setStyleSheet("")
+        return self._window
+
+
+@pytest.fixture(scope="session")
+def place(qt: QApplication) -> Places:
+    return Places(qt)
 
 
 class Screen:
@@ -284,6 +306,13 @@ class Screen:
         )
         assert done.returncode == 0, done.stderr
         return done.stdout.strip()
+
+    def hold(self, key: str, seconds: float) -> tuple[float, float]:
+        """When the key went down and up [s since 1970]."""
+        clock = ("exec", "--sync", "--args", 2, "date", "+%s.%N")
+        told = self.do(*clock, "keydown", key, "sleep", seconds, *clock, "keyup", key)
+        pressed, released = map(float, told.split())
+        return pressed, released
 
     def let_go(self) -> None:
         """Release every key and button that is still held: a test that failed must not drive into the next one."""
@@ -341,12 +370,6 @@ class Window:
     def click(self, point: tuple[int, int]) -> None:
         self.screen.do("mousemove", *point, "click", 1)
 
-    def corner(self) -> tuple[int, int]:
-        """Where a window manager has put it [px]."""
-        answer = self.screen.do("getwindowgeometry", "--shell", self.id)
-        values = dict(line.split("=") for line in answer.split("\n") if "=" in line)
-        return int(values["X"]), int(values["Y"])
-
     def type(self, *keys: str) -> None:
         self.screen.do("key", *keys)
 
@@ -387,6 +410,36 @@ def make_screen(wait_until: Callable) -> Iterator[Callable[[dict[str, str]], Scr
     for display, screen in opened:
         screen.close()
         display.close()
+
+
+SETTLED, STANDS = 0.3, 0.002
+"""Seconds after the release, and metres that a standing robot may still move."""
+BRAKING = 1.2
+"""Seconds that braking takes at most."""
+
+
+@pytest.fixture(scope="session")
+def assert_held_key_drives(wait_until: Callable) -> Callable:
+    """W and S held for a second in turn: the robot goes a second times its speed and stands 0.3 s after the release.
+    Other programs hold up those of a busy machine now and then: the best of a few tries is what the way from key to
+    wheel does."""
+
+    def check(screen: Screen, probe: Callable, topic: str, speed: float) -> None:
+        tries = []
+        while not any(abs(share - 1.0) < 0.1 and left < STANDS for share, left in tries):
+            assert len(tries) < 4, f"(share of the way, metres after {SETTLED} s) {tries}"
+            probe("forget", topic)
+            pressed, released = screen.hold("ws"[len(tries) % 2], 1.0)
+            wait_until(
+                lambda end=released + BRAKING: (newest := probe("newest", topic)) and newest[0] > end, "it has braked"
+            )
+            track = probe("seen", topic)
+            start, end = track[0][1][:2], track[-1][1][:2]
+            settled = next(fields[:2] for when, fields in track if when >= released + SETTLED)
+            tries.append((math.dist(start, end) / (speed * (released - pressed)), math.dist(settled, end)))
+        print(f"{topic}: share of the way, metres {SETTLED} s after the release: {tries}")
+
+    return check
 
 
 @pytest.fixture

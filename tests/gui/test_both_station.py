@@ -33,6 +33,8 @@ HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
 """Tabs of the robots."""
 EMPTY = 8000
 """Bytes; a picture of nothing is smaller."""
+SLOWEST = 0.05
+"""[m/s] on the slider."""
 TOLD = ("/truth", "/rto3/truth", "/safety", "/rto3/safety")
 GROUND = (4, 400)
 """A point beside all cards."""
@@ -61,7 +63,7 @@ class Station:
         ports = [f"{name}:={free_port()}" for name in names]
         self.launch = self._start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
-            "sign_in:=true", *ports,
+            "sign_in:=true", "voice:=false", *ports,
         )  # fmt: skip
         self._running.append(self.launch)
         self._probe = processes.start(
@@ -283,7 +285,7 @@ def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, sc
         y + forward * math.sin(theta) + aside * math.cos(theta),
     )
     hold_at(screen, video(u, v))
-    wait_until(lambda: math.dist(station.pose("/truth")[:2], (x, y)) > 0.1, "Pepper drives")
+    wait_until(lambda: math.dist(station.pose("/truth")[:2], (x, y)) > 0.1, "Pepper drives", timeout=60.0)
     photograph("pepper")
     arrive(station, "", target)
     screen.do("mouseup", 1)
@@ -364,11 +366,17 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
     forward = CAMERA_AHEAD + CAMERA_HEIGHT * FOCAL_LENGTH / (v - 240)
     target = x + forward * math.cos(theta), y + forward * math.sin(theta)
     hold_at(screen, video(u, v))
-    wait_until(lambda: math.dist(station.pose("/rto3/truth")[:2], (x, y)) > 0.1, "Robotino drives")
+    wait_until(lambda: math.dist(station.pose("/rto3/truth")[:2], (x, y)) > 0.1, "Robotino drives", timeout=60.0)
     photograph("drive_to_place")
     arrive(station, "/rto3", target)
     screen.do("mouseup", 1)
     assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
+
+
+def test_a_key_held_for_a_second_drives_robotino_for_a_second(station, screen, wait_until, assert_held_key_drives):
+    wait_until(lambda: still(station, "/rto3/truth"), "Robotino stands")
+    screen.do("key", *["Next"] * 8)
+    assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
 
 
 def test_light_and_dark(window, screen, place, photograph, wait_until):

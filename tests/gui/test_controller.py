@@ -239,3 +239,26 @@ def test_fits_a_small_screen(open_window):
 def test_an_unknown_theme_names_the_known_ones():
     with pytest.raises(ValueError, match=r"known: .*dark"):
         style_sheet("pink")
+
+
+def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, link, spin):
+    window = open_window()
+    link.become(**RUNNING)
+    views = window.controller.views
+
+    def late(seconds):
+        def told():
+            views._cap.note_command(seconds, time.monotonic())
+            return window.controller.driving._share == (1.0 if seconds < 0.5 else 0.5 if seconds < 1.0 else 0.0)
+
+        spin(told, f"{seconds} s are noticed")
+
+    QTest.keyPress(window, Qt.Key_W)
+    assert link.driven[-1] == pytest.approx((0.2, 0.0, 0.0))
+    late(0.7)
+    spin(lambda: link.driven[-1] == pytest.approx((0.1, 0.0, 0.0)), "half speed")
+    late(1.2)
+    assert link.driven[-1] == ZERO and "late" in window.controller.driving.hub.block
+    late(0.1)
+    assert not window.controller.driving.hub.block
+    QTest.keyRelease(window, Qt.Key_W)

@@ -138,6 +138,7 @@ def test_a_way_that_stays_blocked_is_told_once_and_asked_for_on(rig, spin, monke
     rig.drive.press(*AHEAD)
 
     def blocked():
+        rig.drive.show_reading(body())
         rig.drive.show_reading(safety("blocked"))
         return rig.refused
 
