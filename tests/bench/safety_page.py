@@ -18,6 +18,8 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE, FIGURES = DOCS / "safety.md", DOCS / "measured" / "safety.json"
 PICTURES = ("safety.png", "safety_scenario.png")
 ROBOTS = {"infrared": "Robotino, infrared", "laser": "Robotino, laser", "pepper": "Pepper"}
+MUST_STOP = ("sensors silent", "sensors frozen", "NaN and infinity", "all -1", "link cut")
+"""Faults at which the robot has to stand."""
 HEAD = (
     "layer", "scenarios", "commands", "hits", "per 1000 commands (95 %)", "per 100 m", "passed", "stood",
     "goals per 100 m", "clearance 5 %", "persons",
@@ -69,7 +71,7 @@ def _faults(record: dict) -> list[tuple[str, ...]]:
     rows = [("fault", "scenarios", "commands", "hits", "passed", "longest time to the gate's first zero")]
     for cell in record["cells"]:
         if cell["fault"]:
-            stopped = cell["stopped_after"]
+            stopped = cell["stopped_after"] if cell["fault"] in MUST_STOP else None
             rows.append(
                 (
                     cell["fault"], f"{cell['scenarios']}", f"{cell['commands']:,}", f"{cell['hits']}",
