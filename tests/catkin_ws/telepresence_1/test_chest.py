@@ -21,8 +21,8 @@ from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import build_world
 
 RATE = 15
-ATTEMPTS = 5
-"""How often it is measured where the machine stands still meanwhile."""
+ATTEMPTS = 8
+"""How often it is measured, with video and without in turn, where the machine stands still now and then."""
 COLOURS = [(255, 0, 255), (0, 255, 0), (255, 0, 0), (0, 0, 255), (0, 255, 255)]
 """Of the video's pictures in turn, RGB."""
 
@@ -80,20 +80,22 @@ def test_the_pilots_video_moves_on_the_chest_and_costs_physics_nothing(
                     look(picture.pixels)
             return (stage.world.time - clock) / (time.monotonic() - begin)
 
-        without = pace(2.0, lambda pixels: None)
         page = open_page(image=camera.image)
         stage.tablet.load_url(page.server.url)
         stage.tablet.show_webview()
         wait_until(lambda: chest_colour(dark, feed.image.peek().pixels) is not None, "the video is on the chest")
-        seconds, rates = 3.0, []
+        rates, costs = [], []
         for _attempt in range(ATTEMPTS):
             seen: list[int | None] = []
-            with_video = pace(seconds, lambda pixels, seen=seen: seen.append(chest_colour(dark, pixels)))
+            with_video = pace(2.0, lambda pixels, seen=seen: seen.append(chest_colour(dark, pixels)))
+            stage.tablet.hide_webview()
+            without = pace(1.0, lambda pixels: None)
+            stage.tablet.show_webview()
             changes = sum(a != b for a, b in itertools.pairwise(seen) if a is not None and b is not None)
-            assert len(set(seen) - {None}) >= 3, f"always the same picture: {seen}"
-            rates.append((changes / seconds, with_video))
-            if changes / seconds >= 5.0 and with_video > without - 0.03:
+            rates.append(changes / 2.0 if len(set(seen) - {None}) >= 3 else 0.0)
+            costs.append(without - with_video)
+            print(f"{rates[-1]:.1f} pictures/s on the chest, pace {with_video:.3f} against {without:.3f}")
+            if max(rates) >= 5.0 and min(costs) < 0.03:
                 break
-        print(f"(pictures/s on the chest, pace) {rates} against {without:.3f}")
-        assert max(changes for changes, _ in rates) >= 5.0, rates
-        assert max(pace for _, pace in rates) > without - 0.03, f"the world runs slower while the tablet shows: {rates}"
+        assert max(rates) >= 5.0, f"pictures/s on the chest: {rates}"
+        assert min(costs) < 0.03, f"the world runs slower by {costs} while the tablet shows video"
