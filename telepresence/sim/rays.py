@@ -2,7 +2,8 @@
 
 Rays pass through the robot that carries them and through invisible geoms. A robot has many bodies, and MuJoCo leaves
 out only one, or groups of geoms, of which there are six for any number of robots; so a robot's geoms are put into a
-group of their own for the length of a cast.
+group of their own for the length of a cast. In a crowded world so is everything outside the cone of a large bundle:
+MuJoCo would try each of its rays on all of them.
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ BLIND_GROUP = 5
 """Rays pass through geoms of this group; no scene uses it for geoms."""
 FEW_RAYS = 3
 """Up to so many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
+
+MANY_RAYS, MANY_GEOMS = 10, 300
+"""From so many on, looking for what is in the cone costs less than it saves."""
+WIDEST = math.radians(75.0)
+"""A wider cone leaves nearly nothing out."""
 
 
 def fan(angles: np.ndarray) -> np.ndarray:
@@ -58,6 +64,8 @@ class RayBundle:
         self._mask[BLIND_GROUP] = 0
         self._own_groups = _groups_of_robot(model, self._site)
         self._usual_groups = self._own_groups.copy()
+        self._all_groups = model.geom_group.copy()
+        self._cone = _Cone(model, self._site, self.directions, max_range)
         count = len(directions)
         self._geoms = np.empty(count, np.int32)
         self._distances = np.empty(count)
@@ -89,13 +97,18 @@ class RayBundle:
     def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
         vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
         self._own_groups[:] = BLIND_GROUP
+        if self._cone.narrows:
+            np.copyto(self._model.geom_group, BLIND_GROUP, where=self._cone.outside(data))
         try:
             if normals is None and len(vectors) <= FEW_RAYS:
                 self._shoot_singly(data, vectors)
             else:
                 self._shoot_together(data, vectors, normals)
         finally:
-            self._own_groups[:] = self._usual_groups
+            if self._cone.narrows:
+                self._model.geom_group[:] = self._all_groups
+            else:
+                self._own_groups[:] = self._usual_groups
         return vectors
 
     def _shoot_together(self, data: mujoco.MjData, vectors: np.ndarray, normals: np.ndarray | None) -> None:
@@ -124,6 +137,31 @@ class RayBundle:
         distances = self._distances.copy()
         distances[(self._geoms < 0) | (distances > self.max_range)] = np.inf
         return distances
+
+
+class _Cone:
+    """The cone that holds a bundle's rays, and which geoms are not in it."""
+
+    def __init__(self, model: mujoco.MjModel, site: int, directions: np.ndarray, reach: float) -> None:
+        self._site = site
+        axis = directions.sum(axis=0)
+        length = float(np.linalg.norm(axis))
+        self._axis = axis / length if length > 0.0 else axis
+        half_angle = math.acos(max(-1.0, min(1.0, float((directions @ self._axis).min()))))
+        self.narrows = len(directions) >= MANY_RAYS and model.ngeom >= MANY_GEOMS and half_angle <= WIDEST
+        """Whether looking into it is worth while."""
+        self._cos, self._sin = math.cos(half_angle), math.sin(half_angle)
+        # Radius of the sphere around a geom [m], and a hair; a plane has none.
+        self._radii = np.where(model.geom_rbound > 0.0, model.geom_rbound + 1e-6, np.inf)
+        self._reaches = (reach + self._radii) ** 2
+
+    def outside(self, data: mujoco.MjData) -> np.ndarray:
+        """For each geom whether the rays surely miss it: its sphere is out of reach or beside the cone."""
+        away = data.geom_xpos - data.site_xpos[self._site]
+        along = away @ (data.site_xmat[self._site].reshape(3, 3) @ self._axis)
+        squares = np.einsum("ij,ij->i", away, away)
+        across = np.sqrt(np.maximum(squares - along * along, 0.0))
+        return (across * self._cos - along * self._sin > self._radii) | (squares > self._reaches)
 
 
 def _groups_of_robot(model: mujoco.MjModel, site: int) -> np.ndarray:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from telepresence.sim.rays import RayBundle, add_noise, cone, fan
+from telepresence.sim.rays import MANY_GEOMS, RayBundle, add_noise, cone, fan
 
 BOX_ROOM = """
 <mujoco>
@@ -68,6 +68,41 @@ def test_any_number_of_robots_see_each_other_and_none_itself(rays):
         bundle = RayBundle(model, f"eye{i}", fan(np.zeros(rays)), max_range=5.0)
         assert bundle.cast(data) == pytest.approx(0.75)
     assert (model.geom_group == 0).all(), "the groups are as they were"
+
+
+@pytest.mark.parametrize(
+    ("directions", "reach"),
+    [(cone(math.radians(30.0)), 1.5), (fan(np.linspace(-1.2, 1.2, 40)), 2.0), (fan(np.linspace(0.0, 6.0, 13)), 9.0)],
+    ids=["sonar", "laser", "all round"],
+)
+def test_in_a_crowd_every_ray_hits_what_a_single_ray_would(directions, reach):
+    """What is not in the cone of the rays is left out; that must never be seen."""
+    body = (
+        '<body name="r{0}"><freejoint/><geom size=".2"/><site name="eye{0}" pos=".22 0 .1"/>'
+        '<body pos="0 0 .3"><joint/><geom type="capsule" fromto="0 0 0 .5 0 0" size=".04"/></body></body>'
+    )
+    crowd = "".join(body.format(i) for i in range(MANY_GEOMS // 2))
+    wall = '<geom type="plane" size="9 9 .1" pos="0 0 -.6"/><geom type="box" pos="3 0 0" size=".1 3 1"/>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{wall}{crowd}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(1)
+    hits = 0
+    for _ in range(20):
+        data.qpos[:] = rng.uniform(-1.5, 1.5, model.nq)
+        mujoco.mj_forward(model, data)
+        seeing = int(rng.integers(MANY_GEOMS // 2))
+        site, root = data.site(f"eye{seeing}"), model.body(f"r{seeing}").id
+        seen = RayBundle(model, f"eye{seeing}", directions, reach).cast(data)
+        assert (model.geom_group == 0).all(), "the groups are as they were"
+        model.geom_group[model.body_rootid[model.geom_bodyid] == root] = 5
+        hit, shown = np.zeros(1, np.int32), np.array([1, 1, 1, 1, 1, 0], np.uint8)
+        vectors = directions @ site.xmat.reshape(3, 3).T
+        alone = np.array([mujoco.mj_ray(model, data, site.xpos, v, shown, True, -1, hit) for v in vectors])
+        model.geom_group[:] = 0
+        alone[(alone < 0.0) | (alone > reach)] = np.inf
+        hits += int(np.isfinite(alone).sum())
+        assert seen == pytest.approx(alone)
+    assert hits > 50, "there is something to see"
 
 
 def test_a_sensor_of_the_scene_sees_the_scene():
