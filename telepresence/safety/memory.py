@@ -21,9 +21,10 @@ BELIEVED = 3
 CAPACITY = 128
 REACH = 1.5
 """Sightings farther from the robot than this are not kept [m]."""
-SAME_ALONG, SAME_ACROSS = 0.05, 0.02
-"""Sightings this near to the first of an obstacle, along and across the beam, are the same one [m]. Near to the first,
-not to the average: a beam that wanders over a surface would drag that along, away from the corner it stood for."""
+SAME_ALONG = 0.05
+"""Sightings this near to the first of an obstacle along the beam, and `Scan.same_across` across it, are the same one
+[m]. Near to the first, not to the average: a beam that wanders over a surface would drag that along, away from the
+corner it stood for."""
 NEWEST = 0.3
 """Least weight of a new sighting in the average."""
 THROUGH = 0.005
@@ -125,10 +126,10 @@ class ObstacleMemory:
         """Average returns into known points, append the others. Returns which of the known points were seen."""
         table = self._table
         seen = np.zeros(len(table), bool)
-        hits, beams = scan.hits, scan.directions[scan.hit]
+        hits, beams, width = scan.hits, scan.directions[scan.hit], scan.same_across[scan.hit]
         near = squared_lengths(hits - robot) < REACH * REACH
         if not near.all():
-            hits, beams = hits[near], beams[near]
+            hits, beams, width = hits[near], beams[near], width[near]
         if not len(hits):
             return seen
         new = np.ones(len(hits), bool)
@@ -137,7 +138,7 @@ class ObstacleMemory:
             offset = hits - table[nearest, _FIRST]
             along = offset[:, 0] * beams[:, 0] + offset[:, 1] * beams[:, 1]
             across = offset[:, 1] * beams[:, 0] - offset[:, 0] * beams[:, 1]
-            known = (along / SAME_ALONG) ** 2 + (across / SAME_ACROSS) ** 2 < 1.0
+            known = (along / SAME_ALONG) ** 2 + (across / width) ** 2 < 1.0
             self._see(nearest[known], hits[known], moment)
             seen[nearest[known]] = True
             new = ~known

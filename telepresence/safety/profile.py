@@ -81,6 +81,15 @@ class RangeSource:
     def beams(self) -> int:
         return len(self.bearings)
 
+    @property
+    def same_across(self) -> float:
+        """How far across the beam two returns of one thing may be [m].
+
+        Narrow beams side by side average more of a wall that way, whose noise would else stand out; a wide beam may
+        have met another chair leg.
+        """
+        return 0.04 if self.spread <= NARROW else 0.02
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -248,7 +257,10 @@ PEPPER = RobotProfile(
     "Pepper",
     # Wheel contacts, grown until the bumpers at (0.129, ±0.227) and (-0.251, 0) are inside.
     Outline(((-0.17, 0.0), (0.09, -0.155), (0.09, 0.155)), 0.085),
-    Limits(max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, lag=0.20, braking=0.24, braking_turn=0.6),
+    Limits(
+        max_speed=0.35, max_turn=1.0, unseen_speed=0.10, reaction=0.30, lag=0.20, braking=0.24, braking_turn=0.6,
+        margin_ahead=0.03,
+    ),
     (
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),

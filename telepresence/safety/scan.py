@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ class Scan:
         free: (n,) how far each beam is known to pass [m].
         known: (beams,) which beams of the source said something.
         min_range: (n,) nearer than this the beams see nothing [m].
+        same_across: (n,) returns no farther apart than this across the beam may be of one thing [m].
     """
 
     origins: np.ndarray
@@ -30,6 +31,7 @@ class Scan:
     free: np.ndarray
     known: np.ndarray
     min_range: np.ndarray
+    same_across: np.ndarray
 
     @cached_property
     def hit(self) -> np.ndarray:
@@ -46,14 +48,14 @@ class Scan:
         c, s = math.cos(theta), math.sin(theta)
         rotation = np.array([[c, s], [-s, c]])
         origins, directions = self.origins @ rotation + (x, y), self.directions @ rotation
-        return Scan(origins, directions, self.ranges, self.free, self.known, self.min_range)
+        return replace(self, origins=origins, directions=directions)
 
 
 def together(scans: Sequence[Scan]) -> Scan:
     """Several scans of one frame as one, for those to whom it is the same who has seen something."""
     if len(scans) == 1:
         return scans[0]
-    names = ("origins", "directions", "ranges", "free", "known", "min_range")
+    names = ("origins", "directions", "ranges", "free", "known", "min_range", "same_across")
     return Scan(*(np.concatenate([getattr(scan, name) for scan in scans]) for name in names))
 
 
@@ -90,4 +92,7 @@ def _scan(source: RangeSource, origins: np.ndarray, directions: np.ndarray, rang
     hit = ranges < source.max_range
     free = np.where(hit, ranges, source.clear_range)
     ranges = np.where(hit, ranges, math.inf)
-    return Scan(origins, directions, ranges, free, known, np.full(len(ranges), source.min_range))
+    count = len(ranges)
+    return Scan(
+        origins, directions, ranges, free, known, np.full(count, source.min_range), np.full(count, source.same_across)
+    )
