@@ -66,7 +66,7 @@ def chest_colour(before: np.ndarray, now: np.ndarray) -> int | None:
 def test_the_pilots_video_moves_on_the_chest_and_costs_physics_nothing(
     stage: SimpleNamespace, video: str, open_page: Callable, wait_until: Callable
 ) -> None:
-    with stage.watcher.subscribe_camera("CameraTop", 320, 240, 30.0) as feed, Camera(video) as camera:
+    with stage.watcher.subscribe_camera("CameraTop", 320, 240, 20.0) as feed, Camera(video) as camera:
         wait_until(lambda: feed.image.peek(), "the first picture")
         dark = feed.image.peek().pixels
 

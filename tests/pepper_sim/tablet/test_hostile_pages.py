@@ -48,7 +48,7 @@ def test_an_endless_answer_takes_no_memory(
     tracemalloc.start()
     try:
         glass.open(site.url())
-        assert eventually(lambda: "finished" in glass.events or len(glass.events) > 1)
+        assert eventually(lambda: "finished" in glass.events or len(glass.events) > 1, timeout=120)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

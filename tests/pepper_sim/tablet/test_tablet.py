@@ -52,7 +52,7 @@ def test_refuses_what_is_no_web_address(url: str, glass) -> None:
     assert glass.tablet.url is None
 
 
-def test_an_image_covers_the_page_until_hidden(site, glass, encoded) -> None:
+def test_an_image_covers_the_page_until_hidden(site, glass, eventually, encoded) -> None:
     site.serve("/page", "<img src=red>")
     site.serve("/red", encoded(RED), "image/jpeg")
     transparent = np.zeros((400, 640, 4), np.uint8)
@@ -62,7 +62,7 @@ def test_an_image_covers_the_page_until_hidden(site, glass, encoded) -> None:
     glass.tablet.set_background("#00FF00")
     assert glass.tablet.show_image(site.url("/transparent"))
     assert glass.shows(GREEN)
-    assert "image" in glass.events
+    assert eventually(lambda: "image" in glass.events)
     glass.tablet.hide_image()
     assert glass.shows(RED)
     glass.tablet.hide_webview()
