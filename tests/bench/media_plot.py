@@ -64,7 +64,8 @@ def draw(path: Path, medians: dict[str, list[float]], said: np.ndarray, heard: d
             at = np.arange(len(part)) / RATE * 1e3
             sound.plot(at, 0.45 * part / np.abs(part).max() - row, color=colour, linewidth=0.8)
             sound.text(-3.0, -row, name, ha="right", va="center", color=colour)
-        sound.set(xlabel=f"time around a lost packet [ms]; {100 * LOSS:.0f} % are lost", yticks=[], xlim=(0.0, WINDOW * 1e3))
+        sound.set(xlabel=f"time around a lost packet [ms]; {100 * LOSS:.0f} % are lost", yticks=[])
+        sound.set_xlim(0.0, WINDOW * 1e3)
         sound.spines["left"].set_visible(False)
         figure.savefig(path)
     print(f"written to {path}")
