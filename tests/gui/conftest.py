@@ -427,7 +427,7 @@ def assert_held_key_drives(wait_until: Callable) -> Callable:
     def check(screen: Screen, probe: Callable, topic: str, speed: float) -> None:
         tries = []
         while not any(abs(share - 1.0) < 0.1 and left < STANDS for share, left in tries):
-            assert len(tries) < 4, f"(share of the way, metres after {SETTLED} s) {tries}"
+            assert len(tries) < 6, f"(share of the way, metres after {SETTLED} s) {tries}"
             probe("forget", topic)
             pressed, released = screen.hold("ws"[len(tries) % 2], 1.0)
             wait_until(

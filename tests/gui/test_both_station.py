@@ -33,8 +33,8 @@ HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
 """Tabs of the robots."""
 EMPTY = 8000
 """Bytes; a picture of nothing is smaller."""
-SLOWEST = 0.05
-"""[m/s] on the slider."""
+SLOWEST, USUAL, FAST = 0.05, 0.2, 0.35
+"""[m/s] on the slider; the slowest is one of its steps."""
 TOLD = ("/truth", "/rto3/truth", "/safety", "/rto3/safety")
 GROUND = (4, 400)
 """A point beside all cards."""
@@ -239,6 +239,11 @@ def hold_at(screen, point):
     screen.do("mousemove", *point, "mousedown", 1)
 
 
+def set_speed(screen, speed):
+    """By the keys, whatever it was before."""
+    screen.do("key", *["Next"] * 8, *["Prior"] * (round(speed / SLOWEST) - 1))
+
+
 def still(station, topic):
     """The robot's pose when it has come to rest: 0.3 s of the robot's own messages without a move."""
     told, before = station.probe("newest", topic)
@@ -251,7 +256,7 @@ def still(station, topic):
 
 def arrive(station, namespace, target):
     """Wait until the robot has come to rest near the target; its safety layer may slow it on the way."""
-    deadline = time.monotonic() + 90.0
+    deadline = time.monotonic() + 150.0
     while True:
         left = math.dist(station.pose(f"{namespace}/truth")[:2], target)
         if left < NEAR and still(station, f"{namespace}/truth"):
@@ -287,8 +292,10 @@ def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, sc
     hold_at(screen, video(u, v))
     wait_until(lambda: math.dist(station.pose("/truth")[:2], (x, y)) > 0.1, "Pepper drives", timeout=60.0)
     photograph("pepper")
+    set_speed(screen, FAST)
     arrive(station, "", target)
     screen.do("mouseup", 1)
+    set_speed(screen, USUAL)
 
 
 def test_letting_go_stops_at_once(station, screen, video, wait_until):
@@ -314,11 +321,13 @@ def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
     window.click(place("recordButton"))
     wait_until(lambda: list(station.folder.glob("*.bag.active")), "the recording has begun")
     window.click(place("cameraTitle"))
+    set_speed(screen, FAST)
     screen.do("keydown", "w")
     wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety layer acts", timeout=60.0)
     time.sleep(0.6)
     photograph("gate")
     screen.do("keyup", "w")
+    set_speed(screen, USUAL)
     window.click(place("snapshotButton"))
     window.click(place("recordButton"))
     bag = wait_until(lambda: next(iter(station.folder.glob("*.bag")), None), "the bag is closed")
@@ -368,6 +377,7 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
     hold_at(screen, video(u, v))
     wait_until(lambda: math.dist(station.pose("/rto3/truth")[:2], (x, y)) > 0.1, "Robotino drives", timeout=60.0)
     photograph("drive_to_place")
+    set_speed(screen, FAST)
     arrive(station, "/rto3", target)
     screen.do("mouseup", 1)
     assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
@@ -375,7 +385,7 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
 
 def test_a_key_held_for_a_second_drives_robotino_for_a_second(station, screen, wait_until, assert_held_key_drives):
     wait_until(lambda: still(station, "/rto3/truth"), "Robotino stands")
-    screen.do("key", *["Next"] * 8)
+    set_speed(screen, SLOWEST)
     assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
 
 
