@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import http.client
 import logging
+import os
+import sys
 import threading
+import time
 import xmlrpc.client
 from collections.abc import Callable
 from typing import Any
@@ -22,6 +25,8 @@ PERIOD = 0.2
 """Seconds between two questions to the master: a lost master must stop a robot within a second."""
 TIMEOUT = 0.3
 """Seconds that the master has for an answer."""
+START_TIMEOUT = 10.0
+"""Seconds that a node waits for a master at its start."""
 
 
 class _TimeoutTransport(xmlrpc.client.Transport):
@@ -46,6 +51,20 @@ def master_answers(uri: str, timeout: float = TIMEOUT) -> bool:
         return master_proxy(uri, timeout).getPid("/master_watch")[0] == 1
     except (OSError, http.client.HTTPException, xmlrpc.client.Error):
         return False
+
+
+def wait_for_master(timeout: float = START_TIMEOUT) -> None:
+    """Wait for the ROS master; `rospy.init_node` alone would wait for ever without a word.
+
+    Raises:
+        SystemExit: It does not answer within `timeout` seconds.
+    """
+    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    deadline = time.monotonic() + timeout
+    while not master_answers(uri):
+        if time.monotonic() > deadline:
+            sys.exit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
+        time.sleep(0.1)
 
 
 class MasterWatch:

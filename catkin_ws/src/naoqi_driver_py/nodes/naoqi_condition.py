@@ -22,9 +22,9 @@ from naoqi_driver.condition import (
     temperature_keys,
 )
 from naoqi_driver.connection import RobotError
-from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
 from sensor_msgs.msg import BatteryState
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 
 LOW_CHARGE = 0.2
 """Below this the diagnostics warn."""

@@ -17,10 +17,10 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped
 from naoqi_driver.body import WHEELS, BodyReader, BodyState, all_finite, quaternion
 from naoqi_driver.connection import CallRefused, RobotUnreachable
-from naoqi_driver.diagnostics import ERROR, OK, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
+from telepresence_1.diagnostics import ERROR, OK, Diagnostics
 from tf2_msgs.msg import TFMessage
 
 

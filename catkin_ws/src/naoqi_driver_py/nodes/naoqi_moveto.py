@@ -29,13 +29,13 @@ from naoqi_bridge_msgs.srv import (
 )
 from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.connection import RobotError
-from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.drive import CommandGate
 from naoqi_driver.guard import GuardedGate
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.surroundings import SensorWatch
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_1.safety_topics import SafetyTopics
 
 from telepresence.late_commands import BURST_ROOM, LateCommands

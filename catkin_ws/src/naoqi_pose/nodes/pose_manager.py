@@ -14,12 +14,13 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseResult, JointTrajectoryAction, JointTrajectoryGoal
-from naoqi_driver.naoqi_node import hide_late_publications, route_logs_to_ros, wait_for_master
+from naoqi_driver.naoqi_node import hide_late_publications
 from naoqi_pose.poses import Pose, UnusablePose, read_poses
 from std_srvs.srv import Empty
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from telepresence.ros_master import MasterWatch
+from telepresence.ros_logs import route_logs_to_ros
+from telepresence.ros_master import MasterWatch, wait_for_master
 
 CONTROLLER_TIMEOUT = 10.0
 """Seconds to wait for pose_controller."""

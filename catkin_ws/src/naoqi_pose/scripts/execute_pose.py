@@ -11,7 +11,8 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseGoal
-from naoqi_driver.naoqi_node import wait_for_master
+
+from telepresence.ros_master import wait_for_master
 
 SERVER_TIMEOUT = 10.0
 POSE_TIMEOUT = 30.0

@@ -22,11 +22,11 @@ import cv2
 import numpy as np
 import rospy
 from naoqi_driver.connection import CallRefused, RobotUnreachable
-from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
 from pepper_sensors.camera_model import CameraModel, pinhole, read_calibration
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 
 from telepresence.images import fill_image_message
 

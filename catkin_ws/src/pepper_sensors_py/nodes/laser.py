@@ -15,7 +15,6 @@ import sys
 import numpy as np
 import rospy
 from naoqi_driver.connection import RobotError
-from naoqi_driver.diagnostics import ERROR, OK, WARN, Diagnostics
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.laser import (
     AROUND_MAX_RANGE,
@@ -30,6 +29,7 @@ from pepper_sensors.laser import (
     to_scan,
 )
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 
 _XYZ = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
 

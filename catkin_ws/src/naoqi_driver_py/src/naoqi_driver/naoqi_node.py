@@ -9,21 +9,18 @@ parameters.
 from __future__ import annotations
 
 import argparse
-import logging
 import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 
-import rosgraph
 import rospy
 
 from naoqi_driver.connection import Address, Connection
-from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.ros_logs import route_logs_to_ros
+from telepresence.ros_master import MasterWatch, wait_for_master
 
-MASTER_TIMEOUT = 10.0
-"""Seconds to wait for a ROS master at start."""
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds that the loop of a node has to end."""
 
@@ -113,29 +110,6 @@ def find_address(arguments: argparse.Namespace) -> Address:
         return Address.parse(str(ip), port, user, password)
     except ValueError as error:
         sys.exit(f"{rospy.get_name()}: {error}")
-
-
-def wait_for_master(timeout: float = MASTER_TIMEOUT) -> None:
-    """Wait for the ROS master; `rospy.init_node` alone would wait for ever without a word.
-
-    Raises:
-        SystemExit: It does not answer within `timeout` seconds.
-    """
-    uri = rosgraph.get_master_uri()
-    deadline = time.monotonic() + timeout
-    while not master_answers(uri):
-        if time.monotonic() > deadline:
-            sys.exit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        time.sleep(0.1)
-
-
-def route_logs_to_ros() -> None:
-    """Show what modules without ROS log on the terminal and on /rosout, as if rospy had logged it."""
-    for name in ("naoqi_driver", "pepper_sensors", "naoqi_pose", "telepresence"):
-        logger = logging.getLogger(name)
-        logger.setLevel(logging.INFO)
-        logger.propagate = False
-        logger.handlers = list(logging.getLogger("rosout").handlers)
 
 
 def hide_late_publications() -> None:

@@ -16,9 +16,10 @@ import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 
 from rto_node.client import RobotinoClient
-from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, Link, RosNode, find_address
+from rto_node.ros_node import Link, RosNode, find_address
 from telepresence.images import fill_image_message
 
 CALIBRATED_WIDTH = 640

@@ -19,11 +19,12 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_1.msg import SafetyState
 
 from rto_node.drive_link import DriveLink
 from rto_node.drive_wire import Report
-from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, RosNode
+from rto_node.ros_node import RosNode
 from telepresence.late_commands import BURST_ROOM, LateCommands
 
 WAIT = 0.1

@@ -25,11 +25,12 @@ from geometry_msgs.msg import Point32, Twist
 from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
+from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
 
 from rto_node import geometry
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
-from rto_node.ros_node import ERROR, OK, WARN, Diagnostics, Link, RosNode, find_address
+from rto_node.ros_node import Link, RosNode, find_address
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""

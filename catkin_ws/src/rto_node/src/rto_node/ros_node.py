@@ -7,26 +7,21 @@ host, host:port or http://host:port.
 from __future__ import annotations
 
 import argparse
-import logging
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 
-import rosgraph
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from rto_node.client import RobotinoClient, RobotinoError, RobotinoUnreachable
-from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.ros_logs import route_logs_to_ros
+from telepresence.ros_master import MasterWatch, wait_for_master
 
-MASTER_TIMEOUT = 10.0
-"""Seconds to wait for a ROS master at start."""
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds that a loop has to end."""
 REMINDER_PERIOD = 30.0
 """Seconds after which a robot that still does not answer is named again."""
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
 class RosNode:
@@ -42,7 +37,7 @@ class RosNode:
     def __init__(self, name: str, on_master_lost: Callable[[], None] | None = None) -> None:
         wait_for_master()
         rospy.init_node(name)
-        _route_logs_to_ros()
+        route_logs_to_ros()
         self.stop = threading.Event()
         self.master = MasterWatch(rospy, on_lost=on_master_lost).start()
 
@@ -119,33 +114,6 @@ class Link:
         return True
 
 
-class Diagnostics:
-    """Publishes the status of one part at most once a second.
-
-    Args:
-        name: The part, shown as `<node>: <name>`.
-        hardware_id: The robot's address.
-    """
-
-    def __init__(self, name: str, hardware_id: str) -> None:
-        self._name = f"{rospy.get_name().strip('/')}: {name}"
-        self._hardware_id = hardware_id
-        self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        self._due = 0.0
-
-    def report(self, now: float, level: int, message: str, values: Mapping[str, object] | None = None) -> bool:
-        """Publish, if a second has passed since the last time. `now` [s] is any clock that does not jump."""
-        if now < self._due:
-            return False
-        self._due = now + 1.0
-        status = DiagnosticStatus(level, self._name, message, self._hardware_id, [])
-        status.values = [KeyValue(key, str(value)) for key, value in (values or {}).items()]
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._publisher.publish(array)
-        return True
-
-
 def find_address() -> str:
     """The robot's address from command line and parameters.
 
@@ -161,25 +129,3 @@ def find_address() -> str:
     except ValueError as error:
         sys.exit(f"{rospy.get_name()}: {error}")
     return address
-
-
-def wait_for_master(timeout: float = MASTER_TIMEOUT) -> None:
-    """Wait for the ROS master; `rospy.init_node` alone would wait for ever without a word.
-
-    Raises:
-        SystemExit: It does not answer within `timeout` seconds.
-    """
-    uri = rosgraph.get_master_uri()
-    deadline = time.monotonic() + timeout
-    while not master_answers(uri):
-        if time.monotonic() > deadline:
-            sys.exit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        time.sleep(0.1)
-
-
-def _route_logs_to_ros() -> None:
-    """Show what modules without ROS log on the terminal and on /rosout, as if rospy had logged it."""
-    logger = logging.getLogger("telepresence")
-    logger.setLevel(logging.INFO)
-    logger.propagate = False
-    logger.handlers = list(logging.getLogger("rosout").handlers)

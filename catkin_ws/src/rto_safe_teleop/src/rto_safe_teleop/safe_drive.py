@@ -21,9 +21,10 @@ import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rto_node.geometry import SENSORS, ranges_of_guide_points
-from rto_node.ros_node import OK, WARN, Diagnostics, RosNode
+from rto_node.ros_node import RosNode
 from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
+from telepresence_1.diagnostics import OK, WARN, Diagnostics
 from telepresence_1.safety_topics import SafetyTopics
 
 from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer

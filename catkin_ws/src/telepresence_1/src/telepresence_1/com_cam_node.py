@@ -22,7 +22,6 @@ Parameters:
 from __future__ import annotations
 
 import argparse
-import logging
 import os
 import sys
 import threading
@@ -32,10 +31,10 @@ import urllib.parse
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
-from naoqi_driver.naoqi_node import route_logs_to_ros, wait_for_master
 
 from telepresence.mjpeg import MjpegStream, WebServer
-from telepresence.ros_master import MasterWatch
+from telepresence.ros_logs import route_logs_to_ros
+from telepresence.ros_master import MasterWatch, wait_for_master
 from telepresence_1.camera import Camera, State
 from telepresence_1.door import make_token
 from telepresence_1.network import NoRoute, choose_address, is_loopback
@@ -161,7 +160,7 @@ def main() -> int:
     arguments, _ = parser.parse_known_args(rospy.myargv(sys.argv)[1:])
     wait_for_master()
     rospy.init_node("com_cam")
-    route_logs()
+    route_logs_to_ros()
     stop = threading.Event()
     rospy.on_shutdown(stop.set)
     try:
@@ -179,12 +178,3 @@ def main() -> int:
         com_cam.close()
         master.close()
     return 0
-
-
-def route_logs() -> None:
-    """Show what the modules without ROS log as rospy's own messages."""
-    route_logs_to_ros()
-    logger = logging.getLogger("telepresence_1")
-    logger.setLevel(logging.INFO)
-    logger.propagate = False
-    logger.handlers = list(logging.getLogger("rosout").handlers)

@@ -19,15 +19,14 @@ import time
 import cv2
 import numpy as np
 import rospy
-from naoqi_driver.naoqi_node import wait_for_master
 from sensor_msgs.msg import Image
 
 from telepresence.images import LatestImage, read_image_message
 from telepresence.mjpeg import MjpegStream, WebServer
-from telepresence.ros_master import MasterWatch
+from telepresence.ros_logs import route_logs_to_ros
+from telepresence.ros_master import MasterWatch, wait_for_master
 from telepresence.virtual_display import display_answers
 from telepresence_1.cards import draw_notice
-from telepresence_1.com_cam_node import route_logs
 from telepresence_1.page import create_app
 
 STALE_AFTER = 1.0
@@ -38,7 +37,7 @@ def main() -> int:
     """Run the node; the exit code for the process."""
     wait_for_master()
     rospy.init_node("rob_cam")
-    route_logs()
+    route_logs_to_ros()
     topic = str(rospy.get_param("~image", "/pepper_robot/camera/front/image_raw"))
     newest = LatestImage()  # of messages: they are taken apart by the thread that shows them
     rospy.Subscriber(topic, Image, lambda message: newest.put(message, message.header.stamp.to_sec()), queue_size=1)

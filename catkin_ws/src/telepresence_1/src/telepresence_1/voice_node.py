@@ -26,7 +26,6 @@ from naoqi_driver.naoqi_node import NaoqiNode
 
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
-from telepresence_1.com_cam_node import route_logs
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.robot_ears import RobotEars
 from telepresence_1.robot_mouth import RobotMouth
@@ -43,7 +42,6 @@ class Voice:
 
     def __init__(self) -> None:
         self._node = NaoqiNode("voice")
-        route_logs()
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         if rospy.get_param("~echo_cancellation", False):
