@@ -3,33 +3,22 @@
 from __future__ import annotations
 
 import gc
-import itertools
 import math
-import os
 import subprocess
-import sys
-import tempfile
-import textwrap
-import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PyQt5.QtCore import QEvent, QObject, QPoint, pyqtSignal
-from PyQt5.QtWidgets import QApplication, QFrame, QWidget
+from fake_window_parts import FakeLink, FakeTerminal
+from PyQt5.QtCore import QEvent, QPoint
+from PyQt5.QtWidgets import QApplication, QWidget
+from window_hands import FakeRobot, Screen
 
-from gui.channels import Answer, Channel
 from gui.controller import Controller
-from gui.drive_topics import LeaseState
-from gui.link_state import LinkState
-from gui.profiles import PROFILES
-from gui.tmux import Tmux
 from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
-from telepresence.drive_lease import NONCE, PILOT, Account, Velocity
-from telepresence.virtual_display import VirtualDisplay, grab
+from telepresence.drive_lease import PILOT, Account
+from telepresence.virtual_display import VirtualDisplay
 
 
 @pytest.hookimpl(wrapper=True)
@@ -71,129 +60,6 @@ def spin(qt: QApplication, wait_until: Callable) -> Callable:
         return wait_until(step, what)
 
     return until
-
-
-class FakeLink(QObject):
-    """The signals of RosLink, and what was asked of it."""
-
-    state_changed = pyqtSignal(object)
-    trouble = pyqtSignal(str)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.profile = PROFILES["pepper"]
-        self.feed = "/robot/image"
-        self.state = LinkState("http://127.0.0.1:11311")
-        self.channels = {row.channel: Channel(row) for row in self.profile.incoming}
-        self.node_name = "/gui_ros_node"
-        self.open = True
-        self.lease = {
-            "epoch": "1", "sign_in": False, "pilot": "anna", "window": self.node_name, "asking": "", "stopped_by": "",
-            "hold": "", "other": "", "velocity": Velocity(0.0, 0.0, 0.0),
-            "present": (("anna (pilot)", self.node_name),),
-        }  # fmt: skip
-        self.sent: list[tuple] = []
-        self.called: list[tuple] = []
-
-    def become(self, **changes: bool) -> None:
-        self.state = LinkState(self.state.master_uri, **changes)
-        self.state_changed.emit(self.state)
-        if self.state.joined and self.state.driver:
-            self.tell_lease()
-
-    @property
-    def picture(self) -> object:
-        """Emit here what the camera shows."""
-        return self.channels["picture"].arrived
-
-    @property
-    def watching(self) -> bool:
-        return self.channels["picture"].wanted
-
-    @property
-    def driven(self) -> list[tuple[float, float, float]]:
-        """Velocities that were sent, zeros past the lease among them."""
-        velocities = []
-        for name, *values in self.sent:
-            if name == "zero":
-                velocities.append((0.0, 0.0, 0.0))
-            elif name == "command" and values[1].velocity is not None:
-                velocities.append(tuple(values[1].velocity))
-        return velocities
-
-    @property
-    def asked(self) -> list[str]:
-        """What was asked of drive_lease."""
-        return [values[2] for name, *values in self.called if name == "ask"]
-
-    def tell_lease(self, **changes: object) -> None:
-        """drive_lease says who drives: this window, unless changed."""
-        self.lease.update(changes)
-        self.channels["lease"].arrived.emit(LeaseState(**self.lease, arrived=time.monotonic()))
-
-    def channel(self, name: str) -> Channel:
-        return self.channels[name]
-
-    def has(self, name: str) -> bool:
-        outgoing = {row.channel for row in self.profile.outgoing}
-        return name in self.channels or name in outgoing or name in {row.name for row in self.profile.services}
-
-    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple:
-        """A level camera one metre above the origin, looking along x."""
-        return np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))), np.array((0.0, 0.0, 1.0))
-
-    def resolve(self, name: str) -> str:
-        return name if name.startswith("/") else f"/{name}"
-
-    def watch(self, name: str, wanted: bool) -> None:
-        self.channels[name].wanted = wanted
-
-    def send(self, name: str, *values: object) -> bool:
-        self.sent.append((name, *values))
-        return True
-
-    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
-        self.called.append((name, *values))
-        then(Answer(True, "", ("session", bytes(NONCE)) if name == "join" else None))
-
-    def set_open(self, wanted: bool) -> None:
-        self.open = wanted
-
-
-class FakeTerminal(QFrame):
-    """The signals of TerminalView, and what was typed."""
-
-    ready = pyqtSignal()
-    refused = pyqtSignal(str)
-    typed = pyqtSignal(str)
-    focus_changed = pyqtSignal(bool)
-    stop_typed = pyqtSignal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.has_keyboard = False
-        self.lines: list[tuple[str, str]] = []
-        self.interrupted: list[str] = []
-        self.denied, self.started = "", False
-
-    def start(self) -> None:
-        self.started = True
-
-    def deny(self, reason: str) -> None:
-        self.denied = reason
-
-    def type_line(self, line: str | Callable[[], str], window: str = "session") -> None:
-        try:
-            self.lines.append((window, line if isinstance(line, str) else line()))
-        except ValueError as error:
-            self.refused.emit(str(error))
-
-    def interrupt(self, window: str = "session") -> None:
-        self.interrupted.append(window)
-
-    def take_keyboard(self) -> None:
-        self.has_keyboard = True
-        self.focus_changed.emit(True)
 
 
 @pytest.fixture
@@ -261,139 +127,6 @@ def place(qt: QApplication) -> Places:
     return Places(qt)
 
 
-class Screen:
-    """A virtual display with a keyboard and a mouse, and the window that runs on it."""
-
-    def __init__(self, display: VirtualDisplay, run_program: Callable, wait_until: Callable) -> None:
-        self.environment = dict(os.environ, DISPLAY=display.name)
-        self._folder = display.folder
-        self._windows: list[Window] = []
-        self._held: set[tuple[str, str]] = set()
-        self._run_program, self._wait_until = run_program, wait_until
-
-    def open_window(
-        self,
-        *arguments: str,
-        program: tuple[str, ...] = (sys.executable, "-m", "gui", "--no-sign-in"),
-        signed_in: bool = True,
-    ) -> Window:
-        process = self._run_program(
-            *program, *arguments, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        window = Window(process, self, self._wait_until, signed_in)
-        self._windows.append(window)
-        return window
-
-    def close(self) -> None:
-        """End the windows and wait until all that ran in their terminals has ended, too."""
-        for window in self._windows:
-            family = window.family()
-            processes.end(window.process, patience=10.0)
-            self._wait_until(
-                lambda family=family: not {*family} & {*processes.descendants()}, "the programs have ended"
-            )
-
-    def colour(self, x: int, y: int) -> tuple[int, int, int]:
-        """Eyes: red, green and blue of a point."""
-        blue, green, red = grab(self._folder)[y, x]
-        return int(red), int(green), int(blue)
-
-    def do(self, *words: object) -> str:
-        """Hands: xdotool."""
-        self._note_held([str(word) for word in words])
-        done = subprocess.run(
-            ["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, timeout=20
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout.strip()
-
-    def hold(self, key: str, seconds: float) -> tuple[float, float]:
-        """When the key went down and up [s since 1970]."""
-        clock = ("exec", "--sync", "--args", 2, "date", "+%s.%N")
-        told = self.do(*clock, "keydown", key, "sleep", seconds, *clock, "keyup", key)
-        pressed, released = map(float, told.split())
-        return pressed, released
-
-    def let_go(self) -> None:
-        """Release every key and button that is still held: a test that failed must not drive into the next one."""
-        for release, what in sorted(self._held):
-            self.do(release, what)
-
-    def evidence(self) -> str:
-        """What is on the screen, as a file, and what the windows told the pilot."""
-        shot = tempfile.NamedTemporaryFile(prefix="screen-", suffix=".png", delete=False)
-        subprocess.run(["import", "-window", "root", shot.name], env=self.environment, timeout=20)
-        told = ("\n".join(window.output.splitlines()[-40:]) for window in self._windows)
-        return "\n".join((f"picture: {shot.name}", *told))
-
-    def _note_held(self, words: list[str]) -> None:
-        for word, what in itertools.pairwise(words):
-            if word in ("keydown", "mousedown"):
-                self._held.add((word.replace("down", "up"), what))
-            elif word in ("keyup", "mouseup"):
-                self._held.discard((word, what))
-
-
-class Window:
-    """The operator's window as a process of its own."""
-
-    def __init__(self, process: subprocess.Popen, screen: Screen, wait_until: Callable, signed_in: bool) -> None:
-        self.process, self.screen = process, screen
-        self.tmux = Tmux(f"telepresence-{process.pid}")
-        self.output = ""
-        threading.Thread(target=self._read, name="window-output", daemon=True).start()
-        self.id = wait_until(self._find, "the window is on the screen")
-        if not signed_in:
-            return
-        wait_until(lambda: "$" in self.terminal_text(), "the terminal shows a prompt")
-        wait_until(self.terminal_has_keyboard, "the terminal has the keyboard")
-
-    def terminal_text(self, window: str = "session") -> str:
-        try:
-            return self.tmux.text(window)
-        except RuntimeError:
-            return ""
-
-    def terminal_has_keyboard(self) -> bool:
-        """Whether the X server sends keys to a window inside ours; 0 and 1 stand for none and for the pointer's."""
-        return self.screen.do("getwindowfocus", "-f") not in ("0", "1", self.id)
-
-    def terminal_size(self) -> str:
-        return self.tmux._call("display-message", "-p", "-t", "telepresence", "#{window_width}x#{window_height}")
-
-    def family(self) -> list[int]:
-        """Processes of this window: its descendants, and those of tmux, which leaves the family."""
-        name = f"telepresence-{self.process.pid}"
-        roots = [self.process.pid, *(pid for pid in processes.descendants() if name in _command(pid))]
-        return sorted({*roots, *(pid for root in roots for pid in processes.descendants(root))})
-
-    def click(self, point: tuple[int, int]) -> None:
-        self.screen.do("mousemove", *point, "click", 1)
-
-    def type(self, *keys: str) -> None:
-        self.screen.do("key", *keys)
-
-    def _read(self) -> None:
-        for line in self.process.stdout:
-            self.output += line
-
-    def _find(self) -> str | None:
-        if self.process.poll() is not None:
-            pytest.fail(f"the window ended: {self.output}")
-        found = subprocess.run(
-            ["xdotool", "search", "--onlyvisible", "--name", "^Telepresence"],
-            env=self.screen.environment, capture_output=True, text=True, timeout=20,
-        )  # fmt: skip
-        return found.stdout.split("\n")[0]
-
-
-def _command(pid: int) -> str:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
-    except OSError:
-        return ""
-
-
 @pytest.fixture(scope="module")
 def make_screen(wait_until: Callable) -> Iterator[Callable[[dict[str, str]], Screen]]:
     """Displays for all tests of a file; their windows find ROS by the given environment."""
@@ -452,43 +185,6 @@ def screen(run_program: Callable, wait_until: Callable, ros_environment: dict[st
 
 
 DRIVE_LEASE = Path(__file__).resolve().parents[2] / "catkin_ws" / "devel" / "lib" / "avatar_gui" / "drive_lease"
-FAKE_ROBOT = textwrap.dedent("""
-    import sys, time, numpy as np, rospy
-    from geometry_msgs.msg import Twist
-    from sensor_msgs.msg import Image
-    from telepresence.images import fill_image_message
-    from telepresence.ros_master import MasterWatch
-    rospy.init_node("fake_robot")
-    images = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
-    def hear(twist):
-        print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
-    rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
-    MasterWatch(rospy).start()
-    pixels = np.zeros((48, 64, 3), np.uint8)
-    pixels[:, :32], pixels[:, 32:] = (250, 30, 20), (20, 30, 250)
-    print("ready", flush=True)
-    while not rospy.is_shutdown():
-        images.publish(fill_image_message(Image(), pixels, "rgb8"))
-        time.sleep(0.05)
-""")
-
-
-class FakeRobot:
-    """Publishes a picture, left half red, right half blue, and hears cmd_vel: (time [s], vx, vy, wz)."""
-
-    def __init__(self, run_program: Callable) -> None:
-        self.heard: list[tuple[float, ...]] = []
-        self.process = run_program(sys.executable, "-c", FAKE_ROBOT, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout.readline() == "ready\n"
-        threading.Thread(target=self._read, name="robot-ear", daemon=True).start()
-
-    def _read(self) -> None:
-        for line in self.process.stdout:
-            self.heard.append(tuple(map(float, line.split())))
-
-    def velocity(self) -> tuple[float, ...] | None:
-        """The last command: vx, vy [m/s], wz [rad/s]."""
-        return self.heard[-1][1:] if self.heard else None
 
 
 @pytest.fixture

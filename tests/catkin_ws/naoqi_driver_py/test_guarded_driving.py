@@ -11,15 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
+from guarded_station import STANDING, STOP_WITHIN, GuardedStation
 
 from telepresence import processes
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
-
-STOP_WITHIN = 1.0 + 0.5
-"""Seconds to a stand after a fault; the half is for a machine that is shared."""
-STANDING = 0.005
-SAFETY = ["state", "reason", "vx", "vy", "wz", "gap", "sector", "allowed", "command_age"]
 
 
 class Robot:
@@ -50,35 +46,13 @@ class Robot:
         processes.end(self._process, patience=5.0)
 
 
-class Station:
+class Station(GuardedStation):
     def __init__(self, graph, until) -> None:
-        self.graph, self._until = graph, until
+        self.graph = graph
         self.robot = Robot(graph)
         graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
         self.driver = graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
-        self.pilot = graph.probe()
-        self.pilot.watch("/odom", "nav_msgs/Odometry", ["pose.pose.position.x", "twist.twist.linear.x"])
-        self.pilot.watch("/safety", "telepresence_1/SafetyState", SAFETY)
-        self.pilot.watch("/safety_state", "std_msgs/String", ["data"])
-        self.pilot.watch("/drive_state", "std_msgs/String", ["data"])
-        self.until(lambda: self.pilot.subscribers() == 1, "the driver listens")
-
-    @property
-    def safety(self) -> dict:
-        """The newest decision."""
-        return dict(zip(SAFETY, self.pilot.newest("/safety"), strict=True))
-
-    @property
-    def drive_state(self) -> str:
-        return self.pilot.newest("/drive_state")[0]
-
-    def speed(self) -> float:
-        return self.pilot.latest("/odom")[1]
-
-    def trigger(self, service: str) -> dict:
-        worked, answer = self.pilot.call(service, "std_srvs/Trigger", {})
-        assert worked, answer
-        return answer
+        super().__init__(graph.probe(), until, "", "x")
 
     def start_afresh(self) -> None:
         """All sensors sound, nothing latched, nobody drives, the robot at its start."""
@@ -88,41 +62,12 @@ class Station:
             self.robot.press(part, False)
         self.robot.place_person(3.0, -2.0)
         self.robot.restart()
-        self.trigger("/reset_stop")
-        self.until(lambda: self.trigger("/reset_bumper")["success"], "the bumper can be reset")
-        self.until(lambda: abs(self.speed()) < STANDING, "the robot stands")
-        self.until(lambda: self.safety["state"] == "no command", "nothing else is wrong")
+        self.let_go()
 
     def cruise(self, speed: float = 0.25) -> None:
         """Drive straight on at this speed."""
         self.pilot.drive(speed, 0.0, 0.0)
         self.until(lambda: abs(self.speed() - speed) < 0.1 * abs(speed), f"the robot drives at {speed} m/s")
-
-    def time_to_stand(self, since: float) -> float:
-        """Seconds from `since` until the odometry tells no more speed."""
-
-        def stood():
-            return next((at for at, value in self.pilot.seen("/odom") if at > since and abs(value[1]) < STANDING), None)
-
-        return self.until(stood, "the robot stands") - since
-
-    def until(self, condition, what: str):
-        """As `until_true`, and what the gate said when it fails."""
-        try:
-            return self._until(condition, what)
-        except pytest.fail.Exception as failure:
-            last = dict(zip(SAFETY, self.pilot.newest("/safety"), strict=True))
-            pytest.fail(f"{failure}; the gate: {last}; the driver: {self.drive_state}")
-
-    def told(self, text: str) -> None:
-        self.until(lambda: text in self.pilot.newest("/safety_state")[0], f"the gate says {text!r}")
-
-    def stays(self, seconds: float = 0.4) -> None:
-        """The robot comes to stand, and does so although somebody drives."""
-        self.until(lambda: abs(self.speed()) < STANDING, "the robot stands")
-        ends = time.monotonic() + seconds
-        while time.monotonic() < ends:
-            assert abs(self.speed()) < STANDING
 
 
 @pytest.fixture(scope="module")
@@ -228,12 +173,12 @@ def test_a_dead_sonar_is_named(station):
 
 def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):
     station.cruise()
-    assert station.trigger("/stop_drive")["success"]
+    assert station.trigger("stop_drive")["success"]
     assert station.time_to_stand(time.time()) < STOP_WITHIN
     station.told("stopped: Stopped: stop requested by ")
     assert station.drive_state.startswith("stopped: stop requested")
     station.stays()
-    station.trigger("/reset_stop")
+    station.trigger("reset_stop")
     station.told("Let go of the controls once")
     station.stays()
     station.pilot.drive(0.0, 0.0, 0.0)
@@ -244,7 +189,7 @@ def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):
 def test_a_stop_ends_a_drive_to_a_goal_and_refuses_another(station):
     station.pilot.goal("base_footprint", 1.5, 0.0, 0.0)
     station.until(lambda: station.speed() > 0.1, "under way")
-    station.trigger("/stop_drive")
+    station.trigger("stop_drive")
     assert station.time_to_stand(time.time()) < STOP_WITHIN
     station.pilot.goal("base_footprint", 0.5, 0.0, 0.0)
     station.driver.wait_for("goal refused: stopped: stop requested")
@@ -254,20 +199,20 @@ def test_a_stop_ends_a_drive_to_a_goal_and_refuses_another(station):
 def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     station.cruise()
     # Far enough from the start that the gate forgets the bump when the next test begins there.
-    station.until(lambda: station.pilot.latest("/odom")[0] > 0.3, "under way")
+    station.until(lambda: station.place() > 0.3, "under way")
     for part in ("RightBumper", "LeftBumper"):
         station.robot.press(part, True)
     assert station.time_to_stand(time.time()) < STOP_WITHIN
     station.told("bumped: A bumper was hit")
     station.stays()
-    assert not station.trigger("/reset_bumper")["success"]
+    assert not station.trigger("reset_bumper")["success"]
     for part in ("RightBumper", "LeftBumper"):
         station.robot.press(part, False)
     station.stays()
     station.pilot.drive(-0.3, 0.0, 0.0)
     station.until(lambda: station.speed() < -0.08, "away from it")
     assert station.speed() > -0.11
-    station.until(lambda: station.trigger("/reset_bumper")["success"], "the latch is let go")
+    station.until(lambda: station.trigger("reset_bumper")["success"], "the latch is let go")
     station.until(lambda: station.safety["state"] != "bumped", "the gate knows")
 
 

@@ -11,9 +11,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
-
 from sound_lab import RATE, Heard, Mouth, Recorder, SoundServer, match, sentence
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]

@@ -8,42 +8,29 @@ import signal
 import sys
 import threading
 import time
-from importlib import util
-from pathlib import Path
 
 import pytest
+from corrupting_proxy import CorruptingProxy
+from guarded_station import STOP_WITHIN, GuardedStation
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
-_spec = util.spec_from_file_location("corrupting_proxy", Path(__file__).with_name("corrupting_proxy.py"))
-corrupting_proxy = util.module_from_spec(_spec)
-_spec.loader.exec_module(corrupting_proxy)
-
-STOP_WITHIN = 1.0 + 0.5
-"""Seconds to a stand after a fault; the half is for a machine that is shared."""
-STANDING = 0.005
 SPEED = 0.15
-SAFETY = ["state", "reason", "vx", "vy", "wz", "command_age"]
 DISTANCES = "/data/distancesensorarray"
 NOTHING = 0.41
 
 
-class Station:
+class Station(GuardedStation):
     def __init__(self, graph, until) -> None:
-        self.graph, self._until = graph, until
+        self.graph = graph
         port = graph.free_port()
         robot = graph.run(sys.executable, "-m", "robotino_sim", "--port", str(port), "--scene", "empty")
         robot.wait_for("listening on")
-        self.proxy = corrupting_proxy.CorruptingProxy(port)
+        self.proxy = CorruptingProxy(port)
         self.driver = self.start("rto_node", "rto_node")
         self.start("rto_node", "rto_odometry_node")
         self.gate = self.start("rto_safe_teleop", "safe_omni_drive")
-        self.probe = graph.probe("/cmd_vel:=/rto3/safe_cmd_vel")
-        self.probe.watch("/rto3/odom", "nav_msgs/Odometry", ["pose.pose.position.y", "twist.twist.linear.y"])
-        self.probe.watch("/rto3/safety", "telepresence_1/SafetyState", SAFETY)
-        self.probe.watch("/rto3/safety_state", "std_msgs/String", ["data"])
-        self.probe.watch("/rto3/drive_state", "std_msgs/String", ["data"])
-        self.until(lambda: self.probe.subscribers() == 1, "the gate listens")
+        super().__init__(graph.probe("/cmd_vel:=/rto3/safe_cmd_vel"), until, "/rto3", "y")
 
     def start(self, package: str, program: str):
         return self.graph.run(
@@ -53,61 +40,19 @@ class Station:
     def address(self, package: str) -> list[str]:
         return [f"--hostname=127.0.0.1:{self.proxy.port}"] if package == "rto_node" else []
 
-    def until(self, condition, what: str):
-        """As `until_true`, and what the gate said when it fails."""
-        try:
-            return self._until(condition, what)
-        except pytest.fail.Exception as failure:
-            pytest.fail(f"{failure}; the gate: {self.safety}; the driver: {self.probe.newest('/rto3/drive_state')}")
-
-    @property
-    def safety(self) -> dict:
-        """The newest decision."""
-        return dict(zip(SAFETY, self.probe.newest("/rto3/safety"), strict=True))
-
-    def speed(self) -> float:
-        return self.probe.latest("/rto3/odom")[1]
-
-    def trigger(self, service: str) -> dict:
-        worked, answer = self.probe.call(f"/rto3/{service}", "std_srvs/Trigger", {})
-        assert worked, answer
-        return answer
-
     def start_afresh(self) -> None:
-        self.probe.silence()
+        self.pilot.silence()
         self.proxy.spoil.clear()
-        self.trigger("reset_stop")
-        self.until(lambda: abs(self.speed()) < STANDING, "the robot stands")
-        self.until(lambda: self.trigger("reset_bumper")["success"], "the bumper can be reset")
-        self.until(lambda: self.safety["state"] == "no command", "nothing else is wrong")
+        self.let_go()
 
     def cruise(self) -> None:
         """Drive where there is more room: the room is 6 m wide, the robot starts 1.5 m from its right wall."""
-        self.way = -SPEED if self.probe.latest("/rto3/odom")[0] > 1.0 else SPEED
-        self.probe.drive(0.0, self.way, 0.0)
+        self.way = -SPEED if self.place() > 1.0 else SPEED
+        self.pilot.drive(0.0, self.way, 0.0)
         self.under_way()
 
     def under_way(self) -> None:
         self.until(lambda: abs(self.speed() - self.way) < 0.1 * SPEED, f"the robot drives at {self.way} m/s")
-
-    def time_to_stand(self, since: float) -> float:
-        """Seconds from `since` until the odometry tells no more speed."""
-
-        def stood():
-            seen = self.probe.seen("/rto3/odom")
-            return next((at for at, value in seen if at > since and abs(value[1]) < STANDING), None)
-
-        return self.until(stood, "the robot stands") - since
-
-    def told(self, text: str) -> None:
-        self.until(lambda: text in self.probe.newest("/rto3/safety_state")[0], f"the gate says {text!r}")
-
-    def stays(self, seconds: float = 0.4) -> None:
-        """The robot comes to stand, and does so although somebody drives."""
-        self.until(lambda: abs(self.speed()) < STANDING, "the robot stands")
-        ends = time.monotonic() + seconds
-        while time.monotonic() < ends:
-            assert abs(self.speed()) < STANDING
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +70,7 @@ def station(whole_station):
 
 def test_stops_when_commands_cease_and_resumes_with_them(station):
     station.cruise()
-    ceased = station.probe.silence()
+    ceased = station.pilot.silence()
     assert station.time_to_stand(ceased) < STOP_WITHIN
     station.told("no command: No command for")
     station.cruise()
@@ -144,7 +89,7 @@ def test_stops_when_the_commanding_node_is_killed(station):
 @pytest.mark.parametrize("nonsense", [math.nan, math.inf])
 def test_stops_on_a_command_that_is_no_number_and_obeys_the_next_one(station, nonsense):
     station.cruise()
-    sent = station.probe.drive(0.0, nonsense, 0.0)
+    sent = station.pilot.drive(0.0, nonsense, 0.0)
     assert station.time_to_stand(sent) < STOP_WITHIN
     station.told("fault: The command holds a value that is not a number.")
     station.cruise()
@@ -225,7 +170,7 @@ def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):
     station.trigger("reset_stop")
     station.told("Let go of the controls once")
     station.stays()
-    station.probe.drive(0.0, 0.0, 0.0)
+    station.pilot.drive(0.0, 0.0, 0.0)
     station.until(lambda: station.safety["state"] == "clear", "the controls were released")
     station.cruise()
 
@@ -239,7 +184,7 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     assert not station.trigger("reset_bumper")["success"]
     station.proxy.spoil.clear()
     station.stays()
-    station.probe.drive(0.0, -station.way, 0.0)
+    station.pilot.drive(0.0, -station.way, 0.0)
     station.until(lambda: station.speed() / -station.way > 0.5, "away from it")
     assert abs(station.speed()) < 0.11
     assert station.trigger("reset_bumper")["success"]

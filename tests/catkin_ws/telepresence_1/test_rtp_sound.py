@@ -7,19 +7,14 @@ seen on real sockets, with a real sound server.
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from telepresence_1.rtp_sound import CODECS, RtpPlayer
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
-
 from rtp_line import JITTER, LATE, LOSS, TEXT, Line, Talk
 from rtp_replay import likeness, pack, spoil, unpack
 from sound_lab import RATE, Recorder, SoundServer, sentence
+from telepresence_1.rtp_sound import CODECS, RtpPlayer
 
 CUT = (8.0, 18.0)
 """Seconds from the beginning."""

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "lab"))
-
 from sound_lab import RATE, Heard, Mouth, Recorder, SoundServer, match, sentence
 
 from pepper_sim.simulation import Simulation

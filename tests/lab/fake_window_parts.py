@@ -1,0 +1,139 @@
+"""What the operator's window is joined to, without ROS and without xterm: the same signals, and what was asked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QFrame
+
+from gui.channels import Answer, Channel
+from gui.drive_topics import LeaseState
+from gui.link_state import LinkState
+from gui.profiles import PROFILES
+from telepresence.drive_lease import NONCE, Velocity
+
+
+class FakeLink(QObject):
+    """The signals of RosLink, and what was asked of it."""
+
+    state_changed = pyqtSignal(object)
+    trouble = pyqtSignal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.profile = PROFILES["pepper"]
+        self.feed = "/robot/image"
+        self.state = LinkState("http://127.0.0.1:11311")
+        self.channels = {row.channel: Channel(row) for row in self.profile.incoming}
+        self.node_name = "/gui_ros_node"
+        self.open = True
+        self.lease = {
+            "epoch": "1", "sign_in": False, "pilot": "anna", "window": self.node_name, "asking": "", "stopped_by": "",
+            "hold": "", "other": "", "velocity": Velocity(0.0, 0.0, 0.0),
+            "present": (("anna (pilot)", self.node_name),),
+        }  # fmt: skip
+        self.sent: list[tuple] = []
+        self.called: list[tuple] = []
+
+    def become(self, **changes: bool) -> None:
+        self.state = LinkState(self.state.master_uri, **changes)
+        self.state_changed.emit(self.state)
+        if self.state.joined and self.state.driver:
+            self.tell_lease()
+
+    @property
+    def picture(self) -> object:
+        """Emit here what the camera shows."""
+        return self.channels["picture"].arrived
+
+    @property
+    def watching(self) -> bool:
+        return self.channels["picture"].wanted
+
+    @property
+    def driven(self) -> list[tuple[float, float, float]]:
+        """Velocities that were sent, zeros past the lease among them."""
+        velocities = []
+        for name, *values in self.sent:
+            if name == "zero":
+                velocities.append((0.0, 0.0, 0.0))
+            elif name == "command" and values[1].velocity is not None:
+                velocities.append(tuple(values[1].velocity))
+        return velocities
+
+    @property
+    def asked(self) -> list[str]:
+        """What was asked of drive_lease."""
+        return [values[2] for name, *values in self.called if name == "ask"]
+
+    def tell_lease(self, **changes: object) -> None:
+        """drive_lease says who drives: this window, unless changed."""
+        self.lease.update(changes)
+        self.channels["lease"].arrived.emit(LeaseState(**self.lease, arrived=time.monotonic()))
+
+    def channel(self, name: str) -> Channel:
+        return self.channels[name]
+
+    def has(self, name: str) -> bool:
+        outgoing = {row.channel for row in self.profile.outgoing}
+        return name in self.channels or name in outgoing or name in {row.name for row in self.profile.services}
+
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple:
+        """A level camera one metre above the origin, looking along x."""
+        return np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))), np.array((0.0, 0.0, 1.0))
+
+    def resolve(self, name: str) -> str:
+        return name if name.startswith("/") else f"/{name}"
+
+    def watch(self, name: str, wanted: bool) -> None:
+        self.channels[name].wanted = wanted
+
+    def send(self, name: str, *values: object) -> bool:
+        self.sent.append((name, *values))
+        return True
+
+    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
+        self.called.append((name, *values))
+        then(Answer(True, "", ("session", bytes(NONCE)) if name == "join" else None))
+
+    def set_open(self, wanted: bool) -> None:
+        self.open = wanted
+
+
+class FakeTerminal(QFrame):
+    """The signals of TerminalView, and what was typed."""
+
+    ready = pyqtSignal()
+    refused = pyqtSignal(str)
+    typed = pyqtSignal(str)
+    focus_changed = pyqtSignal(bool)
+    stop_typed = pyqtSignal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.has_keyboard = False
+        self.lines: list[tuple[str, str]] = []
+        self.interrupted: list[str] = []
+        self.denied, self.started = "", False
+
+    def start(self) -> None:
+        self.started = True
+
+    def deny(self, reason: str) -> None:
+        self.denied = reason
+
+    def type_line(self, line: str | Callable[[], str], window: str = "session") -> None:
+        try:
+            self.lines.append((window, line if isinstance(line, str) else line()))
+        except ValueError as error:
+            self.refused.emit(str(error))
+
+    def interrupt(self, window: str = "session") -> None:
+        self.interrupted.append(window)
+
+    def take_keyboard(self) -> None:
+        self.has_keyboard = True
+        self.focus_changed.emit(True)
