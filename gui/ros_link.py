@@ -162,7 +162,7 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._frames = Frames(profile.namespace)
+        self._frames = Frames(profile.namespace, _hear_all)
         self._open = True
         self._looked.connect(self._on_looked, Qt.QueuedConnection)
         self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
@@ -332,3 +332,8 @@ class RosLink(QObject):
         if state != self.state:
             self.state = state
             self.state_changed.emit(state)
+
+
+def _hear_all(topic: str, kind: type, callback: Callable, beside: str) -> rospy.Subscriber:
+    """Subscribe without losing messages of a burst; `callback` gets `beside` with each."""
+    return rospy.Subscriber(topic, kind, callback, callback_args=beside, queue_size=100)

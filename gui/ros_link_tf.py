@@ -1,11 +1,12 @@
-"""Where the robot's frames are, for the window. One of the files that know ROS."""
+"""Where the robot's frames are, for the window: its transforms, as tf2 keeps them. `gui.ros_link` subscribes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
+import genpy
 import numpy as np
-import rospy
 import tf2_ros
 from tf2_msgs.msg import TFMessage
 
@@ -13,6 +14,10 @@ KEPT = 10.0
 """Seconds of transforms."""
 PATIENCE = 0.3
 """Seconds by which the newest transform may be older than a picture: as far as a robot moves a hand's breadth."""
+
+
+class Subscriber(Protocol):
+    def unregister(self) -> None: ...
 
 
 class Frames:
@@ -23,13 +28,15 @@ class Frames:
 
     Args:
         namespace: Of the robot.
+        subscribe: Hear a topic: its name, the messages' class, a callback, and what the callback gets beside them.
     """
 
-    def __init__(self, namespace: str) -> None:
+    def __init__(self, namespace: str, subscribe: Callable[[str, type, Callable, str], Subscriber]) -> None:
         self._namespace = namespace.rstrip("/")
+        self._subscribe = subscribe
         self._buffer: tf2_ros.Buffer | None = None
         self._has_own = False
-        self._subscribers: list[rospy.Subscriber] = []
+        self._subscribers: list[Subscriber] = []
 
     def listen(self, wanted: bool) -> None:
         """Hear transforms from now on, or no longer; once the graph has been joined."""
@@ -39,14 +46,10 @@ class Frames:
         while self._subscribers:
             self._subscribers.pop().unregister()
         for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
-            self._subscribe(f"/{topic}", self._on_common, keep)
+            self._subscribers.append(self._subscribe(f"/{topic}", TFMessage, self._on_common, keep))
             if self._namespace:
-                self._subscribe(f"{self._namespace}/{topic}", self._on_own, keep)
-
-    def _subscribe(self, topic: str, callback: Callable, keep: str) -> None:
-        self._subscribers.append(
-            rospy.Subscriber(topic, TFMessage, callback, callback_args=keep, queue_size=100)
-        )
+                own = f"{self._namespace}/{topic}"
+                self._subscribers.append(self._subscribe(own, TFMessage, self._on_own, keep))
 
     def _on_common(self, message: TFMessage, keep: str) -> None:
         if not self._has_own:
@@ -81,16 +84,16 @@ class Frames:
 
     def _lookup(self, frame: str, seen_from: str, stamp: float) -> object:
         try:
-            return self._buffer.lookup_transform(seen_from, frame, rospy.Time.from_sec(stamp))
+            return self._buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
         except tf2_ros.ExtrapolationException:
-            newest = self._buffer.lookup_transform(seen_from, frame, rospy.Time(0))
+            newest = self._buffer.lookup_transform(seen_from, frame, genpy.Time())
             if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
                 raise
             return newest
 
 
 def _new_buffer() -> tf2_ros.Buffer:
-    return tf2_ros.Buffer(rospy.Duration(KEPT), debug=False)
+    return tf2_ros.Buffer(genpy.Duration(KEPT), debug=False)
 
 
 def _rotation(x: float, y: float, z: float, w: float) -> np.ndarray:

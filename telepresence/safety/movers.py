@@ -31,6 +31,8 @@ OFF_COURSE = 0.20
 """It may have strayed this far from where its velocity would have brought it [m]."""
 FARTHER = 0.12
 """A place was free if the beams to both sides of it read this much farther [m]."""
+BESIDE = math.sin(0.2)
+"""Sine of the widest angle between a place and the beams to both sides of it."""
 KNOWN = 0.08
 """An obstacle within this distance explains a return [m]."""
 WELL_KNOWN = 6
@@ -140,10 +142,10 @@ def _was_free(points: np.ndarray, scan: Scan) -> np.ndarray:
     distance = np.sqrt(squared_lengths(offset))
     along = offset @ scan.directions.T
     aside = offset[:, 1:] * scan.directions[:, 0] - offset[:, :1] * scan.directions[:, 1]
-    angle = np.arctan2(aside, along)
+    ahead = along > 0.0
     free = np.ones(len(points), bool)
-    for side in (np.where(angle >= 0.0, angle, math.inf), np.where(angle < 0.0, -angle, math.inf)):
+    for side in (np.where(ahead & (aside >= 0.0), aside, math.inf), np.where(ahead & (aside < 0.0), -aside, math.inf)):
         beam = side.argmin(axis=1)
-        within = side[np.arange(len(points)), beam] < 0.2
+        within = side[np.arange(len(points)), beam] < BESIDE * distance
         free &= within & (scan.free[beam] > distance + FARTHER)
     return free

@@ -17,7 +17,7 @@ FASTEST_PERSON = 1.6
 """Walking speed to count with (ISO 13855) [m/s]."""
 SWERVE = math.radians(30.0)
 """The direction of a walking person is known, and kept, no better than this [rad]."""
-INTO_CONE = math.cos(math.radians(50.0))
+INTO_CONE = math.cos(math.radians(42.0))
 """Driving within this angle of a sonar's axis is driving into its cone."""
 BRIDGED = (0.08, 0.30)
 """Neighbours this far apart are joined by a surface: no robot fits between them [m]. So a wall that is seen only where

@@ -153,7 +153,7 @@ class Stage:
         x, y = self._robot.truth()[:2]
         self.place(x + self._ahead, y - FOOT[1])
         appeared = self._time_until(time.monotonic(), self._allowed + TOLERANCE)
-        wait_for(lambda: self._setpoints[-1][1] < 0.02, "the robot stops before the person")
+        # It may now slide past the foot, at the allowed speed: that is no stop.
         self.place(*FAR_AWAY)
         time.sleep(1.0)  # until the gate has looked through the place where the person was
         back = -min(self._case.speed, self._case.profile.limits.escape_speed)
