@@ -16,6 +16,8 @@ from .scan import Scan
 FIRST_LIFETIME = 3.0
 """How long a single sighting is kept; each further one doubles it, up to the lifetime. Things that stand are seen
 again; noise, and what somebody's legs leave behind, isn't. Longer than a to and fro of the careful scan [s]."""
+DOUBLINGS = 20.0
+"""More sightings than this don't count: no lifetime is that long, and a number doubled for ever ends."""
 BELIEVED = 3
 """What was seen no more often than this ages at a standstill too."""
 CAPACITY = 128
@@ -153,7 +155,7 @@ class ObstacleMemory:
         sightings = rows[:, _SIGHTINGS]
         weight = np.maximum(1.0 / sightings, NEWEST)
         rows[:, _PLACE] += weight[:, None] * (hits - rows[:, _PLACE])
-        kept = np.minimum(FIRST_LIFETIME * 2.0 ** (sightings - 1.0), self._lifetime)
+        kept = np.minimum(FIRST_LIFETIME * np.exp2(np.minimum(sightings, DOUBLINGS) - 1.0), self._lifetime)
         rows[:, _UNTIL] = np.maximum(rows[:, _UNTIL], moment.age + kept)
         rows[:, _YOUNG_UNTIL] = np.where(sightings <= BELIEVED, moment.now + kept, np.inf)
         rows[:, _DRIVEN] = moment.driven

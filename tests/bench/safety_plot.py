@@ -83,7 +83,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
 
 
 def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box], left: int, right: int) -> None:
-    """Beside its mark, where nothing else is."""
+    """Beside its mark, where nothing else is; a thin line leads to it when that is farther off."""
     width = text_width(name, 10, 1.3)
     for dy in (0, -18, 18, -36, 36, -54, 54, -72, 72):
         for x0 in (x - 14 - width, x + 14):
@@ -91,6 +91,8 @@ def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box],
             free = all(box[0] > b[2] or b[0] > box[2] or box[1] > b[3] or b[1] > box[3] for b in taken)
             if free and x0 > left and x0 + width < right:
                 taken.append(box)
+                if dy:
+                    _line(picture, (x0 + width + 2 if x0 < x else x0 - 2, y + dy), (x, y), COLOURS[name], 1)
                 write(picture, name, round(x0), round(y - 5 + dy), 10, COLOURS[name], weight=1.3)
                 return
 

@@ -11,6 +11,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -70,8 +71,12 @@ class SoundServer:
 class Recorder:
     """Listens to a microphone from construction until `close`.
 
-    A sample's time is when it had arrived here, so that delays come out too long rather than too short.
+    A sample's time is when it had arrived here, so that delays come out too long rather than too short. The quickest of
+    the newest arrivals counts: what a busy machine drops for ever would else make everything after it seem early.
     """
+
+    WINDOW = 10.0
+    """[s]"""
 
     def __init__(self, server: SoundServer, device: str) -> None:
         self._lock = threading.Lock()
@@ -79,6 +84,8 @@ class Recorder:
         self._count = 0
         self._forgotten = 0
         self._offset = float("inf")
+        self._arrivals: deque[tuple[float, float]] = deque()
+        """(when, offset) of the newest arrivals, without those that a later one was quicker than: offsets rise."""
         self._pipeline = Gst.parse_launch(
             f"pulsesrc server={server.address} device={device} buffer-time=2000000 latency-time=5000 ! audioconvert ! "
             f"audio/x-raw,format=S16LE,rate={RATE},channels=1 ! appsink name=out emit-signals=true sync=false"
@@ -127,7 +134,13 @@ class Recorder:
         with self._lock:
             self._pieces.append(piece)
             self._count += len(piece)
-            self._offset = min(self._offset, now - self._count / RATE)
+            offset = now - self._count / RATE
+            while self._arrivals and self._arrivals[-1][1] >= offset:
+                self._arrivals.pop()
+            self._arrivals.append((now, offset))
+            while self._arrivals[0][0] < now - self.WINDOW:
+                self._arrivals.popleft()
+            self._offset = self._arrivals[0][1]
         return Gst.FlowReturn.OK
 
 
