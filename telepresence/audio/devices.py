@@ -18,6 +18,8 @@ from pathlib import Path
 
 from telepresence.audio.pipeline import Gst, SoundError
 
+ALIGNMENT, ALIGNMENT_WAIT = 10_000_000, 200_000_000
+"""Sound that has been this far from its time for that long is put right [ns]."""
 SOURCE_TIMES = "buffer-time=200000 latency-time=10000"
 """Microseconds. The second is the delay; the first is how long this program may be busy without losing sound."""
 SINK_BUFFER = 0.025
@@ -48,8 +50,10 @@ def sink(choice: str, patience: float = 0.0) -> str:
     if choice == "test":
         return "fakesink sync=true"
     times = f"buffer-time={round((SINK_BUFFER + patience) * 1e6)} latency-time=5000"
-    # GStreamer's default deadline would add 20 ms to every live sound.
-    return f"{_element('sink', choice, 'loudspeaker')} {times} processing-deadline=0"
+    # GStreamer's default deadline would add 20 ms to every live sound, and what a hiccup made late by less than its
+    # default of 40 ms would stay late for good.
+    in_time = f"processing-deadline=0 alignment-threshold={ALIGNMENT} discont-wait={ALIGNMENT_WAIT}"
+    return f"{_element('sink', choice, 'loudspeaker')} {times} {in_time}"
 
 
 def _element(kind: str, choice: str, what: str) -> str:
