@@ -14,8 +14,8 @@ EXTRAS = {
     # aiortc: WebRTC in pure Python, on the robot too.
     "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0", "aiohttp==3.14.5"],
     "gui": ["PyQt5==5.15.11"],
-    # pytest-xdist: two tests at a time; pytest-timeout: a test that hangs says where; pytest-rerunfailures: what fails on
-    # a machine that had no time is tried again, and the summary counts it.
+    # pytest-xdist: two tests at a time; pytest-timeout: a test that hangs says where; pytest-rerunfailures: what fails
+    # on a machine that had no time is tried again, and the summary counts it.
     "dev": [
         "pytest==9.0.1",
         "pytest-rerunfailures==16.7",
