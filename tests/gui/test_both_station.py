@@ -389,13 +389,16 @@ def test_a_key_held_for_a_second_drives_robotino_for_a_second(station, screen, w
     assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
 
 
-def test_light_and_dark(window, screen, place, photograph, wait_until):
+def test_light_and_dark(window, screen, place, video, photograph, wait_until):
     dark = screen.colour(*GROUND)
     window.click(place("themeButton"))
     wait_until(lambda: sum(screen.colour(*GROUND)) > sum(dark) + 300, "the window is light")
     photograph("both")
     screen.do("mousemove", *HEADER_CLICK["pepper"], "click", 1)
-    wait_until(lambda: max(screen.colour(*place("video"))) > 20, "a picture")
+    points = [video(u, v) for u in (60, 200, 440, 580) for v in (120, 240, 360)]
+    wait_until(
+        lambda: any(max(c) - min(c) > 40 for c in (screen.colour(*point) for point in points)), "a picture with colours"
+    )
     wait_until(lambda: terminal_text(window), "Pepper's page")
     photograph("light")
     window.click(place("themeButton"))
