@@ -33,7 +33,6 @@ class AccessBar(QWidget):
         self._menu = QMenu(self)
         self._menu.aboutToShow.connect(self._fill_menu)
         self.menuButton.setMenu(self._menu)
-        self.menuButton.setShortcut("F2")
         self.keepButton.setShortcut("Shift+F3")
         self.takeButton.clicked.connect(self._on_take)
         self.keepButton.clicked.connect(lambda: access.ask("keep"))
@@ -58,6 +57,7 @@ class AccessBar(QWidget):
         who = f"You are {account.name}, {account.role}. " if account else ""
         here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""
         button.setText(f"●  {text}")
+        button.setShortcut("F2")  # a new text drops it
         button.setToolTip(f"{who}{here}Hand over, sign out: F2")
         button.setProperty("level", level)
         button.style().unpolish(button)

@@ -86,6 +86,8 @@ class Controller(QObject):
         window.video.stale_changed.connect(self._on_stale)
         link.state_changed.connect(self._on_state)
         link.channel("picture").arrived.connect(self._on_picture)
+        self._drove = False
+        self.access.changed.connect(self._on_access)
         link.trouble.connect(lambda text: window.status.say(text, "bad"))
         terminal.refused.connect(lambda text: window.status.say(text, "warn"))
         terminal.typed.connect(lambda line: window.status.say(f"Typed into the terminal:  {line}"))
@@ -183,6 +185,12 @@ class Controller(QObject):
             self._clear_video()
         self._show_links()
         self._advise()
+
+    def _on_access(self) -> None:
+        """Who may drive again reads no longer why not."""
+        if self.access.mine and not self._drove:
+            self._advise()
+        self._drove = self.access.mine
 
     def _join_running(self, state: LinkState) -> None:
         if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):

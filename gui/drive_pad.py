@@ -107,6 +107,7 @@ class DrivePad(QFrame):
         layout.setSpacing(6)
         for name, move in MOVES.items():
             cap = self._make_cap(f"{move.symbol}\n{move.letter}", f"{move.what} ({move.letter})")
+            cap.setObjectName(f"pad_{name}")
             cap.pressed.connect(self.setFocus)
             cap.pressed.connect(lambda name=name: self._press(("mouse", name), name))
             cap.released.connect(lambda name=name: self._release(("mouse", name)))

@@ -70,7 +70,7 @@ PROFILES = {
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
         incoming=(_picture("img_raw"), *topics_sensors.robotino(), *drive_topics.INCOMING),
-        outgoing=drive_topics.outgoing("safe_cmd_vel"),
+        outgoing=(*drive_topics.outgoing("safe_cmd_vel"), *topics_actions.sound_outgoing()),
         services=(*drive_topics.SERVICES, *topics_actions.sound_services()),
     ),
 }

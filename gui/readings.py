@@ -167,6 +167,18 @@ class VoiceState:
 
 
 @dataclass(frozen=True)
+class VoiceSettings:
+    """What is muted, and which devices are chosen and could be: see `telepresence.audio.devices`."""
+
+    microphone_muted: bool
+    speaker_muted: bool
+    microphone: str
+    speaker: str
+    microphones: tuple[str, ...]
+    speakers: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Lens:
     """How a camera maps directions to pixels (sensor_msgs/CameraInfo, without distortion).
 

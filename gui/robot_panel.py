@@ -46,8 +46,9 @@ class RobotPanel(QFrame):
         speech.addLayout(row)
         shortcuts = QHBoxLayout()
         shortcuts.setSpacing(6)
-        for text in SENTENCES:
+        for index, text in enumerate(SENTENCES):
             button = QPushButton(text)
+            button.setObjectName(f"say_{index}")
             button.setProperty("kind", "small")
             button.clicked.connect(lambda _checked, text=text: self._say(text))
             shortcuts.addWidget(button)

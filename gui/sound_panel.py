@@ -1,4 +1,4 @@
-"""Sound between pilot and robot: levels, mute, push to talk."""
+"""Sound between pilot and robot: levels, mute, push to talk, choice of devices."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import time
 
 from PyQt5.QtCore import QRectF, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
-from PyQt5.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from gui import theme
-from gui.readings import Levels, VoiceState
+from gui.readings import Levels, VoiceSettings, VoiceState
 
 QUIETEST, LOUD = -60.0, -9.0
 """Ends of the meter's calm part [dBFS]."""
 FALL = 20.0
 """dB per second that the bar falls after a peak (a peak programme meter's order of magnitude)."""
 FORGET_AFTER = 1.0
+SHORTEST_NAME = 12
+"""Letters of a device's name that are always shown."""
 
 
 class LevelMeter(QWidget):
@@ -58,6 +60,34 @@ class LevelMeter(QWidget):
             painter.drawRoundedRect(QRectF(box.left(), box.top(), box.width() * share, box.height()), 4.0, 4.0)
 
 
+class DeviceChoice(QComboBox):
+    """The devices of one kind; what is shown is what the sound program says that it uses."""
+
+    chosen = pyqtSignal(str)
+    """A person took this one, see `telepresence.audio.devices`."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__()
+        self._fixed = {"auto": f"Usual {what}", "none": f"No {what}"}
+        self._shown: tuple[tuple[str, ...], str] | None = None
+        self.setAccessibleName(what.capitalize())
+        self.setFocusPolicy(Qt.TabFocus)
+        self.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(SHORTEST_NAME)
+        self.activated.connect(lambda index: self.chosen.emit(self.itemData(index)))
+
+    def show_choice(self, names: tuple[str, ...], current: str) -> None:
+        """Offer these, and show which one is used; one that is gone stays in sight for as long as it is chosen."""
+        if self._shown != (names, current):
+            self._shown = (names, current)
+            self.clear()
+            for name in dict.fromkeys((*self._fixed, *names, current)):
+                self.addItem(self._fixed.get(name, name), name)
+                self.setItemData(self.count() - 1, name, Qt.ToolTipRole)
+        self.setCurrentIndex(self.findData(current))
+        self.setToolTip(self.currentText())
+
+
 class SoundPanel(QFrame):
     """Controls and meters. `set_available(False)` when no sound program runs."""
 
@@ -65,6 +95,9 @@ class SoundPanel(QFrame):
     mute_speaker = pyqtSignal(bool)
     talk = pyqtSignal(bool)
     """Push-to-talk is held, or let go of."""
+    microphone_chosen = pyqtSignal(str)
+    speaker_chosen = pyqtSignal(str)
+    """Use this device."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -72,6 +105,10 @@ class SoundPanel(QFrame):
         self.microphone = QPushButton("Mute me")
         self.speaker = QPushButton("Mute robot")
         self.talk_button = QPushButton("Hold to talk")
+        self.microphones, self.speakers = DeviceChoice("microphone"), DeviceChoice("loudspeaker")
+        self.microphones.setObjectName("microphoneChoice")
+        self.speakers.setObjectName("speakerChoice")
+        self.talk_button.setObjectName("talkButton")
         for button, name, tip in (
             (self.microphone, "muteMicrophone", "The robot plays nothing of what you say"),
             (self.speaker, "muteSpeaker", "You hear nothing of what the robot hears"),
@@ -88,18 +125,25 @@ class SoundPanel(QFrame):
         layout.setContentsMargins(10, 10, 10, 10)
         layout.setHorizontalSpacing(12)
         layout.setVerticalSpacing(10)
-        for row, (name, meter, button) in enumerate(
-            (("You", self.pilot, self.microphone), ("Robot", self.robot, self.speaker))
+        for row, (name, meter, choice, button) in enumerate(
+            (
+                ("You", self.pilot, self.microphones, self.microphone),
+                ("Robot", self.robot, self.speakers, self.speaker),
+            )
         ):
             layout.addWidget(QLabel(name), row, 0)
             layout.addWidget(meter, row, 1)
-            layout.addWidget(button, row, 2)
-        layout.addWidget(self.talk_button, 2, 0, 1, 3)
-        layout.addWidget(self._state, 3, 0, 1, 3)
+            layout.addWidget(choice, row, 2)
+            layout.addWidget(button, row, 3)
+        layout.addWidget(self.talk_button, 2, 0, 1, 4)
+        layout.addWidget(self._state, 3, 0, 1, 4)
         layout.setColumnStretch(1, 1)
+        layout.setColumnStretch(2, 1)
         layout.setRowStretch(4, 1)
-        self.microphone.toggled.connect(self.mute_microphone)
-        self.speaker.toggled.connect(self.mute_speaker)
+        self.microphone.clicked.connect(self.mute_microphone)
+        self.speaker.clicked.connect(self.mute_speaker)
+        self.microphones.chosen.connect(self.microphone_chosen)
+        self.speakers.chosen.connect(self.speaker_chosen)
         self.talk_button.pressed.connect(lambda: self.talk.emit(True))
         self.talk_button.released.connect(lambda: self.talk.emit(False))
         self.set_available(False)
@@ -110,8 +154,8 @@ class SoundPanel(QFrame):
 
     def set_available(self, available: bool) -> None:
         """Whether a sound program answers."""
-        for button in (self.microphone, self.speaker, self.talk_button):
-            button.setEnabled(available)
+        for control in (self.microphone, self.speaker, self.talk_button, self.microphones, self.speakers):
+            control.setEnabled(available)
         if not available:
             self._state.setText("No sound program runs. It starts with the robot's programs.")
         elif self._state.text().startswith("No sound"):
@@ -125,10 +169,16 @@ class SoundPanel(QFrame):
         super().hideEvent(event)
 
     def show_reading(self, reading: object) -> None:
-        """Take in `Levels` and `VoiceState`; other readings are ignored."""
+        """Take in `Levels`, `VoiceState` and `VoiceSettings`; other readings are ignored."""
         if isinstance(reading, Levels):
             self.pilot.set_level(reading.pilot)
             self.robot.set_level(reading.robot)
         elif isinstance(reading, VoiceState):
             self.set_available(True)
             self._state.setText(reading.text)
+        elif isinstance(reading, VoiceSettings):
+            self.set_available(True)
+            self.microphone.setChecked(reading.microphone_muted)
+            self.speaker.setChecked(reading.speaker_muted)
+            self.microphones.show_choice(reading.microphones, reading.microphone)
+            self.speakers.show_choice(reading.speakers, reading.speaker)

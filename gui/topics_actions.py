@@ -18,9 +18,15 @@ def _read_empty(_response: Any) -> Answer:
     return Answer(True)
 
 
+def sound_outgoing() -> tuple[Outgoing, ...]:
+    """Use this device from now on."""
+    return tuple(Outgoing(name, f"voice/{name}", "std_msgs/String", fill_data) for name in ("microphone", "speaker"))
+
+
 def pepper_outgoing() -> tuple[Outgoing, ...]:
     """Say a sentence; take a posture that pose_manager knows."""
     return (
+        *sound_outgoing(),
         Outgoing("say", "speech", "std_msgs/String", fill_data),
         Outgoing("posture", "pepper_robot/pose/body_pose/goal", "naoqi_bridge_msgs/BodyPoseActionGoal", _fill_posture),
     )

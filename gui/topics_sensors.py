@@ -22,6 +22,7 @@ from gui.readings import (
     Points,
     PostureResult,
     Safety,
+    VoiceSettings,
     VoiceState,
 )
 
@@ -159,6 +160,14 @@ def read_levels(message: Any, arrived: float) -> Levels:
     return Levels(float(message.data[0]), float(message.data[1]), arrived)
 
 
+def read_voice_settings(message: Any, _arrived: float) -> VoiceSettings:
+    """telepresence_1/VoiceSettings."""
+    return VoiceSettings(
+        bool(message.microphone_muted), bool(message.speaker_muted), message.microphone, message.speaker,
+        tuple(message.microphones), tuple(message.speakers),
+    )  # fmt: skip
+
+
 def read_posture_result(message: Any, arrived: float) -> PostureResult:
     """The result of an action."""
     return PostureResult(message.status.status == SUCCEEDED, message.status.text, arrived)
@@ -178,6 +187,7 @@ def common() -> tuple[Incoming, ...]:
         Incoming("drive_state", "drive_state", "std_msgs/String", lambda message, t: DriveState(message.data, t)),
         Incoming("voice_levels", "voice/levels", "std_msgs/Float32MultiArray", read_levels),
         Incoming("voice_state", "voice/state", "std_msgs/String", lambda message, t: VoiceState(message.data, t)),
+        Incoming("voice_settings", "voice/settings", "telepresence_1/VoiceSettings", read_voice_settings),
     )
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 READINGS = (
     "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
-    "voice_levels", "voice_state", "posture",
+    "voice_levels", "voice_state", "voice_settings", "posture",
 )  # fmt: skip
 """Channels whose readings go to widgets as they are."""
 STALE_PERIOD = 250  # ms
@@ -146,6 +146,9 @@ class Views(QObject):
         ):  # fmt: skip
             if link.has(name):
                 signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._tell_refusal))
+        for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
+            if link.has(name):
+                signal.connect(lambda device, name=name: link.send(name, device))
 
     def _say(self, text: str) -> None:
         if not self._link.send("say", text):

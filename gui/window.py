@@ -51,6 +51,8 @@ NO_TABLET = (
 )
 LARGEST = 0.9
 """Share of a large screen that the window takes at first."""
+TITLE_BAR = 30
+"""Rows that a window manager may take for a title, at most."""
 
 
 def place_on_screen(window: QMainWindow) -> None:
@@ -58,7 +60,10 @@ def place_on_screen(window: QMainWindow) -> None:
     available = window.screen().availableGeometry()
     window.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
     window.move(available.center() - window.rect().center())
-    window.show()
+    if available.height() < SIZE.height() + TITLE_BAR:
+        window.showMaximized()  # else the title would push the last line off the screen
+    else:
+        window.show()
     window.activateWindow()
 
 
@@ -166,6 +171,7 @@ class OperatorWindow(QMainWindow):
     def fold_deck(self, folded: bool) -> None:
         """Leave only the deck's tabs, and the room to the sensors; or bring it back."""
         self._fold.setText("▴" if folded else "▾")
+        self._fold.setShortcut("F4")  # a new text drops it
         bar = self.deck.tabBar().sizeHint().height() + 10
         self.deck.parentWidget().setMaximumHeight(bar if folded else 16777215)
         for index in range(self.deck.count()):

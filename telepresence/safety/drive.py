@@ -119,7 +119,9 @@ class Drive:
         if cause:
             return cause
         if index is None:
-            return "An obstacle is in the way of turning." if state is State.BLOCKED else f"Slowed to {speed:.2f} m/s."
+            if state is State.BLOCKED:
+                return "An obstacle is in the way of turning."
+            return f"Slowed to {speed:.2f} m/s beside an obstacle."
         if state is State.BLOCKED:
             return f"Blocked by an obstacle {view.describe(index)}. {_offer(view.allowed())}"
         return f"Slowed to {speed:.2f} m/s by an obstacle {view.describe(index)}."

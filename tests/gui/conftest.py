@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
+import os
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,14 +12,18 @@ from pathlib import Path
 import pytest
 from fake_window_parts import FakeLink, FakeTerminal
 from PyQt5.QtCore import QEvent, QPoint
-from PyQt5.QtWidgets import QApplication, QWidget
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QWidget
 from window_hands import FakeRobot, Screen
 
 from gui.controller import Controller
+from gui.sign_in import SignInPage
+from gui.users import Users
 from gui.window import OperatorWindow, style_sheet
 from telepresence import processes
 from telepresence.drive_lease import PILOT, Account
 from telepresence.virtual_display import VirtualDisplay
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.hookimpl(wrapper=True)
@@ -85,12 +90,16 @@ def make_terminal(qt: QApplication) -> type[FakeTerminal]:
 class Places:
     """Where the widgets of a 1280x720 window are [px]: of one like it that is never on a screen."""
 
-    def __init__(self, qt: QApplication) -> None:
+    def __init__(self, qt: QApplication, users: Users) -> None:
         self._qt = qt
+        self._users = users
+        self._door: SignInPage | None = None
         self._window: OperatorWindow | None = None
 
     def __call__(self, name: str, page: str = "terminalPage") -> tuple[int, int]:
-        """The middle of a widget, when this page of the deck is in front."""
+        """The middle of a widget, when this page of the deck is in front; of the sign-in page, if that is the page."""
+        if page == "door":
+            return self._at_the_door(name)
         window = self._open()
         window.show_page(window.findChild(QWidget, page))
         self._qt.processEvents()
@@ -102,6 +111,27 @@ class Places:
         window = self._open()
         bar = window.deck.tabBar()
         return self._point(bar, bar.tabRect(window.deck.indexOf(window.findChild(QWidget, page))).center())
+
+    def buttons(self) -> set[str]:
+        """Names of all that can be pressed."""
+        window = self._open()
+        found = set()
+        for index in range(window.deck.count()):
+            window.deck.setCurrentIndex(index)
+            found |= {button.objectName() for button in window.findChildren(QAbstractButton) if button.isVisible()}
+        return found
+
+    def _at_the_door(self, name: str) -> tuple[int, int]:
+        if self._door is None:
+            self._qt.setStyle("Fusion")
+            self._door = SignInPage(self._users)
+            self._door.setStyleSheet(style_sheet("dark"))
+            self._door.resize(1280, 720)
+            self._door.show()
+            self._qt.processEvents()
+        widget = self._door.findChild(QWidget, name)
+        point = widget.mapTo(self._door, widget.rect().center())
+        return point.x(), point.y()
 
     def _point(self, widget: QWidget, inside: QPoint) -> tuple[int, int]:
         point = widget.mapTo(self._window, inside)
@@ -123,19 +153,28 @@ class Places:
 
 
 @pytest.fixture(scope="session")
-def place(qt: QApplication) -> Places:
-    return Places(qt)
+def place(qt: QApplication, tmp_path_factory: pytest.TempPathFactory) -> Places:
+    users = Users(tmp_path_factory.mktemp("door") / "users.db")
+    users.add("somebody", "a password of somebody", PILOT, 0)
+    return Places(qt, users)
+
+
+@pytest.fixture(scope="session")
+def album(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where photographs of the window go: SCREENSHOTS, relative to the project, else a temporary folder."""
+    wanted = os.environ.get("SCREENSHOTS")
+    return ROOT / wanted if wanted else tmp_path_factory.mktemp("screenshots")
 
 
 @pytest.fixture(scope="module")
-def make_screen(wait_until: Callable) -> Iterator[Callable[[dict[str, str]], Screen]]:
+def make_screen(wait_until: Callable) -> Iterator[Callable[..., Screen]]:
     """Displays for all tests of a file; their windows find ROS by the given environment."""
     opened: list[tuple[VirtualDisplay, Screen]] = []
 
-    def make(environment: dict[str, str]) -> Screen:
-        display = VirtualDisplay()
+    def make(environment: dict[str, str], rows: int = 720) -> Screen:
+        display = VirtualDisplay(height=rows)
         screen = Screen(display, lambda *argv, **options: processes.start(list(argv), **options), wait_until)
-        screen.environment = {**environment, "DISPLAY": display.name}
+        screen.environment.update(environment, DISPLAY=display.name)
         opened.append((display, screen))
         return screen
 
@@ -184,7 +223,7 @@ def screen(run_program: Callable, wait_until: Callable, ros_environment: dict[st
     display.close()
 
 
-DRIVE_LEASE = Path(__file__).resolve().parents[2] / "catkin_ws" / "devel" / "lib" / "avatar_gui" / "drive_lease"
+DRIVE_LEASE = ROOT / "catkin_ws" / "devel" / "lib" / "avatar_gui" / "drive_lease"
 
 
 @pytest.fixture

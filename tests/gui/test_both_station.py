@@ -31,8 +31,6 @@ NEAR = 0.25
 """[m] from the floor point at which the robot must end."""
 HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
 """Tabs of the robots."""
-EMPTY = 8000
-"""Bytes; a picture of nothing is smaller."""
 SLOWEST, USUAL, FAST = 0.05, 0.2, 0.35
 """[m/s] on the slider; the slowest is one of its steps."""
 TOLD = ("/truth", "/rto3/truth", "/safety", "/rto3/safety")
@@ -193,21 +191,9 @@ def window(screen, station, areas):
 
 
 @pytest.fixture(scope="module")
-def photograph(screen, tmp_path_factory, wait_until):
+def photograph(screen, album):
     """Keep a picture of what the screen shows."""
-    folder = Path(os.environ.get("SCREENSHOTS") or tmp_path_factory.mktemp("screenshots"))
-    folder = folder if folder.is_absolute() else ROOT / folder
-
-    def take(name):
-        target = folder / f"window_{name}.png"
-
-        def shown():
-            subprocess.run(["import", "-window", "root", str(target)], env=screen.environment, check=True, timeout=20)
-            return target.stat().st_size > EMPTY
-
-        wait_until(shown, f"there is something to see: {name}")
-
-    return take
+    return lambda name: screen.photograph(album / f"window_{name}.png")
 
 
 @pytest.fixture(scope="module")

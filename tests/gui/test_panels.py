@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QPushButton
 from gui.body_panel import BodyPanel
 from gui.gate_banner import LEVELS, WORDS, GateBanner
 from gui.link_health import LinkHealth
-from gui.readings import Battery, BodyState, Levels, Safety, VoiceState
+from gui.readings import Battery, BodyState, Levels, Safety, VoiceSettings, VoiceState
 from gui.robot_panel import RobotPanel
 from gui.round_trip import RoundTrip
 from gui.sound_panel import FALL, LevelMeter, SoundPanel
@@ -139,6 +139,27 @@ def test_sound_controls_work_only_when_there_is_sound(qt):
     assert muted == [True] and talks == [True, False] and panel.state == "connected"
     panel.show_reading(Levels(-12.0, -60.0, 0.0))
     assert panel.pilot.level() > -20.0
+
+
+def test_the_sound_panel_shows_what_is_muted_and_used_and_asks_only_what_a_person_asks(qt):
+    panel = SoundPanel()
+    asked = []
+    for signal in (panel.mute_microphone, panel.mute_speaker, panel.microphone_chosen, panel.speaker_chosen):
+        signal.connect(asked.append)
+    panel.show_reading(VoiceSettings(True, False, "auto", "headset", ("camera",), ()))
+    assert panel.microphone.isChecked() and not panel.speaker.isChecked()
+    assert panel.microphones.currentText() == "Usual microphone" and panel.speakers.currentText() == "headset"
+    assert asked == []
+
+    index = panel.microphones.findText("camera")
+    panel.microphones.setCurrentIndex(index)
+    panel.microphones.activated.emit(index)
+    QTest.mouseClick(panel.microphone, Qt.LeftButton)
+    assert asked == ["camera", False]
+
+    panel.show_reading(VoiceSettings(True, False, "auto", "auto", ("camera",), ()))
+    assert panel.microphone.isChecked() and panel.microphones.currentData() == "auto", "who refused is believed"
+    assert panel.speakers.findText("headset") == -1
 
 
 def test_a_hidden_panel_lets_go_of_the_microphone(qt):

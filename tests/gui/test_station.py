@@ -3,156 +3,38 @@ other windows that want to drive, too. One station and one window serve all test
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-import json
 import math
 import os
 import signal
-import sqlite3
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
+from pepper_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
 
-from gui.users import Users
 from telepresence import processes
 from telepresence.pad_device import AXIS, BUTTON, EVENT
-from telepresence.ros_master import master_answers, master_proxy
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
-ROOT = Path(__file__).resolve().parents[2]
-QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-PASSWORD = "correct horse"
-SPEED = 0.2
 PEOPLE = {"anna": ("pilot", 0), "ben": ("pilot", 0), "chief": ("pilot", 5), "will": ("watcher", 0)}
-STOPPED = 0.01
-"""[m/s]"""
 BACK = 0.4
 """Share of SPEED at which Pepper surely drives back: the gate allows half of it where only a sonar looks."""
-STEP, SLOW = 0.05, 0.05
+SLOW = 0.05
 """[m/s]"""
 STANDS = 0.002
 """Metres that a standing robot may still move."""
 
 
-class Talker:
-    """A program that answers each line of JSON with one."""
-
-    def __init__(self, environment, *argv):
-        self.process = processes.start(
-            [sys.executable, *map(str, argv)], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-
-    def ask(self, *words):
-        self.process.stdin.write(json.dumps(words) + "\n")
-        self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
-
-    def close(self):
-        if self.process.poll() is None:
-            self.process.stdin.close()
-        processes.end(self.process, patience=5.0)
-
-
-class Station:
-    """The running programs, and where the robot truly is."""
-
-    def __init__(self, folder, free_port, wait_until):
-        self.environment = {
-            **os.environ,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
-            "ROS_HOME": str(folder / "ros"),
-            "ROS_IP": "127.0.0.1",
-            "TELEPRESENCE_USERS": str(folder / "users.db"),
-        }
-        self.users = Users(folder / "users.db")
-        for name, (role, rank) in PEOPLE.items():
-            self.users.add(name, PASSWORD, role, rank)
-        uri = self.environment["ROS_MASTER_URI"]
-        self._wait_until = wait_until
-        self._running = [self._start("rosmaster", "--core", "-p", uri.rpartition(":")[2])]
-        wait_until(lambda: master_answers(uri), "the ROS master answers")
-        ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port")]
-        launch = str(ROOT / "launch" / "pepper.launch")
-        self._running.append(
-            self._start("roslaunch", launch, "gui:=false", "terrain:=flat", "source:=test", "sign_in:=true", *ports)
-        )
-        self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
-        self._remotes = []
-        self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
-        self.probe("watch", "/safety", "telepresence_1/SafetyState", ["state", "reason"])
-
-    def _start(self, *argv):
-        return processes.start(list(argv), env=self.environment, **QUIET)
-
-    def probe(self, name, *arguments):
-        return self._probe.ask(name, arguments)
-
-    def wrong_tries(self):
-        with contextlib.closing(sqlite3.connect(self.users.path)) as database:
-            return database.execute("SELECT coalesce(sum(failed), 0) FROM tries").fetchone()[0]
-
-    def heard_by(self, node):
-        """Topics that a node has subscribed to."""
-        _, _, (_, subscribers, _) = master_proxy(self.environment["ROS_MASTER_URI"], 5.0).getSystemState("/test")
-        return [topic for topic, nodes in subscribers if node in nodes]
-
-    def remote(self, name):
-        """Another window, see remote_window.py."""
-        talker = Talker(self.environment, Path(__file__).with_name("remote_window.py"), self.users.path, name)
-        self._remotes.append(talker)
-        return talker
-
-    def dismiss(self):
-        """End the other windows."""
-        while self._remotes:
-            self._remotes.pop().close()
-
-    def track(self):
-        """(time [s], x, y [m]) since the last `forget`."""
-        return [(when, *place) for when, place in self.probe("seen", "/truth")]
-
-    def forget(self):
-        self.probe("forget", "/truth")
-
-    def place(self):
-        self.forget()
-        return self._wait_until(self.track, "a pose")[-1][1:]
-
-    def speed(self):
-        """Over the next 0.2 s [m/s]."""
-        self.forget()
-        track = self._wait_until(
-            lambda: (t := self.track()) and t[-1][0] - t[0][0] > 0.2 and t, "poses of a fifth of a second"
-        )
-        return math.dist(track[0][1:], track[-1][1:]) / (track[-1][0] - track[0][0])
-
-    def stands(self):
-        return self.speed() < STOPPED
-
-    def drives(self, share=0.5):
-        return self.speed() > SPEED * share
-
-    def evidence(self):
-        """For the report of a test that failed."""
-        return "\n".join(f"{topic}: {self.probe('newest', topic)}" for topic in ("/truth", "/safety"))
-
-    def close(self):
-        self.dismiss()
-        self._probe.close()
-        for process in reversed(self._running):
-            processes.end(process, patience=15.0)
-
-
 @pytest.fixture(scope="module")
 def station(tmp_path_factory, free_port, wait_until):
-    station = Station(tmp_path_factory.mktemp("station"), free_port, wait_until)
+    station = Station(tmp_path_factory.mktemp("station"), PEOPLE, free_port, wait_until)
     try:
-        wait_until(station.track, "the simulated robot stands somewhere", timeout=60.0)
+        station.start_master()
+        ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port")]
+        launch = str(ROOT / "launch" / "pepper.launch")
+        station.start("roslaunch", launch, "gui:=false", "terrain:=flat", "source:=test", "sign_in:=true", *ports)
+        station.look()
         station.origin = station.place()
         yield station
     finally:
@@ -169,62 +51,9 @@ def pad(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def desk(make_screen, station, pad, place):
-    """A display with a window manager, and one window."""
-    screen = make_screen(station.environment)
-    manager = processes.start(["openbox", "--sm-disable"], env=screen.environment, **QUIET)
-    desk = Desk(screen, pad, place)
+    desk = Desk(make_screen(station.environment, ROWS), place, "--gamepad", str(pad))
     yield desk
-    desk.screen.close()
-    processes.end(manager, patience=5.0)
-
-
-class Desk:
-    def __init__(self, screen, pad, place):
-        self.screen, self._pad, self._place = screen, pad, place
-        self.open()
-
-    def open(self):
-        self.window = self.screen.open_window(
-            "--tell", "--gamepad", str(self._pad), program=(sys.executable, "-m", "gui"), signed_in=False
-        )
-
-    def sign_in(self, name, password=PASSWORD):
-        self.screen.do("key", "ctrl+a")
-        self.screen.do("type", name)
-        self.screen.do("key", "Return")
-        self.screen.do("type", password)
-        self.screen.do("key", "Return")
-
-    def click(self, name, page="terminalPage"):
-        self._click_at(self._place(name, page))
-
-    def press_until(self, name, page, condition):
-        """Press a button, and again after a while: a program that starts late has missed the first press."""
-        for _ in range(4):
-            self.click(name, page)
-            deadline = time.monotonic() + 10.0
-            while time.monotonic() < deadline:
-                if condition():
-                    return
-                time.sleep(0.05)
-        pytest.fail(f"{name} was pressed and has no effect")
-
-    def show_page(self, page):
-        self._click_at(self._place.tab(page))
-
-    def _click_at(self, point):
-        self.screen.do("mousemove", "--window", self.window.id, *point, "click", 1)
-
-    def set_speed(self, speed):
-        """By the keys, whatever it was before [m/s]."""
-        self.key(*["Next"] * 8, *["Prior"] * (round(speed / STEP) - 1))
-
-    def key(self, *keys):
-        self.screen.do("key", *keys)
-
-    def evidence(self):
-        """For the report of a test that failed."""
-        return self.screen.evidence()
+    desk.close()
 
 
 @pytest.fixture(autouse=True)

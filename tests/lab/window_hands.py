@@ -18,12 +18,15 @@ from gui.tmux import Tmux
 from telepresence import processes
 from telepresence.virtual_display import VirtualDisplay, grab
 
+EMPTY = 8000
+"""Bytes; a picture of nothing is smaller."""
+
 
 class Screen:
     """A virtual display with a keyboard and a mouse, and the window that runs on it."""
 
     def __init__(self, display: VirtualDisplay, run_program: Callable, wait_until: Callable) -> None:
-        self.environment = dict(os.environ, DISPLAY=display.name)
+        self.environment = dict(os.environ, DISPLAY=display.name, PYTHONFAULTHANDLER="1")
         self._folder = display.folder
         self._windows: list[Window] = []
         self._held: set[tuple[str, str]] = set()
@@ -55,6 +58,15 @@ class Screen:
         """Eyes: red, green and blue of a point."""
         blue, green, red = grab(self._folder)[y, x]
         return int(red), int(green), int(blue)
+
+    def photograph(self, target: Path) -> None:
+        """What is on the screen, when there is something."""
+
+        def shown() -> bool:
+            subprocess.run(["import", "-window", "root", str(target)], env=self.environment, check=True, timeout=20)
+            return target.stat().st_size > EMPTY
+
+        self._wait_until(shown, f"there is something to see: {target.stem}")
 
     def do(self, *words: object) -> str:
         """Hands: xdotool."""

@@ -74,6 +74,9 @@ class Voice:
     def figures(self) -> dict[str, object]:
         return {"connections": self._robot.connections, "frames heard": self._robot.frames}
 
+    def chosen(self) -> tuple[str, str]:
+        return self._microphone.device, self._loudspeaker.device
+
     def open_microphone(self, opened: bool) -> None:
         self._robot.open = opened
 

@@ -126,6 +126,9 @@ class Voice:
             "packets lost": lost,
         }
 
+    def chosen(self) -> tuple[str, str]:
+        return self._microphone.device, self._player.device if self._player else "none"
+
     def open_microphone(self, opened: bool) -> None:
         self._mouth.open = opened
 

@@ -2,7 +2,8 @@
 
 Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] of the pilot's microphone and of the
             robot's, -100 for silence. voice/state (std_msgs/String, latched): how things stand, for people.
-            voice/devices (std_msgs/String, latched): what can be chosen, one device per line. /diagnostics.
+            voice/devices (std_msgs/String, latched): what can be chosen, one device per line. voice/settings
+            (telepresence_1/VoiceSettings, latched): the same for programs, and what is muted and chosen. /diagnostics.
 Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
@@ -22,6 +23,7 @@ from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
+from telepresence_1.msg import VoiceSettings
 
 LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
 TALK_LIMIT = 120.0
@@ -56,6 +58,9 @@ class Talk(Protocol):
     def figures(self) -> dict[str, object]:
         """For the diagnostics."""
 
+    def chosen(self) -> tuple[str, str]:
+        """The pilot's microphone and loudspeaker, see `telepresence.audio.devices`."""
+
     def open_microphone(self, opened: bool) -> None: ...
     def mute_speaker(self, muted: bool) -> None: ...
     def choose_microphone(self, device: str) -> None: ...
@@ -72,23 +77,26 @@ class VoiceSurface:
     def __init__(self, talk: Talk, muted: bool = False) -> None:
         self._voice = talk
         self._muted, self._talking, self._talk_since = muted, False, 0.0
+        self._speaker_muted = False
+        self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
         talk.open_microphone(not muted)
         self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
         self._state_topic = rospy.Publisher("voice/state", String, queue_size=1, latch=True)
         self._devices_topic = rospy.Publisher("voice/devices", String, queue_size=1, latch=True)
+        self._settings_topic = rospy.Publisher("voice/settings", VoiceSettings, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         rospy.Subscriber("voice/microphone", String, lambda message: talk.choose_microphone(message.data))
         rospy.Subscriber("voice/speaker", String, lambda message: talk.choose_speaker(message.data))
         for name, action in (
             ("mute_microphone", self._mute),
-            ("mute_speaker", talk.mute_speaker),
+            ("mute_speaker", self._mute_speaker),
             ("talk", self._talk),
         ):
             rospy.Service(f"voice/{name}", SetBool, self._answer(action))
 
     def run(self, cycles: Iterable[float]) -> None:
         """Publish in every cycle (`LEVEL_PERIOD`) until there are no more."""
-        told, listed, slow = None, None, 0.0
+        told, listed, settings, slow = None, None, None, 0.0
         for now in cycles:
             if self._talking and now - self._talk_since > TALK_LIMIT:
                 rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
@@ -101,16 +109,24 @@ class VoiceSurface:
             if now - slow > SLOW_PERIOD:
                 slow = now
                 self._publish_diagnostics()
-                text = "\n".join(f"{kind[:-1]} {name}" for kind, names in devices.names().items() for name in names)
+                self._offered = devices.names()
+                text = "\n".join(f"{kind[:-1]} {name}" for kind, names in self._offered.items() for name in names)
                 if text != listed:
                     listed = text
                     self._devices_topic.publish(text)
+            if self._settings() != settings:
+                settings = self._settings()
+                self._settings_topic.publish(settings)
 
     def _text(self) -> str:
         pilot, robot = self._voice.describe()
         if pilot == "live" and (self._talking or self._muted):
             pilot = "talking" if self._talking else "muted"
         return f"you: {pilot}; robot: {robot}"
+
+    def _settings(self) -> VoiceSettings:
+        offered = (sorted(names) for names in self._offered.values())
+        return VoiceSettings(self._muted, self._speaker_muted, *self._voice.chosen(), *offered)
 
     def _answer(self, action: Callable[[bool], None]) -> Callable[[SetBoolRequest], SetBoolResponse]:
         def handle(request: SetBoolRequest) -> SetBoolResponse:
@@ -124,6 +140,10 @@ class VoiceSurface:
     def _mute(self, muted: bool) -> None:
         self._muted = muted
         self._voice.open_microphone(self._talking or not muted)
+
+    def _mute_speaker(self, muted: bool) -> None:
+        self._speaker_muted = muted
+        self._voice.mute_speaker(muted)
 
     def _talk(self, talking: bool) -> None:
         self._talking, self._talk_since = talking, time.monotonic()

@@ -1,0 +1,314 @@
+"""The way of the original window, by mouse: only the robot is there. The window's own buttons bring the ROS master and
+the robot's programs, and every other button is pressed while all of that runs. One window serves all tests of this
+file, in its order, and the last one presses Exit."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pepper_station import PASSWORD, ROWS, SPEED, Desk, Station
+
+from gui.robot_panel import SENTENCES
+from telepresence import processes
+from telepresence.ros_master import master_answers
+
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
+
+PROGRAMS = {
+    "/pepper_publisher", "/naoqi_driver", "/pepper_robot/pepper_sonar", "/pepper_robot/pepper_laser",
+    "/pepper_robot/pose/pose_manager", "/pepper_robot/camera/front", "/com_cam", "/teleop_twist_keyboard",
+}  # fmt: skip
+"""The eight of the original."""
+SETTINGS = ["microphone_muted", "speaker_muted", "microphone", "speaker"]
+CAPS = {
+    "pad_forward": (1, 0, 0), "pad_backward": (-1, 0, 0), "pad_left": (0, 1, 0), "pad_right": (0, -1, 0),
+    "pad_turn_left": (0, 0, 1), "pad_turn_right": (0, 0, -1),
+}  # fmt: skip
+"""Directions of vx, vy and wz (REP 103)."""
+POSTURES = (
+    ("posture_zero", "LShoulderPitch", True),
+    ("posture_stand", "LShoulderPitch", False),
+    ("posture_crouch", "KneePitch", True),
+    ("posture_stand", "KneePitch", False),
+    ("posture_rest", "KneePitch", True),
+    ("posture_wakeup", "KneePitch", False),
+)
+"""Button, joint, and whether the joint is then elsewhere than in the posture Stand."""
+SLIDER_HALF = 90
+"""Pixels from the slider's middle to beyond its end."""
+USUAL_TURN = 2.5 * SPEED
+"""[rad/s]"""
+GROUND = (4, 400)
+"""A point beside all cards."""
+FASTEST = 0.35
+"""[m/s] of Pepper (NAOqi documentation, ALMotion)."""
+
+
+@pytest.fixture(scope="module")
+def station(tmp_path_factory, free_port, wait_until):
+    station = Station(tmp_path_factory.mktemp("buttons"), {"anna": ("pilot", 0)}, free_port, wait_until)
+    station.port = free_port()
+    station.environment["PULSE_SERVER"] = "unix:/nonexistent/socket"
+    station.environment.update(PAGE_PORT=str(free_port()), RTP_PORT=str(free_port()), PILOT_CAMERA="test")
+    yield station
+    station.close()
+
+
+@pytest.fixture(scope="module")
+def desk(make_screen, station, place):
+    desk = Desk(make_screen(station.environment, ROWS), place, "--gamepad", "none", "--folder", str(station.folder))
+    yield desk
+    desk.close()
+
+
+@pytest.fixture(autouse=True)
+def hands_off(desk):
+    """A test that failed leaves nothing pressed."""
+    yield
+    desk.screen.let_go()
+
+
+@pytest.fixture
+def given(station):
+    """The newest command that the window has given: vx, vy [m/s], wz [rad/s]."""
+
+    def newest():
+        found = station.probe("newest", "/cmd_vel")
+        return tuple(found[1]) if found else (0.0, 0.0, 0.0)
+
+    return newest
+
+
+def choose(desk, name, page, *keys):
+    """Take an entry of a list or menu that opens on a click."""
+    desk.click(name, page)
+    desk.screen.do("sleep", 0.3, "key", *keys, "Return")
+
+
+def test_sign_in(desk, station, wait_until):
+    for field, text in (("nameField", "anna"), ("passwordField", PASSWORD)):
+        desk.click(field, "door")
+        desk.screen.do("type", text)
+    desk.click("signInButton", "door")
+    wait_until(lambda: "$" in desk.window.terminal_text(), "the terminal shows a prompt")
+
+
+def test_roscore_start(desk, station, wait_until):
+    desk.click("roscoreButton")
+    wait_until(lambda: master_answers(station.master_uri), "a master answers")
+    wait_until(lambda: "started core service" in desk.window.terminal_text("roscore"), "the terminal shows roscore")
+    wait_until(lambda: "press Session start" in desk.window.output, "the window says what to do next")
+
+
+def test_session_start_brings_the_original_programs(desk, station, wait_until):
+    station.start("rosrun", "pepper_bringup", "pepper_sim", f"_port:={station.port}", "_scene:=flat")
+    station.look()
+    for topic, kind, fields in (
+        ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
+        ("/drive/state", "avatar_gui/DriveState", ["pilot", "stopped_by"]),
+        ("/speech", "std_msgs/String", ["data"]),
+        ("/joint_states", "sensor_msgs/JointState", ["name", "position"]),
+        ("/voice/settings", "telepresence_1/VoiceSettings", SETTINGS),
+        ("/voice/state", "std_msgs/String", ["data"]),
+    ):  # fmt: skip
+        station.probe("watch", topic, kind, fields)
+    desk.click("address")
+    desk.key("ctrl+a")
+    desk.screen.do("type", f"127.0.0.1:{station.port}")
+    desk.click("sessionButton")
+    wait_until(lambda: "roslaunch pepper_bringup tele_pepper.launch" in desk.window.output, "the line is told")
+    wait_until(lambda: {*station.probe("nodes")} >= PROGRAMS, "all programs are in the graph", timeout=60.0)
+
+
+def test_robot_feed_shows_the_camera_and_hides_it(desk, station, wait_until):
+    desk.click("feedButton")
+    wait_until(lambda: "first picture" in desk.window.output, "the picture is on the screen")
+    topic = "/pepper_robot/camera/front/image_raw"
+    desk.click("feedButton")
+    wait_until(lambda: topic not in station.heard_by("/gui_ros_node"), "nobody asks for pictures")
+    desk.click("feedButton")
+    wait_until(lambda: topic in station.heard_by("/gui_ros_node"), "it is shown again")
+    for keys, other in ((("Down",), "bottom"), (("Down",), "depth"), (("Up", "Up"), "front")):
+        choose(desk, "cameraChoice", "terminalPage", *keys)
+        wait_until(
+            lambda other=other: f"/pepper_robot/camera/{other}/image_raw" in station.heard_by("/gui_ros_node"),
+            f"the camera {other}",
+        )
+
+
+def press_cap(desk, station, cap):
+    """For half a second; what the window gave meanwhile."""
+    station.probe("forget", "/cmd_vel")
+    desk.point_at(cap)
+    desk.screen.do("mousedown", 1, "sleep", 0.5, "mouseup", 1)
+    return [tuple(fields) for _, fields in station.probe("seen", "/cmd_vel") if any(fields)]
+
+
+def driver(station):
+    """Who drives, and who has stopped the robot."""
+    return station.probe("newest", "/drive/state")[1]
+
+
+def test_leaving_the_robot_and_taking_it(desk, station, wait_until):
+    wait_until(lambda: driver(station) == ["anna", ""], "who signs in drives")
+    choose(desk, "menuButton", "terminalPage", "Down")
+    wait_until(lambda: driver(station) == ["", ""], "nobody drives")
+    assert press_cap(desk, station, "pad_turn_left") == []
+    desk.click("takeButton")
+    wait_until(lambda: driver(station) == ["anna", ""], "the robot is taken")
+    desk.screen.do("key", "F2", "sleep", 0.3, "key", "Down", "Return")
+    wait_until(lambda: driver(station) == ["", ""], "the menu has a key, too")
+    desk.key("F3")
+    wait_until(lambda: driver(station) == ["anna", ""], "the robot is taken again")
+
+
+@pytest.mark.parametrize("cap", CAPS)
+def test_the_pads_caps_drive_while_they_are_pressed(desk, station, wait_until, given, cap):
+    desk.point_at(cap)
+    desk.screen.do("mousedown", 1)
+    wanted = tuple(sign * size for sign, size in zip(CAPS[cap], (SPEED, SPEED, USUAL_TURN), strict=True))
+    wait_until(lambda: given() == pytest.approx(wanted), f"{cap} gives {wanted}")
+    desk.screen.do("mouseup", 1)
+    wait_until(lambda: not any(given()), "the release stops")
+
+
+def test_the_slider_and_the_pads_stop(desk, station, wait_until, given):
+    desk.point_at("speedSlider")
+    desk.screen.do("mousedown", 1, "mousemove_relative", SLIDER_HALF, 0, "mouseup", 1)
+    fastest = pytest.approx((FASTEST, 0.0, 0.0))
+    wait_until(lambda: fastest in press_cap(desk, station, "pad_forward"), "the slider is at its end")
+    desk.point_at("pad_turn_left")
+    desk.screen.do("keydown", "q")
+    wait_until(lambda: given()[2] > 0.0, "the robot turns")
+    desk.click("padStop")
+    wait_until(lambda: not any(given()), "the pad's stop stops")
+    desk.screen.do("keyup", "q")
+    desk.set_speed(SPEED)
+
+
+def test_the_red_stop_is_pressed_and_let_go(desk, station, wait_until):
+    desk.click("redStop")
+    wait_until(lambda: driver(station) == ["anna", "anna"], "the robot is stopped")
+    assert press_cap(desk, station, "pad_forward") == []
+    desk.screen.do("sleep", 1.0)  # a second press within a second is fear, not wish
+    desk.click("redStop")
+    wait_until(lambda: driver(station) == ["anna", ""], "it is let go")
+    wait_until(lambda: press_cap(desk, station, "pad_forward"), "and driven")
+
+
+def test_snapshot_and_record(desk, station, wait_until):
+    desk.click("snapshotButton")
+    wait_until(lambda: [*station.folder.glob("*.png")], "the picture is saved")
+    desk.click("recordButton")
+    wait_until(lambda: any(node.startswith("/record") for node in station.probe("nodes")), "the recording runs")
+    for cap in ("pad_turn_left", "pad_turn_right"):
+        assert press_cap(desk, station, cap)
+    desk.click("recordButton")
+    wait_until(lambda: [*station.folder.glob("*.bag")] and [*station.folder.glob("*.html")], "the report is written")
+
+
+def test_sentences(desk, station, wait_until):
+    desk.show_page("robotPage")
+    desk.click("sentence", "robotPage")
+    desk.screen.do("type", "How do you do?")
+    buttons = {"sayButton": "How do you do?", **{f"say_{index}": text for index, text in enumerate(SENTENCES)}}
+    for button, sentence in buttons.items():
+        desk.press_until(
+            button, "robotPage", lambda said=sentence: (s := station.probe("newest", "/speech")) and s[1] == [said]
+        )
+
+
+def test_postures(desk, station, wait_until):
+    desk.show_page("robotPage")
+
+    def joints():
+        _, (names, positions) = wait_until(lambda: station.probe("newest", "/joint_states"), "joints are told")
+        return dict(zip(names, positions, strict=True))
+
+    standing = joints()
+    for button, joint, moved in POSTURES:
+        desk.press_until(
+            button,
+            "robotPage",
+            lambda joint=joint, moved=moved: (abs(joints()[joint] - standing[joint]) > math.radians(20)) is moved,
+        )
+
+
+def test_sound(desk, station, wait_until):
+    desk.show_page("soundPage")
+
+    def settings(index):
+        return wait_until(lambda: station.probe("newest", "/voice/settings"), "the settings are told")[1][index]
+
+    for index, button in enumerate(("muteMicrophone", "muteSpeaker")):
+        for muted in (True, False):
+            desk.press_until(button, "soundPage", lambda index=index, muted=muted: settings(index) is muted)
+    for index, choice in ((2, "microphoneChoice"), (3, "speakerChoice")):
+        for key, device in (("Down", "none"), ("Up", "auto")):
+            choose(desk, choice, "soundPage", key)
+            wait_until(lambda index=index, device=device: settings(index) == device, f"{choice}: {device}")
+    station.probe("forget", "/voice/state")
+    desk.point_at("talkButton", "soundPage")
+    desk.screen.do("mousedown", 1)
+    wait_until(lambda: station.probe("seen", "/voice/state"), "holding it is answered")
+    station.probe("forget", "/voice/state")
+    desk.screen.do("mouseup", 1)
+    wait_until(lambda: station.probe("seen", "/voice/state"), "letting go is answered")
+
+
+def test_the_tablets_picture(desk, station, wait_until, album):
+    desk.show_page("tabletPage")
+    wait_until(lambda: "/tablet/image_raw" in station.heard_by("/gui_ros_node"), "the tablet is looked at")
+    x, y = desk.find("tablet", "tabletPage")
+    wait_until(lambda: len({desk.colour(x + step, y) for step in range(-60, 60, 3)}) > 5, "its picture is seen")
+    desk.screen.photograph(album / "window_tablet.png")
+
+
+def test_gamepad_page_fold_and_theme(desk, wait_until):
+    below = desk.find("terminalFrame")
+    tablet = desk.colour(*below)
+    desk.show_page("terminalPage")
+    wait_until(lambda: desk.colour(*below) != tablet, "the terminal is in front")
+    terminal = desk.colour(*below)
+    desk.click("padChip")
+    wait_until(lambda: desk.colour(*below) != terminal, "the gamepad's page is in front")
+    desk.show_page("terminalPage")
+    wait_until(lambda: desk.colour(*below) == terminal, "the terminal is in front")
+    desk.click("foldButton")
+    wait_until(lambda: desk.colour(*below) != terminal, "the deck is folded away")
+    desk.key("F4")
+    wait_until(lambda: desk.colour(*below) == terminal, "and back")
+    ground = desk.colour(*GROUND)
+    desk.click("themeButton")
+    wait_until(lambda: sum(desk.colour(*GROUND)) > sum(ground) + 300, "the window is light")
+    desk.click("themeButton")
+    wait_until(lambda: desk.colour(*GROUND) == ground, "the window is dark again")
+
+
+def test_typing_in_the_terminal_drives(desk, station, wait_until):
+    desk.click("terminalFrame")
+    wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
+    desk.key("i")
+    wait_until(station.drives, "the robot drives")
+
+
+def test_stop_ends_the_session_and_the_robot_stands(desk, station, wait_until):
+    desk.click("stopButton")
+    wait_until(station.stands, "the robot stands")
+    wait_until(lambda: not {*station.probe("nodes")} & PROGRAMS, "the session's programs have ended", timeout=60.0)
+    wait_until(lambda: desk.window.terminal_text().rstrip().endswith("$"), "the terminal is at the prompt")
+    assert master_answers(station.master_uri), "the master is not part of the session"
+
+
+def test_exit_takes_along_what_was_started_here(desk, station, wait_until):
+    family = desk.window.family()
+    station.end_look()
+    desk.click("exitButton")
+    assert desk.window.process.wait(20) == 0
+    wait_until(lambda: not {*family} & {*processes.descendants()}, "nothing of the window is left")
+    wait_until(lambda: not master_answers(station.master_uri), "the master is gone")
+
+
+def test_every_button_was_pressed(desk, place):
+    assert place.buttons() <= desk.pressed
