@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import signal
 import socket
@@ -12,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
+from typing import NoReturn
 
 from PyQt5.QtCore import QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication, QMainWindow
@@ -39,7 +41,7 @@ SCREENSHOT_DELAY = 1000
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Open the window; the exit code."""
+    """Open the window; the exit code when there can be none. With the window the process ends."""
     arguments = parse(without_remappings(sys.argv)[1:] if argv is None else argv)
     problem = display_problem(os.environ)
     if problem:
@@ -52,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     if not chosen:
         del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
-    cycles = CycleCollector()
+    _cycles = CycleCollector()  # works for as long as it is held
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
     memory = Memory(default_file())
@@ -90,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
         seat.start()
     node.start()
     try:
-        return application.exec_()
+        code = application.exec_()
     finally:
         signals.setEnabled(False)
         for seat in seats:
@@ -103,7 +105,7 @@ def main(argv: list[str] | None = None) -> int:
         node.close()
         for seat in seats:
             seat.terminal.close_terminal()
-        cycles.close()
+    leave(code)
 
 
 def take_seats(node: RosNode, arguments: argparse.Namespace, memory: Memory) -> list[Seat]:
@@ -196,6 +198,15 @@ def save_screenshot(window: QMainWindow, path: Path) -> None:
         print(f"Saved a picture of the window as {path}", flush=True)
     else:
         print(f"gui: {path} cannot be written; is the folder there, and the ending .png or .jpg?", file=sys.stderr)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process with everything closed. Going on to return would let Python take the widgets and the application
+    apart in an order of its own, beside rospy's threads, which now and then ends in a crash."""
+    logging.shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def _tell(title: str, text: str, level: str) -> None:

@@ -71,13 +71,16 @@ class LinkHealth(QFrame):
         self._show("command", f"{1e3 * seconds:.0f} ms", _level_of_delay(seconds))
 
     def show_picture(self, age: float, rate: float) -> None:
-        """Age when shown [s], NaN when the clocks disagree; pictures per second, 0 when none come."""
+        """Age when shown [s], NaN when the clocks disagree; pictures per second, 0 when none come, NaN when unknown."""
         if not math.isfinite(age):
             self._show("age", "–", "off")
         elif age >= 10.0:
             self._show("age", f"{age:.0f} s", "bad")
         else:
             self._show("age", f"{1e3 * age:.0f} ms" if age < 1.0 else f"{age:.1f} s", _level_of_delay(age))
+        if math.isnan(rate):
+            self._show("rate", "–", "off")
+            return
         level = "good" if rate >= GOOD_RATE else "warn" if rate >= BAD_RATE else "bad"
         self._show("rate", f"{rate:.0f} /s", level)
 

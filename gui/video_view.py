@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -107,12 +108,12 @@ class VideoView(QFrame):
         return time.monotonic() - self._arrived if self._image else float("inf")
 
     def rate(self) -> float:
-        """Pictures per second, lately."""
+        """Pictures per second, lately; not a number after a first one, which tells nothing yet."""
         now = time.monotonic()
         while self._arrivals and now - self._arrivals[0] > RATE_WINDOW:
             self._arrivals.popleft()
         if len(self._arrivals) < 2:
-            return 0.0
+            return math.nan if self._arrivals else 0.0
         return (len(self._arrivals) - 1) / max(1e-3, self._arrivals[-1] - self._arrivals[0])
 
     def pixel_at(self, point: QPointF) -> tuple[float, float]:
@@ -198,7 +199,9 @@ class VideoView(QFrame):
             self.update()
             self._set_status(f"{self._image.width()} × {self._image.height()}   no new picture")
         else:
-            self._set_status(f"{self._image.width()} × {self._image.height()}   {self.rate():.0f} pictures/s")
+            rate = self.rate()
+            often = "" if math.isnan(rate) else f"   {rate:.0f} pictures/s"
+            self._set_status(f"{self._image.width()} × {self._image.height()}{often}")
 
     def _let_go(self) -> None:
         if self._held:

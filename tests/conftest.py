@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import os
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from free_ports import free_port
 from hypothesis import HealthCheck, settings
 
 from telepresence import processes
@@ -99,16 +99,9 @@ def _wait_until() -> Callable:
     return wait_until
 
 
-@pytest.fixture(scope="session")
-def free_port() -> Callable[[], int]:
-    """A loopback tcp port that nobody listens on."""
-
-    def find() -> int:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            return probe.getsockname()[1]
-
-    return find
+@pytest.fixture(name="free_port", scope="session")
+def _free_port() -> Callable[[], int]:
+    return free_port
 
 
 @pytest.fixture(scope="session", autouse=True)

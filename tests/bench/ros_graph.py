@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 from telepresence import processes
 from telepresence.ros_master import master_answers
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "lab"))
+
+from free_ports import free_port
+
 MESSAGES = 200
 PERIOD = 0.05  # seconds between messages: as often as the driver may command
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @contextlib.contextmanager

@@ -19,6 +19,7 @@ from typing import Any
 
 import pytest
 import qi
+from free_ports import free_port
 
 from telepresence import processes
 from telepresence.ros_master import master_answers
@@ -206,8 +207,8 @@ class Graph:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.workspace = ROOT / "catkin_ws" / "devel"
-        self.robot_port = find_free_port()
-        self.uri = f"http://127.0.0.1:{find_free_port()}"
+        self.robot_port = free_port()
+        self.uri = f"http://127.0.0.1:{free_port()}"
         self.environment = {
             **read_environment(),
             "ROS_MASTER_URI": self.uri,
@@ -219,7 +220,7 @@ class Graph:
         self.master = self.start_master()
 
     def free_port(self) -> int:
-        return find_free_port()
+        return free_port()
 
     def start_master(self) -> Program:
         self.master = self.run("rosmaster", "--core", "-p", self.uri.rpartition(":")[2])
@@ -255,12 +256,6 @@ class Graph:
                 program.signal(signal.SIGINT)
         for program in reversed(self._programs):
             program.end()
-
-
-def find_free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 _environment: dict[str, str] = {}

@@ -68,6 +68,9 @@ class Station:
             [sys.executable, str(ROOT / "tests" / "catkin_ws" / "ros_probe.py")],
             env=self.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
+
+    def look(self, wait_until):
+        """From now on it is known where the robots are, and what their safety layers do."""
         pose = ["pose.pose.position.x", "pose.pose.position.y", "pose.pose.orientation.z", "pose.pose.orientation.w"]
         for topic in TOLD[:2]:
             self.probe("watch", topic, "nav_msgs/Odometry", pose)
@@ -116,8 +119,11 @@ class Station:
 @pytest.fixture(scope="module")
 def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("both"), free_port, wait_until)
-    yield station
-    station.close()
+    try:
+        station.look(wait_until)
+        yield station
+    finally:
+        station.close()
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +145,7 @@ WHERE = textwrap.dedent("""
     application = QApplication(sys.argv)
     application.setStyle("Fusion")
     from gui import theme
-    from gui.__main__ import parse, take_seats
+    from gui.__main__ import leave, parse, take_seats
     from gui.memory import Memory
     from gui.ros_link import RosNode
     from gui.shell import Shell
@@ -155,6 +161,7 @@ WHERE = textwrap.dedent("""
         corner = widget.mapTo(shell, QPoint(0, 0))
         places[widget.objectName()] = (corner.x(), corner.y(), widget.width(), widget.height())
     print(json.dumps(places))
+    leave(0)
 """)
 """A window of the same kind on the same screen, with the same fonts, tells where its widgets are."""
 FEEDS = ("--feed", "/pepper_robot/camera/front/image_raw", "image_raw")
@@ -369,13 +376,19 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
     assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
 
 
-def test_a_key_held_for_a_second_drives_robotino_for_a_second(station, screen, wait_until, assert_held_key_drives):
+def test_a_key_held_for_a_second_drives_robotino_for_a_second(
+    station, screen, photograph, wait_until, assert_held_key_drives
+):
     wait_until(lambda: still(station, "/rto3/truth"), "Robotino stands")
     set_speed(screen, SLOWEST)
     assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
+    screen.do("keydown", "w")
+    wait_until(lambda: still(station, "/rto3/truth") is None, "Robotino drives")
+    photograph("robotino")
+    screen.do("keyup", "w")
 
 
-def test_light_and_dark(window, screen, place, video, photograph, wait_until):
+def test_light_and_dark(station, window, screen, place, video, photograph, wait_until):
     dark = screen.colour(*GROUND)
     window.click(place("themeButton"))
     wait_until(lambda: sum(screen.colour(*GROUND)) > sum(dark) + 300, "the window is light")
@@ -385,7 +398,7 @@ def test_light_and_dark(window, screen, place, video, photograph, wait_until):
     wait_until(
         lambda: any(max(c) - min(c) > 40 for c in (screen.colour(*point) for point in points)), "a picture with colours"
     )
-    wait_until(lambda: terminal_text(window), "Pepper's page")
+    wait_until(lambda: terminal_text(window) and still(station, "/truth"), "Pepper's page")
     photograph("light")
     window.click(place("themeButton"))
     wait_until(lambda: screen.colour(*GROUND) == dark, "the window is dark again")

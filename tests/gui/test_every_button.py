@@ -174,10 +174,15 @@ def test_the_pads_caps_drive_while_they_are_pressed(desk, station, wait_until, g
 
 
 def test_the_slider_and_the_pads_stop(desk, station, wait_until, given):
-    desk.point_at("speedSlider")
-    desk.screen.do("mousedown", 1, "mousemove_relative", SLIDER_HALF, 0, "mouseup", 1)
     fastest = pytest.approx((FASTEST, 0.0, 0.0))
-    wait_until(lambda: fastest in press_cap(desk, station, "pad_forward"), "the slider is at its end")
+
+    def drag():
+        desk.set_speed(SPEED)
+        desk.point_at("speedSlider")
+        desk.screen.do("mousedown", 1, "sleep", 0.1, "mousemove_relative", SLIDER_HALF, 0, "sleep", 0.1, "mouseup", 1)
+        return fastest in press_cap(desk, station, "pad_forward")
+
+    wait_until(drag, "the slider is at its end")
     desk.point_at("pad_turn_left")
     desk.screen.do("keydown", "q")
     wait_until(lambda: given()[2] > 0.0, "the robot turns")
@@ -262,7 +267,7 @@ def test_the_tablets_picture(desk, station, wait_until, album):
     wait_until(lambda: "/tablet/image_raw" in station.heard_by("/gui_ros_node"), "the tablet is looked at")
     x, y = desk.find("tablet", "tabletPage")
     wait_until(lambda: len({desk.colour(x + step, y) for step in range(-60, 60, 3)}) > 5, "its picture is seen")
-    desk.screen.photograph(album / "window_tablet.png")
+    desk.screen.photograph(album / "window_tablet.png", desk.window.id)
 
 
 def test_gamepad_page_fold_and_theme(desk, wait_until):

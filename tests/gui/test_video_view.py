@@ -1,5 +1,6 @@
 """The camera picture on the screen."""
 
+import math
 import time
 
 import numpy as np
@@ -72,6 +73,14 @@ def test_tells_size_and_rate(view, spin):
         view.show_picture(Picture(picture().pixels, "rgb8", 0.0, now - 1.0 + 0.1 * index))
     spin(lambda: texts, "the status is told")
     assert texts[-1] == "40 × 30   10 pictures/s"
+
+
+def test_one_picture_tells_no_rate(view, spin):
+    texts = []
+    view.status.connect(texts.append)
+    view.show_picture(picture())
+    spin(lambda: texts, "the status is told")
+    assert texts[-1] == "40 × 30" and math.isnan(view.rate())
 
 
 def test_the_first_picture_after_clearing_is_announced_once(view, spin):

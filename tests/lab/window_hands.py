@@ -59,11 +59,11 @@ class Screen:
         blue, green, red = grab(self._folder)[y, x]
         return int(red), int(green), int(blue)
 
-    def photograph(self, target: Path) -> None:
-        """What is on the screen, when there is something."""
+    def photograph(self, target: Path, window: str = "root") -> None:
+        """What is on the screen, or in a window of that id, when there is something."""
 
         def shown() -> bool:
-            subprocess.run(["import", "-window", "root", str(target)], env=self.environment, check=True, timeout=20)
+            subprocess.run(["import", "-window", window, str(target)], env=self.environment, check=True, timeout=20)
             return target.stat().st_size > EMPTY
 
         self._wait_until(shown, f"there is something to see: {target.stem}")
