@@ -7,7 +7,6 @@ the pictures go to docs/, else to a temporary folder.
 
 import json
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -16,17 +15,13 @@ import time
 from pathlib import Path
 
 import pytest
+from window_station import PASSWORD, ROOT, Station
 
 from gui.tmux import Tmux
-from gui.users import Users
 from telepresence import processes
-from telepresence.ros_master import master_answers
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
-ROOT = Path(__file__).resolve().parents[2]
-QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-PASSWORD = "correct horse"
 NEAR = 0.25
 """[m] from the floor point at which the robot must end."""
 HEADER_CLICK = {"pepper": (50, 27), "robotino": (125, 27)}
@@ -40,61 +35,33 @@ FOCAL_LENGTH, CAMERA_AHEAD, CAMERA_HEIGHT = 526.4, 0.11, 0.303
 """Robotino's camera at 640x480 [px], and where it stands level in base_link [m] (robotino.urdf)."""
 
 
-class Station:
+class BothStation(Station):
     """Both robots and all their programs."""
 
-    def __init__(self, folder, free_port, wait_until):
-        self.folder = folder / "kept"
-        self.environment = {
-            **os.environ,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
-            "ROS_HOME": str(folder / "ros"),
-            "ROS_IP": "127.0.0.1",
-            "TELEPRESENCE_USERS": str(folder / "users.db"),
-            "XDG_CONFIG_HOME": str(folder / "config"),
-        }
-        Users(folder / "users.db").add("anna", PASSWORD, "pilot", 0)
-        uri = self.environment["ROS_MASTER_URI"]
-        self._running = [self._start("rosmaster", "--core", "-p", uri.rpartition(":")[2])]
-        wait_until(lambda: master_answers(uri), "the ROS master answers")
+    told = TOLD
+
+    def start_everything(self, free_port):
+        self.start_master()
         names = ("nao_port", "page_port", "robotino_port", "drive_port", "camera_port", "sound_port")
         ports = [f"{name}:={free_port()}" for name in names]
-        self.launch = self._start(
+        self.launch = self.start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
             "sign_in:=true", "voice:=false", *ports,
         )  # fmt: skip
-        self._running.append(self.launch)
-        self._probe = processes.start(
-            [sys.executable, str(ROOT / "tests" / "catkin_ws" / "ros_probe.py")],
-            env=self.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
 
-    def look(self, wait_until):
-        """From now on it is known where the robots are, and what their safety layers do."""
+    def watch(self):
         pose = ["pose.pose.position.x", "pose.pose.position.y", "pose.pose.orientation.z", "pose.pose.orientation.w"]
         for topic in TOLD[:2]:
             self.probe("watch", topic, "nav_msgs/Odometry", pose)
         for topic in TOLD[2:]:
             self.probe("watch", topic, "telepresence_1/SafetyState", ["state", "reason"])
         for topic in TOLD:
-            wait_until(lambda topic=topic: self.newest(topic), f"{topic} is told", timeout=90.0)
-
-    def _start(self, *argv):
-        return processes.start(list(argv), env=self.environment, **QUIET)
-
-    def probe(self, name, *arguments):
-        self._probe.stdin.write(json.dumps([name, arguments]) + "\n")
-        self._probe.stdin.flush()
-        return json.loads(self._probe.stdout.readline())
+            self.wait_until(lambda topic=topic: self.newest(topic), f"{topic} is told", timeout=90.0)
 
     def newest(self, topic):
         """Fields of the last message; None before the first."""
         found = self.probe("newest", topic)
         return found and found[1]
-
-    def evidence(self):
-        """For the report of a test that failed."""
-        return "\n".join(f"{topic}: {self.newest(topic)}" for topic in TOLD)
 
     def pose(self, topic):
         """x, y [m], heading [rad] in the world."""
@@ -109,18 +76,16 @@ class Station:
                 return pid
         pytest.fail("Pepper's front camera does not run")
 
-    def close(self):
-        self._probe.stdin.close()
-        processes.end(self._probe, patience=5.0)
-        for process in reversed(self._running):
-            processes.end(process, patience=15.0)
-
 
 @pytest.fixture(scope="module")
 def station(tmp_path_factory, free_port, wait_until):
-    station = Station(tmp_path_factory.mktemp("both"), free_port, wait_until)
+    folder = tmp_path_factory.mktemp("both")
+    station = BothStation(folder, {"anna": ("pilot", 0)}, free_port, wait_until)
+    station.environment["XDG_CONFIG_HOME"] = str(folder / "config")
+    station.kept = folder / "kept"
     try:
-        station.look(wait_until)
+        station.start_everything(free_port)
+        station.look()
         yield station
     finally:
         station.close()
@@ -192,7 +157,7 @@ def place(areas):
 @pytest.fixture(scope="module")
 def window(screen, station, areas):
     return screen.open_window(
-        "--profile", "both", "--tell", *FEEDS, "--folder", str(station.folder),
+        "--profile", "both", "--tell", *FEEDS, "--folder", str(station.kept),
         program=(sys.executable, "-m", "gui"), signed_in=False,
     )  # fmt: skip
 
@@ -312,7 +277,7 @@ def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
     station, window, screen, place, photograph, wait_until
 ):
     window.click(place("recordButton"))
-    wait_until(lambda: list(station.folder.glob("*.bag.active")), "the recording has begun")
+    wait_until(lambda: list(station.kept.glob("*.bag.active")), "the recording has begun")
     window.click(place("cameraTitle"))
     set_speed(screen, FAST)
     screen.do("keydown", "w")
@@ -323,13 +288,13 @@ def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
     set_speed(screen, USUAL)
     window.click(place("snapshotButton"))
     window.click(place("recordButton"))
-    bag = wait_until(lambda: next(iter(station.folder.glob("*.bag")), None), "the bag is closed")
-    page = wait_until(lambda: next(iter(station.folder.glob("*.html")), None), "the report is written")
+    bag = wait_until(lambda: next(iter(station.kept.glob("*.bag")), None), "the bag is closed")
+    page = wait_until(lambda: next(iter(station.kept.glob("*.html")), None), "the report is written")
     info = subprocess.run(["rosbag", "info", str(bag)], capture_output=True, text=True, timeout=30)
     assert info.returncode == 0 and "/safety " in info.stdout and "/odom " in info.stdout
     text = page.read_text()
     assert text.count("<svg") == 5 and ("limited" in text or "blocked" in text)
-    assert next(iter(station.folder.glob("*.png"))).stat().st_size > 10_000
+    assert next(iter(station.kept.glob("*.png"))).stat().st_size > 10_000
     replayed = subprocess.run(
         ["rosbag", "play", "--quiet", "--rate=20", "--topics", "/odom", "--bags", str(bag)],
         env=station.environment, capture_output=True, text=True, timeout=60,

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from pepper_station import PASSWORD, ROWS, SPEED, Desk, Station
+from window_station import PASSWORD, ROWS, SPEED, Desk, Station
 
 from gui.robot_panel import SENTENCES
 from telepresence import processes

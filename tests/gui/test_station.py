@@ -10,7 +10,7 @@ import signal
 import time
 
 import pytest
-from pepper_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
+from window_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
 
 from telepresence import processes
 from telepresence.pad_device import AXIS, BUTTON, EVENT

@@ -60,6 +60,9 @@ class Station:
         people: Accounts: name -> (role, rank).
     """
 
+    told: tuple[str, ...] = ("/truth", "/safety")
+    """Topics that a failed test's report shows."""
+
     def __init__(
         self, folder: Path, people: dict[str, tuple[str, int]], free_port: Callable, wait_until: Callable
     ) -> None:
@@ -74,7 +77,7 @@ class Station:
         self.users = Users(folder / "users.db")
         for name, (role, rank) in people.items():
             self.users.add(name, PASSWORD, role, rank)
-        self._wait_until = wait_until
+        self.wait_until = wait_until
         self._running: list[subprocess.Popen] = []
         self._probe: Talker | None = None
         self._remotes: list[Talker] = []
@@ -85,7 +88,7 @@ class Station:
 
     def start_master(self) -> None:
         self.start("rosmaster", "--core", "-p", self.master_uri.rpartition(":")[2])
-        self._wait_until(lambda: master_answers(self.master_uri), "the ROS master answers")
+        self.wait_until(lambda: master_answers(self.master_uri), "the ROS master answers")
 
     def start(self, *argv: str) -> subprocess.Popen:
         """A program of the station's environment, until `close`."""
@@ -95,9 +98,13 @@ class Station:
     def look(self) -> None:
         """From now on it is known where the robot is; needs a ROS master."""
         self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
+        self.watch()
+
+    def watch(self) -> None:
+        """Begin to note what topics tell."""
         self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
         self.probe("watch", "/safety", "telepresence_1/SafetyState", ["state", "reason"])
-        self._wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
+        self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
 
     def end_look(self) -> None:
         if self._probe is not None:
@@ -137,12 +144,12 @@ class Station:
     def place(self) -> tuple[float, float]:
         """x, y [m]"""
         self.forget()
-        return self._wait_until(self.track, "a pose")[-1][1:]
+        return self.wait_until(self.track, "a pose")[-1][1:]
 
     def speed(self) -> float:
         """Over the next 0.2 s [m/s]."""
         self.forget()
-        track = self._wait_until(
+        track = self.wait_until(
             lambda: (t := self.track()) and t[-1][0] - t[0][0] > 0.2 and t, "poses of a fifth of a second"
         )
         return math.dist(track[0][1:], track[-1][1:]) / (track[-1][0] - track[0][0])
@@ -157,7 +164,7 @@ class Station:
         """For the report of a test that failed."""
         if self._probe is None:
             return "nobody looked"
-        return "\n".join(f"{topic}: {self.probe('newest', topic)}" for topic in ("/truth", "/safety"))
+        return "\n".join(f"{topic}: {self.probe('newest', topic)}" for topic in self.told)
 
     def close(self) -> None:
         self.dismiss()
