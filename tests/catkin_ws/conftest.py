@@ -19,6 +19,7 @@ from typing import Any
 
 import pytest
 import qi
+from endings import end_together
 from free_ports import free_port
 
 from telepresence import processes
@@ -251,11 +252,7 @@ class Graph:
     def close(self) -> None:
         for probe in self._probes:
             probe.close()
-        for program in self._programs:
-            if program.process.poll() is None:
-                program.signal(signal.SIGINT)
-        for program in reversed(self._programs):
-            program.end()
+        end_together([program.process for program in self._programs])
 
 
 _environment: dict[str, str] = {}

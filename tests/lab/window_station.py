@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from endings import end_together
 from window_hands import Screen
 
 from gui.users import Users
@@ -169,8 +170,7 @@ class Station:
     def close(self) -> None:
         self.dismiss()
         self.end_look()
-        for process in reversed(self._running):
-            processes.end(process, patience=15.0)
+        end_together(self._running)
 
 
 class Desk:
