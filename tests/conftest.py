@@ -42,8 +42,8 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of two workers one has all tests with windows, browsers or a whole machine's work, so that there is one station at
-    a time; the others are shared out by file."""
+    """Of two workers one has all tests with windows, browsers or a whole machine's work, so that there is one station
+    at a time; the others are shared out by file."""
     for item in items:
         large = any(item.get_closest_marker(name) for name in ("x11", "browser", "alone"))
         item.add_marker(pytest.mark.xdist_group("stations" if large else str(item.path)))

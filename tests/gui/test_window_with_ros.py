@@ -9,7 +9,7 @@ from statistics import median
 import pytest
 
 from telepresence import processes
-from telepresence.ros_master import master_answers, master_proxy
+from telepresence.ros_master import master_answers
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
@@ -133,18 +133,6 @@ def test_pictures_come_back_after_a_restart_of_master_and_robot(
     wait_until(lambda: master_answers(uri), "a new master answers")
     start_robot()
     wait_until(lambda: shows_picture(screen, place), "the picture is back")
-
-
-def test_roscore_start_starts_a_master_that_the_window_joins(screen, wait_until, place, ros_environment):
-    uri = ros_environment["ROS_MASTER_URI"]
-    window = screen.open_window()
-    window.click(place("roscoreButton"))
-    wait_until(lambda: master_answers(uri), "a master answers")
-    wait_until(lambda: master_proxy(uri).lookupNode("/test", "/gui_ros_node")[0] == 1, "the window has joined it")
-    wait_until(lambda: "started core service" in window.terminal_text("roscore"), "the terminal shows roscore")
-    processes.send(window.process.pid, signal.SIGTERM)
-    assert window.process.wait(15) == 0
-    wait_until(lambda: not master_answers(uri), "the window takes its master along")
 
 
 def test_starts_as_a_node_and_ends_like_one(screen, wait_until, robot):
