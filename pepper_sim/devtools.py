@@ -60,8 +60,9 @@ class DevTools:
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
         # The shell gives the pipes the numbers that Chromium expects. A group of its own: Chromium has many children.
+        # Behind physics and cameras when there is too little processor for all: a tablet may be late.
         self._process = subprocess.Popen(
-            ["bash", "-c", f'exec "$@" 3<&{from_us} 4>&{to_us}', "bash", program, *_FLAGS, profile, "about:blank"],
+            ["bash", "-c", f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}', "bash", program, *_FLAGS, profile, "about:blank"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
