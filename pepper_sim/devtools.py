@@ -59,10 +59,11 @@ class DevTools:
         profile = f"--user-data-dir={self._profile.name}"
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
-        # The shell gives the pipes the numbers that Chromium expects. A group of its own: Chromium has many children.
-        # Behind physics and cameras when there is too little processor for all: a tablet may be late.
+        # The shell gives the pipes the numbers that Chromium expects, and a place behind physics and cameras when there is
+        # too little processor for all: a tablet may be late. A group of its own: Chromium has many children.
+        shell = f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}'
         self._process = subprocess.Popen(
-            ["bash", "-c", f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}', "bash", program, *_FLAGS, profile, "about:blank"],
+            ["bash", "-c", shell, "bash", program, *_FLAGS, profile, "about:blank"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
