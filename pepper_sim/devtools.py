@@ -59,8 +59,8 @@ class DevTools:
         profile = f"--user-data-dir={self._profile.name}"
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
-        # The shell gives the pipes the numbers that Chromium expects, and a place behind physics and cameras when there is
-        # too little processor for all: a tablet may be late. A group of its own: Chromium has many children.
+        # The shell gives the pipes the numbers that Chromium expects, and a place behind physics and cameras when there
+        # is too little processor for all: a tablet may be late. A group of its own: Chromium has many children.
         shell = f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}'
         self._process = subprocess.Popen(
             ["bash", "-c", shell, "bash", program, *_FLAGS, profile, "about:blank"],
