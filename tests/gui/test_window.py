@@ -70,6 +70,20 @@ def test_keys_go_where_the_last_click_was_under_a_window_manager(screen, wait_un
     assert "not-for-the-shell" not in window.terminal_text()
 
 
+def test_a_window_managers_title_pushes_nothing_off_a_small_screen(screen, wait_until, run_program):
+    run_program("openbox", "--sm-disable", env=screen.environment, stderr=subprocess.DEVNULL)
+    window = screen.open_window()
+
+    def ends():
+        """Row below the window, where the screen is drawn on [px]."""
+        corner = screen.do("mousemove", "--window", window.id, 0, 0, "getmouselocation", "--shell").split()
+        size = screen.do("getwindowgeometry", "--shell", window.id).split()
+        read = {line.partition("=")[0]: int(line.partition("=")[2]) for line in (*size, *corner)}
+        return read["Y"] + read["HEIGHT"]
+
+    wait_until(lambda: 640 < ends() <= 720, "its last line is on the screen")
+
+
 def test_the_terminal_follows_the_size_of_the_window(screen, wait_until):
     window = screen.open_window()
     large = window.terminal_size()

@@ -114,8 +114,8 @@ class VoiceSurface:
                 if text != listed:
                     listed = text
                     self._devices_topic.publish(text)
-            if self._settings() != settings:
-                settings = self._settings()
+            if (newest := self._settings()) != settings:
+                settings = newest
                 self._settings_topic.publish(settings)
 
     def _text(self) -> str:
