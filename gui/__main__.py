@@ -19,19 +19,19 @@ from PyQt5.QtCore import QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
-from gui.controller import Attach
-from gui.cycles import CycleCollector
-from gui.entrance import Entrance
-from gui.keeping import default_folder
-from gui.memory import Memory, default_file
+from gui.app.authorization import Entrance
+from gui.app.capture import default_folder
+from gui.app.controller import Attach
+from gui.app.gc_on_qt_thread import CycleCollector
+from gui.app.robot_tab import Seat, Terminals
+from gui.app.shortcuts import add_shortcuts
+from gui.app.tabs import Shell
 from gui.profiles import PROFILES
-from gui.ros_link import RosNode, without_remappings
-from gui.seat import Seat, Terminals
-from gui.shell import Shell
-from gui.shortcuts import add_shortcuts
-from gui.users import Users
+from gui.ros.link import RosNode, without_remappings
+from gui.settings import Memory, default_file
+from gui.terminal.x11 import hold_display, screen_height
 from gui.window import themes
-from gui.x11 import hold_display, screen_height
+from telepresence.teleop.accounts import Users
 
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))

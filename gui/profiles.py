@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from gui import commands, drive_topics, topics_actions, topics_sensors
-from gui.channels import Incoming, Offered, Outgoing
-from gui.commands import Address
-from gui.picture import read_picture
+from gui.ros.channels import Incoming, Offered, Outgoing
+from gui.ros.picture import read_picture
+from gui.ros.topics import actions, drive, sensors
+from gui.terminal import commands
+from gui.terminal.commands import Address
 
 
 @dataclass(frozen=True)
@@ -54,14 +55,14 @@ PROFILES = {
         incoming=(
             _picture("pepper_robot/camera/front/image_raw"),
             _picture("tablet/image_raw", "tablet"),
-            *topics_sensors.pepper(),
-            *drive_topics.INCOMING,
+            *sensors.pepper(),
+            *drive.INCOMING,
         ),
         outgoing=(
-            *drive_topics.outgoing("cmd_vel"),
-            *topics_actions.pepper_outgoing(),
+            *drive.outgoing("cmd_vel"),
+            *actions.pepper_outgoing(),
         ),
-        services=(*drive_topics.SERVICES, *topics_actions.pepper_services()),
+        services=(*drive.SERVICES, *actions.pepper_services()),
     ),
     "robotino": Profile(
         name="robotino",
@@ -69,8 +70,8 @@ PROFILES = {
         cmd_vel="safe_cmd_vel",
         session=commands.robotino_session,
         keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-        incoming=(_picture("img_raw"), *topics_sensors.robotino(), *drive_topics.INCOMING),
-        outgoing=(*drive_topics.outgoing("safe_cmd_vel"), *topics_actions.sound_outgoing()),
-        services=(*drive_topics.SERVICES, *topics_actions.sound_services()),
+        incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING),
+        outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing()),
+        services=(*drive.SERVICES, *actions.sound_services()),
     ),
 }

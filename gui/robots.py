@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from telepresence.safety.outline import Outline
-from telepresence.safety.profile import PEPPER, ROBOTINO
+from telepresence.safety.robot_profile import PEPPER, ROBOTINO
 
 
 @dataclass(frozen=True)

@@ -25,16 +25,16 @@ from PyQt5.QtWidgets import (
 )
 
 from gui import theme
-from gui.body_panel import BodyPanel
-from gui.drive_pad import DrivePad
-from gui.gate_banner import GateBanner
-from gui.link_health import LinkHealth
-from gui.robot_panel import RobotPanel
-from gui.sensor_view import SensorView
-from gui.sound_panel import SoundPanel
-from gui.status_bar import StatusBar
+from gui.driving.drive_pad import DrivePad
 from gui.theme import style_sheet, themes
-from gui.video_view import VideoView
+from gui.widgets.body_panel import BodyPanel
+from gui.widgets.gate_banner import GateBanner
+from gui.widgets.link_health import LinkHealth
+from gui.widgets.robot_panel import RobotPanel
+from gui.widgets.sensor_view import SensorView
+from gui.widgets.sound_panel import SoundPanel
+from gui.widgets.status_bar import StatusBar
+from gui.widgets.video_view import VideoView
 
 __all__ = ["SIZE", "OperatorWindow", "style_sheet", "themes"]
 

@@ -13,9 +13,8 @@ from concurrent.futures import Future
 import mujoco
 import numpy as np
 
-from pepper_sim.models import PREFIX
-from pepper_sim.postures import STAND
-from pepper_sim.robot_description import (
+from pepper_sim.body.collision_protection import SecurityZone
+from pepper_sim.body.description import (
     ACC_THETA,
     ACC_XY,
     BRAKING,
@@ -30,15 +29,16 @@ from pepper_sim.robot_description import (
     WHEELS,
     JointLimits,
 )
-from pepper_sim.robot_frames import Frames, matrix, roll_pitch_yaw
-from pepper_sim.robot_inertial import InertialSensors
-from pepper_sim.robot_joints import JointMotion
-from pepper_sim.robot_motion import BaseMotion
-from pepper_sim.robot_power import PERIOD as POWER_PERIOD
-from pepper_sim.robot_power import Power
-from pepper_sim.robot_security import SecurityZone
-from pepper_sim.robot_sensors import Sensors
-from pepper_sim.robot_state import Snapshot
+from pepper_sim.body.frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.inertial import InertialSensors
+from pepper_sim.body.joints import JointMotion
+from pepper_sim.body.motion import BaseMotion
+from pepper_sim.body.postures import STAND
+from pepper_sim.body.power import PERIOD as POWER_PERIOD
+from pepper_sim.body.power import Power
+from pepper_sim.body.sensors import Sensors
+from pepper_sim.body.state import Snapshot
+from pepper_sim.models import PREFIX
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World

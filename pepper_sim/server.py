@@ -14,12 +14,12 @@ from collections.abc import Iterable
 import pepper_sim.services  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
 import qi
 
+from pepper_sim.naoqi.catalogue import Catalogue
+from pepper_sim.naoqi.publish import peer_methods, qi_object
+from pepper_sim.naoqi.raw_server import WirePeer
+from pepper_sim.naoqi.service import Service
 from pepper_sim.robot import Pepper
-from pepper_sim.services.catalogue import Catalogue
-from pepper_sim.services.publish import peer_methods, qi_object
-from pepper_sim.services.service import Service
-from pepper_sim.tablet import Tablet
-from pepper_sim.wire_peer import WirePeer
+from pepper_sim.tablet.tablet import Tablet
 
 log = logging.getLogger(__name__)
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from pepper_sim.door_watch import DoorWatch
-from pepper_sim.loudspeaker_output import LoudspeakerOutput
 from pepper_sim.models import PREFIX, pepper_model
+from pepper_sim.naoqi.port_probe import DoorWatch
 from pepper_sim.robot import Pepper
-from pepper_sim.room_sounds import RoomSounds
 from pepper_sim.server import NaoqiServer
-from pepper_sim.sound import Room
-from pepper_sim.tablet import Tablet
-from telepresence.images import LatestImage
+from pepper_sim.sound.loudspeaker_output import LoudspeakerOutput
+from pepper_sim.sound.room import Room
+from pepper_sim.sound.room_sounds import RoomSounds
+from pepper_sim.tablet.tablet import Tablet
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulated_robot import SimulatedRobot
 from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.world import World
+from telepresence.video.images import LatestImage
 
 DEFAULT_PORT = 9559
 DEFAULT_SCENE = "apartment"

@@ -20,11 +20,11 @@ from typing import Any
 import gevent
 
 from robotino_sim import commands, readings
+from robotino_sim.json_body import BadRequest, from_json, to_json
 from robotino_sim.programs import Programs
 from robotino_sim.robot import Robotino
 from robotino_sim.sensor_image import draw_sensors
 from robotino_sim.webcam import Webcam
-from robotino_sim.wire import BadRequest, from_json, to_json
 
 ALLOW = "DELETE, GET, POST, PUT"
 JSON, JPEG, PNG, TEXT, BINARY = (
@@ -63,7 +63,7 @@ class Response:
 def create_app(
     robot: Robotino, webcam: Webcam, *, strict_camera: bool = False, cors: bool = False
 ) -> Callable[[Environ, StartResponse], Iterable[bytes]]:
-    """The WSGI application in front of `robot`, to be served by `telepresence.mjpeg.WebServer`.
+    """The WSGI application in front of `robot`, to be served by `telepresence.video.mjpeg.WebServer`.
 
     Args:
         strict_camera: Answer /cam0 as the web server of 2021 did: 500 unless there is a picture nobody has fetched.

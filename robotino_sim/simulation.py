@@ -55,9 +55,7 @@ class SimulatedRobotino(WebRobot):
         return self._model
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
-        self.robot = Robotino(
-            world, cameras, self._model.prefix, seed, watchdog=self._watchdog, battery=self._battery
-        )
+        self.robot = Robotino(world, cameras, self._model.prefix, seed, watchdog=self._watchdog, battery=self._battery)
         self.webcam = Webcam(self.robot, self._camera_size)
 
     def create_app(self) -> Callable:

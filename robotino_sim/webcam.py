@@ -13,8 +13,8 @@ import time
 import cv2
 
 from robotino_sim.robot import Robotino
-from telepresence.images import LatestImage
 from telepresence.sim.camera import CamerasFailed, Feed
+from telepresence.video.images import LatestImage
 
 log = logging.getLogger(__name__)
 

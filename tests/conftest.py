@@ -13,8 +13,8 @@ import pytest
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
 
-from telepresence import processes
-from telepresence.ros_master import master_answers
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers
 
 # As pepper_sim.services has it: libqi reads it when it is loaded, which may be before that.
 os.environ.setdefault("QI_EVENTLOOP_THREAD_MAX_IDLE_DURATION", "1000000000")

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from telepresence import processes
-from telepresence.ros_master import master_answers, master_proxy
-from telepresence.virtual_display import grab
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.virtual_display import grab
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
@@ -203,7 +203,7 @@ def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):
 
 def test_the_tablet_shows_the_pilot(station):
     code = (
-        "import rospy; from sensor_msgs.msg import Image; from telepresence.images import read_image_message;"
+        "import rospy; from sensor_msgs.msg import Image; from telepresence.video.images import read_image_message;"
         "rospy.init_node('look', anonymous=True);"
         "p = read_image_message(rospy.wait_for_message('/tablet/image_raw', Image, timeout=30));"
         "print(p.shape[0], p.shape[1], p.std())"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from pepper_sim.services.service import Module, Service, one_of, remote
+from pepper_sim.naoqi.service import Module, Service, one_of, remote
 
 
 class _Ability(Service):

@@ -14,8 +14,8 @@ from typing import Any
 
 import qi
 
-from pepper_sim.services.memory import split_stamp
-from pepper_sim.services.service import Service, remote, within
+from pepper_sim.naoqi.service import Service, remote, within
+from pepper_sim.services.al_memory import split_stamp
 
 _MESSAGE = (
     "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"

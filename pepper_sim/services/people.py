@@ -5,9 +5,9 @@ The simulated cameras show people, but nothing here looks for them: events stay 
 
 from __future__ import annotations
 
-from pepper_sim.services.extractor import Extractor
-from pepper_sim.services.memory import ALMemory
-from pepper_sim.services.service import remote, within
+from pepper_sim.naoqi.extractor import Extractor
+from pepper_sim.naoqi.service import remote, within
+from pepper_sim.services.al_memory import ALMemory
 
 
 class ALFaceDetection(Extractor):

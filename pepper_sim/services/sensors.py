@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pepper_sim.services.extractor import Extractor
+from pepper_sim.naoqi.extractor import Extractor
 
 
 class ALSensors(Extractor):

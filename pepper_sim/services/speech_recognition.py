@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pepper_sim.services.extractor import Extractor
-from pepper_sim.services.memory import ALMemory
-from pepper_sim.services.service import ServiceError, finite, one_of, remote
-from pepper_sim.services.speech_languages import LANGUAGES
+from pepper_sim.naoqi.extractor import Extractor
+from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote
+from pepper_sim.naoqi.speech_languages import LANGUAGES
+from pepper_sim.services.al_memory import ALMemory
 
 
 class ALSpeechRecognition(Extractor):

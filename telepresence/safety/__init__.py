@@ -3,8 +3,8 @@
 from .gate import VelocityGate
 from .messages import SECTORS, Command, Decision, Odometry, State
 from .outline import Outline
-from .profile import PEPPER, ROBOTINO, ROBOTINO_LASER, UNKNOWN, Limits, RangeSource, RobotProfile, Swing
-from .watchdogs import Health
+from .robot_profile import PEPPER, ROBOTINO, ROBOTINO_LASER, UNKNOWN, Limits, RangeSource, RobotProfile, Swing
+from .timeouts import Health
 
 __all__ = [
     "PEPPER",

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .drive import Drive
+from .known_obstacles import Surroundings
 from .latches import BumperLatch, StopLatch
 from .messages import Command, Decision, Odometry, State
-from .profile import RobotProfile
+from .robot_profile import RobotProfile
 from .scan import Scan, scan_of_points, scan_of_ranges
-from .surroundings import Surroundings
-from .view import View
-from .watchdogs import AHEAD_OF_TIME, CommandWatch, Health, SourceWatch
+from .tick_state import View
+from .timeouts import AHEAD_OF_TIME, CommandWatch, Health, SourceWatch
+from .velocity_shaper import Drive
 
 ODOMETRY_MAX_AGE = 0.5
 """[s]"""

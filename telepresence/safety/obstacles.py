@@ -10,7 +10,7 @@ import numpy as np
 from .braking import Guard
 from .outline import Outline
 from .plane import squared_lengths
-from .profile import Limits, RobotProfile
+from .robot_profile import Limits, RobotProfile
 from .sonar import Echo
 
 FASTEST_PERSON = 1.6

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .profile import RangeSource
+from .robot_profile import RangeSource
 
 
 @dataclass(frozen=True)

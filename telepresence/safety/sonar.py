@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .plane import squared_lengths
-from .profile import RangeSource
+from .robot_profile import RangeSource
 from .scan import Scan
 
 EXPLAINS = 0.06

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from telepresence.images import LatestImage
 from telepresence.sim.painter import Painter
 from telepresence.sim.world import World
+from telepresence.video.images import LatestImage
 
 log = logging.getLogger(__name__)
 

@@ -19,10 +19,10 @@ from enum import IntEnum
 from importlib.metadata import entry_points
 from typing import Any, ClassVar, Protocol
 
-from telepresence.images import LatestImage
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.world import World
+from telepresence.video.images import LatestImage
 
 ENTRY_POINTS = "telepresence.robots"
 

@@ -6,8 +6,8 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from telepresence.mjpeg import WebServer
 from telepresence.sim.simulated_robot import SimulatedRobot
+from telepresence.video.mjpeg import WebServer
 
 
 class WebRobot(SimulatedRobot):

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from report import Row, table
 
 import telepresence.sim  # noqa: F401  chooses OpenGL without a screen before anybody imports mujoco
-from telepresence import processes
+from telepresence.station import processes
 
 BENCHMARKS = {
     "sim": "steps per second and real-time factor with servers, sensors and two cameras",

@@ -23,13 +23,13 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "lab"))
 
 from rtp_line import LONGEST, Line, Talk
 from sound_lab import RATE, Mouth, Recorder, SoundServer, match, sentence
-from telepresence_1 import robot_mouth, rtp_sound
+from telepresence_1 import rtp_sound, speaker_stream
 
-from pepper_sim import loudspeaker_output
-from pepper_sim.services.microphones import BLOCK
+from pepper_sim.naoqi.audio.microphones import BLOCK
 from pepper_sim.simulation import Simulation
-from telepresence import processes
+from pepper_sim.sound import loudspeaker_output
 from telepresence.audio import devices
+from telepresence.station import processes
 
 SECONDS = float(os.environ.get("BENCH_AUDIO_SECONDS", "600"))
 CUT = 10.0
@@ -44,7 +44,7 @@ SINK, SOURCE = devices.SINK_BUFFER, 0.010
 """Of telepresence.audio.devices [s]."""
 TO_ROBOT = (
     SOURCE
-    + robot_mouth.PIECE * (1 + robot_mouth.CUSHION)
+    + speaker_stream.PIECE * (1 + speaker_stream.CUSHION)
     + loudspeaker_output.PERIOD
     + loudspeaker_output.LEAD
     + SINK

@@ -15,10 +15,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from far_network import FarMachine, FarNetwork
+from media.far_network import FarMachine, FarNetwork
 from report import Row
 
-from telepresence import processes
+from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES = ROOT / "catkin_ws" / "devel" / "lib"

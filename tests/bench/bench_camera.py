@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import mujoco
-from camera_client import start_viewers
+from media.camera_client import start_viewers
 from report import Row, percentile
 
 from pepper_sim.models import pepper_model

@@ -15,13 +15,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import control_run
-import control_walk
-from control_figures import Cell, WalkCell, cells, table, walk_cells, walk_table
-from control_plot import draw_figures, draw_paths
-from control_run import Job, Trial, in_parallel
-from control_vehicles import VEHICLES
-from control_walk import Walk, WalkJob
+from control.figures import Cell, WalkCell, cells, table, walk_cells, walk_table
+from control.plot import draw_figures, draw_paths
+from control.run import Job, Trial, in_parallel, jobs, run_job
+from control.vehicles import VEHICLES
+from control.walk import Walk, WalkJob, run_walk, walk_jobs
 from report import Row
 
 SEEDS = range(1, 6)
@@ -97,13 +95,13 @@ def load(out: Path) -> tuple[list[Trial], list[Walk]]:
 
 
 def _tasks(vehicle: str, seeds: Sequence[int] = SEEDS) -> list[Trial]:
-    trials = list(in_parallel(control_run.run_job, control_run.jobs(vehicle, seeds)))
+    trials = list(in_parallel(run_job, jobs(vehicle, seeds)))
     print(table(cells(trials)), flush=True)
     return trials
 
 
 def _walks(seeds: Sequence[int] = WALK_SEEDS) -> list[Walk]:
-    walks = list(in_parallel(control_walk.run_job, control_walk.jobs(seeds)))
+    walks = list(in_parallel(run_walk, walk_jobs(seeds)))
     print(walk_table(walk_cells(walks)), flush=True)
     return walks
 

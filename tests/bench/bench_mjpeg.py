@@ -14,11 +14,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from mjpeg_servers import RATE
-from mjpeg_viewers import Audience
+from media.mjpeg_servers import RATE
+from media.mjpeg_viewers import Audience
 from report import Row, percentile
 
-from telepresence import processes
+from telepresence.station import processes
 
 WARM_UP, SECONDS = 2.0, 8.0
 CROWD_SECONDS = float(os.environ.get("BENCH_MJPEG_SECONDS", "30"))
@@ -73,7 +73,7 @@ def write_video(path: Path) -> str:
 @contextlib.contextmanager
 def server(kind: str, video: str) -> Iterator[tuple[int, int]]:
     """Port and process id of a running server."""
-    program = Path(__file__).with_name("mjpeg_servers.py")
+    program = Path(__file__).with_name("media") / "mjpeg_servers.py"
     process = processes.start(
         [sys.executable, str(program), kind, video], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )

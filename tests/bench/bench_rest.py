@@ -19,8 +19,8 @@ from pathlib import Path
 
 from report import Row, percentile
 
-from telepresence import processes
-from telepresence.mjpeg import WebServer
+from telepresence.station import processes
+from telepresence.video.mjpeg import WebServer
 
 RATE, SECONDS = 300, 30.0
 SAME_SERVER = "constant answer, same server"

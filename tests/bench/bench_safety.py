@@ -7,14 +7,13 @@ import math
 from dataclasses import asdict
 from pathlib import Path
 
-import safety_mujoco
-import safety_reaction
 from report import Row
-from safety_figures import Figures, figures, table
-from safety_plot import draw_results, draw_scenario
-from safety_robots import INFRARED_ROBOT, TICK
-from safety_suite import LAYERS, REPORT_SEEDS, Cell, cells, run_all
-from safety_trials import Trial, run_trials
+from safety import mujoco_rooms, reaction
+from safety.figures import Figures, figures, table
+from safety.plot import draw_results, draw_scenario
+from safety.robots import INFRARED_ROBOT, TICK
+from safety.suite import LAYERS, REPORT_SEEDS, Cell, cells, run_all
+from safety.trials import Trial, run_trials
 
 TITLES = {
     "infrared": "Robotino, nine infrared beams",
@@ -53,9 +52,9 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
         draw_scenario(out / "safety_scenario.png", INFRARED_ROBOT, shown, **DRAWN)
     if share >= 1.0:
         print("  reaction times of the whole stack, about four minutes", flush=True)
-        stack += safety_reaction.run_rows()
+        stack += reaction.run_rows()
         print("  rooms in MuJoCo through wire and nodes, about three minutes", flush=True)
-        stack += safety_mujoco.run_rows()
+        stack += mujoco_rooms.run_rows()
     if out is not None:
         record = {
             "seeds": REPORT_SEEDS,

@@ -6,7 +6,7 @@ import statistics
 import time
 
 import mujoco
-from camera_client import start_viewers
+from media.camera_client import start_viewers
 from report import Row
 
 from pepper_sim.models import pepper_model

@@ -13,8 +13,8 @@ from pathlib import Path
 from report import Row
 from ros_graph import free_port, private_environment, wait_for
 
-from telepresence import processes
-from telepresence.ros_master import master_answers, master_proxy
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers, master_proxy
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 ROUNDS = 3

@@ -13,7 +13,7 @@ from report import Row, percentile
 from ros_graph import hop_times, private_master, wait_for
 
 from pepper_sim.simulation import Simulation
-from telepresence import processes
+from telepresence.station import processes
 
 PRESSES = 120
 HOPS_ALLOWED = 4

@@ -22,7 +22,7 @@ from report import Row, percentile
 from ros_graph import private_master, wait_for
 
 from pepper_sim.simulation import Simulation
-from telepresence import processes
+from telepresence.station import processes
 
 RATE, SIZE = 30, 640 * 480 * 3
 WARM_UP, SECONDS = 3.0, 15.0
@@ -61,7 +61,7 @@ def camera_node(url: str, environment: dict[str, str]) -> Iterator[None]:
 
 def watch(environment: dict[str, str]) -> tuple[list[float], float]:
     """Ages of the pictures when they were painted [s], and how many different ones per second."""
-    program = str(Path(__file__).with_name("video_screen.py"))
+    program = str(Path(__file__).with_name("media") / "video_screen.py")
     screen = subprocess.Popen(
         [sys.executable, program, "/camera/image_raw"], env=environment, stdout=subprocess.PIPE, text=True
     )

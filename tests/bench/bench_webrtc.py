@@ -16,13 +16,14 @@ from pathlib import Path
 
 from report import Row, percentile
 
-from telepresence import processes, webrtc
+from telepresence.station import processes
+from telepresence.video import webrtc
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = [ROOT / "catkin_ws" / "src" / name / "src" for name in ("rto_bringup", "rto_node")]
 sys.path[:0] = map(str, SOURCES)
 
-from mjpeg_of_camera import read_pictures  # noqa: E402
+from media.mjpeg_of_camera import read_pictures  # noqa: E402
 from rto_node.webrtc_camera import WebrtcCamera  # noqa: E402
 
 RATE = 30.0
@@ -81,7 +82,7 @@ def webrtc_ages(camera: WebrtcCamera) -> Iterator[float | None]:
 
 
 def measure_mjpeg() -> Figures:
-    with program(str(Path(__file__).with_name("mjpeg_of_camera.py")), str(RATE)) as server:
+    with program(str(Path(__file__).with_name("media") / "mjpeg_of_camera.py"), str(RATE)) as server:
         return collect(server, read_pictures(server.url))
 
 

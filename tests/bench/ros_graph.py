@@ -11,8 +11,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from telepresence import processes
-from telepresence.ros_master import master_answers
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "lab"))
 

@@ -5,23 +5,18 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
+import bench_control
 import cv2
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parent))
-
-import bench_control
-import control_page
-from control_figures import cells, table
-from control_pilots import GIVE_UP, PAUSE, PERIOD, ByOdometry, ByTheClock, Leg, Pilot
-from control_run import Job, run_job
-from control_tasks import TASKS
-from control_walk import WalkJob
-from control_walk import run_job as walk
+from control import page as page_tool
+from control.figures import cells, table
+from control.pilots import GIVE_UP, PAUSE, PERIOD, ByOdometry, ByTheClock, Leg, Pilot
+from control.run import Job, run_job
+from control.tasks import TASKS
+from control.walk import WalkJob, run_walk
 
 SQUARE = TASKS["square"].path
 
@@ -71,7 +66,7 @@ def test_the_gate_keeps_robotino_off_a_wall_that_odometry_drives_into():
 def test_results_come_back_from_the_folder_and_are_drawn(tmp_path: Path):
     straight = run_job(Job("trot", "wall", "odometry", 1))
     trials = [straight, replace(straight, job=replace(straight.job, task="square"))]
-    walks = [walk(WalkJob("trot", "rough", 1, 3))]
+    walks = [run_walk(WalkJob("trot", "rough", 1, 3))]
     assert walks[0].success and walks[0].drift < 0.003
     bench_control.save(tmp_path, trials, walks)
     loaded = bench_control.load(tmp_path)
@@ -84,13 +79,13 @@ def test_results_come_back_from_the_folder_and_are_drawn(tmp_path: Path):
 
 
 def test_the_tables_of_the_page_are_those_of_the_record():
-    page, record = control_page.PAGE.read_text(), json.loads(control_page.FIGURES.read_text())
-    assert control_page.filled(page, record) == page
+    page, record = page_tool.PAGE.read_text(), json.loads(page_tool.FIGURES.read_text())
+    assert page_tool.filled(page, record) == page
     assert "| Walker, crawl | rough |" in page and f"of {len(record['walk_seeds'])} |" in page
 
 
 def test_the_record_has_twenty_walks_of_each_kind_and_enough_of_them_without_a_fall():
-    cells = json.loads(control_page.FIGURES.read_text())["walks"]
+    cells = json.loads(page_tool.FIGURES.read_text())["walks"]
     for wanted in itertools.product(("trot", "crawl"), ("flat", "rough"), (1, -1)):
         (cell,) = (c for c in cells if (c["vehicle"], c["scene"], c["direction"]) == wanted)
         assert cell["walks"] == 20 and cell["successes"] >= {"flat": 20, "rough": 18}[cell["scene"]], cell

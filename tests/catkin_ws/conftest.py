@@ -22,8 +22,8 @@ import qi
 from endings import end_together
 from free_ports import free_port
 
-from telepresence import processes
-from telepresence.ros_master import master_answers
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 40.0

@@ -13,15 +13,15 @@ import pytest
 from fake_window_parts import FakeLink, FakeTerminal
 from PyQt5.QtCore import QEvent, QPoint
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QWidget
-from window_hands import FakeRobot, Screen
+from window_input import FakeRobot, Screen
 
-from gui.controller import Controller
-from gui.sign_in import SignInPage
-from gui.users import Users
+from gui.app.controller import Controller
+from gui.app.sign_in import SignInPage
 from gui.window import OperatorWindow, style_sheet
-from telepresence import processes
-from telepresence.drive_lease import PILOT, Account
-from telepresence.virtual_display import VirtualDisplay
+from telepresence.station import processes
+from telepresence.station.virtual_display import VirtualDisplay
+from telepresence.teleop.accounts import Users
+from telepresence.teleop.drive_lease import PILOT, Account
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -47,7 +47,7 @@ def qt() -> QApplication:
 
 @pytest.fixture(autouse=True)
 def collect_cycles_on_qts_thread(qt: QApplication) -> Iterator[None]:
-    """As the window's program does (gui.cycles): widgets of one test must not die on a thread of the next one."""
+    """As gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of the next one."""
     gc.disable()
     yield
     QApplication.sendPostedEvents(None, QEvent.DeferredDelete)

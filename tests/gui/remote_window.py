@@ -15,10 +15,10 @@ from pathlib import Path
 
 from PyQt5.QtCore import QCoreApplication, QObject, QTimer, pyqtSignal
 
-from gui.drive_access import DriveAccess
+from gui.driving.lease_client import DriveAccess
 from gui.profiles import PROFILES
-from gui.ros_link import RosLink, RosNode
-from gui.users import Users
+from gui.ros.link import RosLink, RosNode
+from telepresence.teleop.accounts import Users
 
 
 class Remote(QObject):

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 from window_station import PASSWORD, ROOT, Station
 
-from gui.tmux import Tmux
-from telepresence import processes
+from gui.terminal.tmux import Tmux
+from telepresence.station import processes
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
@@ -54,7 +54,7 @@ class BothStation(Station):
         for topic in TOLD[:2]:
             self.probe("watch", topic, "nav_msgs/Odometry", pose)
         for topic in TOLD[2:]:
-            self.probe("watch", topic, "telepresence_1/SafetyState", ["state", "reason"])
+            self.probe("watch", topic, "telepresence_msgs/SafetyState", ["state", "reason"])
         for topic in TOLD:
             self.wait_until(lambda topic=topic: self.newest(topic), f"{topic} is told", timeout=90.0)
 

@@ -9,9 +9,9 @@ import math
 import pytest
 from window_station import PASSWORD, ROWS, SPEED, Desk, Station
 
-from gui.robot_panel import SENTENCES
-from telepresence import processes
-from telepresence.ros_master import master_answers
+from gui.widgets.robot_panel import SENTENCES
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
@@ -106,10 +106,10 @@ def test_session_start_brings_the_original_programs(desk, station, wait_until):
     station.look()
     for topic, kind, fields in (
         ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
-        ("/drive/state", "avatar_gui/DriveState", ["pilot", "stopped_by"]),
+        ("/drive/state", "telepresence_msgs/DriveState", ["pilot", "stopped_by"]),
         ("/speech", "std_msgs/String", ["data"]),
         ("/joint_states", "sensor_msgs/JointState", ["name", "position"]),
-        ("/voice/settings", "telepresence_1/VoiceSettings", SETTINGS),
+        ("/voice/settings", "telepresence_msgs/VoiceSettings", SETTINGS),
         ("/voice/state", "std_msgs/String", ["data"]),
     ):  # fmt: skip
         station.probe("watch", topic, kind, fields)

@@ -12,8 +12,8 @@ import time
 import pytest
 from window_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
 
-from telepresence import processes
-from telepresence.pad_device import AXIS, BUTTON, EVENT
+from telepresence.station import processes
+from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gui.__main__ import display_problem
-from telepresence import processes
+from telepresence.station import processes
 
 pytestmark = pytest.mark.x11
 
@@ -139,8 +139,7 @@ def test_session_start_types_into_the_terminal(screen, wait_until, place):
     window = screen.open_window("--robot", "127.0.0.1:9")
     window.click(place("sessionButton"))
     line = (
-        "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9"
-        " sign_in:=false"
+        "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9 sign_in:=false"
     )
     wait_until(lambda: line in window.terminal_text().replace("\n", ""), "the line is typed")
 

@@ -7,7 +7,7 @@ import subprocess
 import time
 from collections.abc import Sequence
 
-from telepresence import processes
+from telepresence.station import processes
 
 
 def end_together(started: Sequence[subprocess.Popen], patience: float = 15.0) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QFrame
 
-from gui.channels import Answer, Channel
-from gui.drive_topics import LeaseState
-from gui.link_state import LinkState
 from gui.profiles import PROFILES
-from telepresence.drive_lease import NONCE, Velocity
+from gui.ros.channels import Answer, Channel
+from gui.ros.link_state import LinkState
+from gui.ros.topics.drive import LeaseState
+from telepresence.teleop.drive_lease import NONCE, Velocity
 
 
 class FakeLink(QObject):

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pepper_sim.speech import Manner, synthesise
-from telepresence import processes
+from pepper_sim.sound.speech import Manner, synthesise
 from telepresence.audio.pipeline import Gst
+from telepresence.station import processes
 
 RATE = 48000
 SINKS = ("pilot_mic", "pilot_speaker", "robot_mic", "robot_speaker")

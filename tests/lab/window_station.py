@@ -16,11 +16,11 @@ from pathlib import Path
 
 import pytest
 from endings import end_together
-from window_hands import Screen
+from window_input import Screen
 
-from gui.users import Users
-from telepresence import processes
-from telepresence.ros_master import master_answers, master_proxy
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.teleop.accounts import Users
 
 ROOT = Path(__file__).resolve().parents[2]
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -104,7 +104,7 @@ class Station:
     def watch(self) -> None:
         """Begin to note what topics tell."""
         self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
-        self.probe("watch", "/safety", "telepresence_1/SafetyState", ["state", "reason"])
+        self.probe("watch", "/safety", "telepresence_msgs/SafetyState", ["state", "reason"])
         self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
 
     def end_look(self) -> None:

@@ -9,10 +9,10 @@ import threading
 import numpy as np
 import pytest
 
+from pepper_sim.body.description import ENCODER_STEP
+from pepper_sim.body.postures import STAND
 from pepper_sim.models import pepper_model
-from pepper_sim.postures import STAND
 from pepper_sim.robot import Pepper
-from pepper_sim.robot_description import ENCODER_STEP
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import build_world
 

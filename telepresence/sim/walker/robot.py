@@ -236,9 +236,7 @@ class Walker:
     def _command(self, now: float) -> np.ndarray:
         """The velocity to walk with now; zeros when nobody has asked lately."""
         # A world that makes up for a stall runs ahead of the clock by which clients send.
-        silent = now > self._deadline and not (
-            self.world.running and time.monotonic() - self._heard <= self._watchdog
-        )
+        silent = now > self._deadline and not (self.world.running and time.monotonic() - self._heard <= self._watchdog)
         if silent or not self._wanted.any():
             self._heading = None
             return np.zeros(3)

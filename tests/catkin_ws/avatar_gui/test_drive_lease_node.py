@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from gui.users import Users
-from telepresence import processes
+from telepresence.station import processes
+from telepresence.teleop.accounts import Users
 
 pytestmark = pytest.mark.ros
 

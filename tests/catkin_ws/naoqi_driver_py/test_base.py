@@ -5,8 +5,8 @@ import time
 import pytest
 import qi
 from naoqi_driver.base import BRAKING_TIME, HEARTBEAT_KEY, PERIOD, REFUSAL_KEY, REFUSAL_SHOWN, BaseDriver
+from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import Address, Connection
-from naoqi_driver.drive import CommandGate
 
 
 class Motion:

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from naoqi_pose.poses import UnusablePose, read_poses
 
-from pepper_sim.robot_description import LIMITS
+from pepper_sim.body.description import LIMITS
 
 SHIPPED = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"
 

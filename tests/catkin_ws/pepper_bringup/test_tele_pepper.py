@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from telepresence import processes
+from telepresence.station import processes
 
 pytestmark = pytest.mark.ros
 

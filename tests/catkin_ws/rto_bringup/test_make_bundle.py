@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from telepresence import processes
+from telepresence.station import processes
 
 ROBOT = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "rto_bringup" / "robot"
 NEEDED = {"drive": ("numpy",), "camera": ()}

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from telepresence import processes
-from telepresence.ros_master import master_proxy
-from telepresence.virtual_display import grab
+from telepresence.station import processes
+from telepresence.station.ros_master import master_proxy
+from telepresence.station.virtual_display import grab
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
@@ -43,7 +43,7 @@ class Station:
         )
         self.probe = graph.probe()
         self.probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
-        self.probe.watch("/rto3/safety", "telepresence_1/SafetyState", ["state", "reason", "vx", "len(allowed)"])
+        self.probe.watch("/rto3/safety", "telepresence_msgs/SafetyState", ["state", "reason", "vx", "len(allowed)"])
         self.probe.watch("/rto3/camera_state", "std_msgs/String", ["data"])
         self.program.wait_for("first picture")
 

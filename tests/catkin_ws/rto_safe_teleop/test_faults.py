@@ -11,7 +11,7 @@ import time
 
 import pytest
 from corrupting_proxy import CorruptingProxy
-from guarded_station import STOP_WITHIN, GuardedStation
+from gated_station import STOP_WITHIN, GuardedStation
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
 

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from telepresence.pad_device import AXIS, BUTTON, EVENT
+from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
 pytestmark = pytest.mark.ros
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from telepresence import processes
-from telepresence.virtual_display import VirtualDisplay
+from telepresence.station import processes
+from telepresence.station.virtual_display import VirtualDisplay
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
 
@@ -47,9 +47,7 @@ class Both:
         self.launch = graph.run("roslaunch", str(LAUNCH), *(f"{name}:={value}" for name, value in settings.items()))
         self.probe = graph.probe()
         for robot in ("", "/rto3"):
-            self.probe.watch(
-                f"{robot}/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"]
-            )
+            self.probe.watch(f"{robot}/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
             self.probe.watch(f"{robot}/safety_state", "std_msgs/String", ["data"])
 
     @property
@@ -144,9 +142,7 @@ def test_all_programs_of_both_are_on_one_master(both, until_true):
     until_true(lambda: wanted.items() <= both.probe.topics().items(), "the topics of both robots")
 
 
-@pytest.mark.parametrize(
-    ("driven", "other"), [("", "/rto3"), ("/rto3", "")], ids=["pepper drives", "robotino drives"]
-)
+@pytest.mark.parametrize(("driven", "other"), [("", "/rto3"), ("/rto3", "")], ids=["pepper drives", "robotino drives"])
 def test_each_drives_alone(both, until_true, driven, other):
     """Through safety layer, driver and wire of the one; the other stands."""
     stands = both.place(f"{other}/truth")

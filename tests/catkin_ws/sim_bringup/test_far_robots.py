@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from telepresence import processes
+from telepresence.station import processes
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
 

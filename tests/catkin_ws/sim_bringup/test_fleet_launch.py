@@ -7,6 +7,8 @@ import re
 import subprocess
 from pathlib import Path
 
+from sim import scaling_figures
+
 from telepresence.sim.simulation import parse_robots
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -37,8 +39,8 @@ def test_the_simulator_is_told_of_all_of_them(workspace_environment):
     ]
 
 
-def test_the_figures_of_the_page_on_scaling_are_those_of_the_benchmark(bench_module):
+def test_the_figures_of_the_page_on_scaling_are_those_of_the_benchmark():
     page = (ROOT / "docs" / "scaling.md").read_text()
     figures = json.loads((ROOT / "docs" / "measured" / "scaling.json").read_text())
     assert {"fleet", "bandwidth"} <= set(figures)
-    assert bench_module("scaling_figures").filled(page, figures) == page
+    assert scaling_figures.filled(page, figures) == page

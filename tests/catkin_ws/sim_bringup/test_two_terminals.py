@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.pad_device import AXIS, BUTTON, EVENT, FULL
-from telepresence.ros_master import master_answers
-from telepresence.virtual_display import VirtualDisplay
+from telepresence.station.ros_master import master_answers
+from telepresence.station.virtual_display import VirtualDisplay
+from telepresence.teleop.joystick import AXIS, BUTTON, EVENT, FULL
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
 

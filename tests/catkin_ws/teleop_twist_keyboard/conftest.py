@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import pytest
 
-from telepresence import processes
+from telepresence.station import processes
 
 
 class Terminal:

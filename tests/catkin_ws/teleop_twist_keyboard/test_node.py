@@ -9,8 +9,8 @@ from statistics import median
 
 import pytest
 
-from telepresence import processes
-from telepresence.ros_master import master_answers
+from telepresence.station import processes
+from telepresence.station.ros_master import master_answers
 
 pytestmark = pytest.mark.ros
 

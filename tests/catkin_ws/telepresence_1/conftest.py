@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from telepresence_1.page import create_app
 
-from telepresence.images import LatestImage
-from telepresence.mjpeg import MjpegStream, WebServer
+from telepresence.video.images import LatestImage
+from telepresence.video.mjpeg import MjpegStream, WebServer
 
 
 def jpeg(colour: tuple[int, int, int], width: int = 640, height: int = 480) -> bytes:

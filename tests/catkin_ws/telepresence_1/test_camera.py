@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from telepresence_1 import camera as camera_module
 from telepresence_1.camera import Camera, CameraStatus, State
-from telepresence_1.sources import SourceError, open_source
+from telepresence_1.camera_sources import SourceError, open_source
 
-from telepresence.images import LatestImage
-from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.images import LatestImage
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
 
 
 def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:

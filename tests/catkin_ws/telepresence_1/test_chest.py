@@ -16,7 +16,7 @@ from telepresence_1.camera import Camera
 
 from pepper_sim.models import pepper_model
 from pepper_sim.robot import Pepper
-from pepper_sim.tablet import Tablet
+from pepper_sim.tablet.tablet import Tablet
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import build_world
 

@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 import pytest
 
-from pepper_sim.services.publish import qi_object
-from pepper_sim.services.tablet_service import ALTabletService
-from pepper_sim.tablet import Tablet
-from telepresence.virtual_display import VirtualDisplay, grab
+from pepper_sim.naoqi.publish import qi_object
+from pepper_sim.services.al_tablet_service import ALTabletService
+from pepper_sim.tablet.tablet import Tablet
+from telepresence.station.virtual_display import VirtualDisplay, grab
 
 pytestmark = pytest.mark.ros
 

@@ -17,7 +17,7 @@ import pytest
 import telepresence_1
 from telepresence_1.camera import Camera, State
 
-from pepper_sim.tablet import Tablet
+from pepper_sim.tablet.tablet import Tablet
 
 TEMPLATES = Path(telepresence_1.__file__).parent / "templates"
 

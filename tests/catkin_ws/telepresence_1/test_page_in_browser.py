@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from telepresence_1.camera import Camera
 
-from pepper_sim.devtools import BrowserError, DevTools
+from pepper_sim.tablet.devtools import BrowserError, DevTools
 
 pytestmark = pytest.mark.browser
 

@@ -11,9 +11,9 @@ from naoqi_driver.connection import Address, Connection
 from telepresence_1 import tablet_link
 from telepresence_1.tablet_link import TabletLink, public, with_changing_query
 
-from pepper_sim.services.publish import qi_object
-from pepper_sim.services.tablet_service import ALTabletService
-from pepper_sim.tablet import Tablet
+from pepper_sim.naoqi.publish import qi_object
+from pepper_sim.services.al_tablet_service import ALTabletService
+from pepper_sim.tablet.tablet import Tablet
 
 
 class Recorder:

@@ -35,7 +35,7 @@ class Rig:
         os.environ.update(self.server.environment())
         graph.environment.update(self.server.environment())
         self.patch = pytest.MonkeyPatch()
-        self.patch.setattr("pepper_sim.loudspeaker_output.PATIENCE", PATIENCE)
+        self.patch.setattr("pepper_sim.sound.loudspeaker_output.PATIENCE", PATIENCE)
         self.record = folder / "speaker.wav"
         self.robot: Simulation | None = None
         self.start_robot()

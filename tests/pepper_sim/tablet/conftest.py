@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pepper_sim.tablet import Tablet
-from telepresence.images import LatestImage
-from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from pepper_sim.tablet.tablet import Tablet
+from telepresence.video.images import LatestImage
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
 
 Colour = tuple[int, int, int]
 

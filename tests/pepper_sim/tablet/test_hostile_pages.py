@@ -41,7 +41,7 @@ HOSTILE = {
 def test_an_endless_answer_takes_no_memory(
     attack: str, site, glass, monkeypatch: pytest.MonkeyPatch, eventually, encoded
 ) -> None:
-    monkeypatch.setattr("pepper_sim.web_view.IMAGE_LIMIT", 3_000_000)
+    monkeypatch.setattr("pepper_sim.tablet.web_view.IMAGE_LIMIT", 3_000_000)
     site.routes["/"] = HOSTILE[attack]
     site.serve("/text", "text")
     site.serve("/good", encoded(GREEN), "image/jpeg")

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pepper_sim.tablet import Tablet
+from pepper_sim.tablet.tablet import Tablet
 
 RED = (255, 0, 0)
 GREEN = (0, 255, 0)
@@ -101,7 +101,7 @@ def test_a_new_address_replaces_a_page_that_hangs(site, glass, eventually, encod
 def test_closing_leaves_no_thread(
     other_threads, site, live, monkeypatch: pytest.MonkeyPatch, eventually, encoded
 ) -> None:
-    monkeypatch.setattr("pepper_sim.http_fetch.READ_TIMEOUT", 60.0)
+    monkeypatch.setattr("pepper_sim.tablet.http_fetch.READ_TIMEOUT", 60.0)
     image, server = live
     image.put(encoded(RED))
     with socket.create_server(("127.0.0.1", 0)) as silent:

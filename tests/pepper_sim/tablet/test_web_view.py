@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from telepresence.images import LatestImage
-from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.images import LatestImage
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
 
 RED = (255, 0, 0)
 GREEN = (0, 255, 0)
@@ -148,7 +148,7 @@ def test_reconnects_when_the_stream_drops(glass, encoded) -> None:
 
 
 def test_a_stream_that_stays_away_is_dimmed_and_says_so(glass, monkeypatch: pytest.MonkeyPatch, encoded) -> None:
-    monkeypatch.setattr("pepper_sim.web_view.RETRY_DELAYS", (0.05,))
+    monkeypatch.setattr("pepper_sim.tablet.web_view.RETRY_DELAYS", (0.05,))
     image = LatestImage()
     image.put(encoded(WHITE))
     stream = MjpegStream(image)
@@ -164,7 +164,7 @@ def test_a_stream_that_stays_away_is_dimmed_and_says_so(glass, monkeypatch: pyte
 
 
 def test_retries_a_page_whose_stream_is_full(glass, site, monkeypatch: pytest.MonkeyPatch, eventually, encoded) -> None:
-    monkeypatch.setattr("pepper_sim.web_view.RETRY_DELAYS", (0.05,))
+    monkeypatch.setattr("pepper_sim.tablet.web_view.RETRY_DELAYS", (0.05,))
     site.serve("/", "<img src=video>")
     site.serve("/video", "full", status=503)
     glass.open(site.url())

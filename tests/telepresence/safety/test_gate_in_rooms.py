@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
 
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "bench"))
-
-from safety_robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT
-from safety_suite import LAYERS, Cell
-from safety_trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
-from safety_worlds import PERSON
+from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT
+from safety.suite import LAYERS, Cell
+from safety.trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
+from safety.worlds import PERSON
 
 SEED = 2
 """One of the tuning seeds: these rooms are not those of the published figures."""

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from telepresence.safety import PEPPER, ROBOTINO, Outline
+from telepresence.safety.careful_scan import BodySwing
 from telepresence.safety.scan import scan_of_ranges
 from telepresence.safety.sonar import Echoes
-from telepresence.safety.swing import BodySwing
 
 SONAR = PEPPER.source("front sonar")
 

@@ -24,7 +24,7 @@ from naoqi_driver.condition import (
 from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
 from sensor_msgs.msg import BatteryState
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
 LOW_CHARGE = 0.2
 """Below this the diagnostics warn."""

@@ -20,7 +20,7 @@ from naoqi_driver.connection import CallRefused, RobotUnreachable
 from naoqi_driver.naoqi_node import NaoqiNode
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from telepresence_1.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from tf2_msgs.msg import TFMessage
 
 

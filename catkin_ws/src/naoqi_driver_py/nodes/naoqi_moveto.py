@@ -4,7 +4,7 @@
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
             move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
-            /diagnostics; with safety what `telepresence_1.safety_topics` lists: safety, safety_state, safety_markers.
+            /diagnostics; with safety what `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
             orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
             stop_walk_srv.
@@ -28,18 +28,18 @@ from naoqi_bridge_msgs.srv import (
     TangentialSecurityDistanceResponse,
 )
 from naoqi_driver.base import PERIOD, BaseDriver
+from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import RobotError
-from naoqi_driver.drive import CommandGate
-from naoqi_driver.guard import GuardedGate
+from naoqi_driver.gated_drive import GuardedGate
 from naoqi_driver.naoqi_node import NaoqiNode
-from naoqi_driver.surroundings import SensorWatch
+from naoqi_driver.range_sensors import SensorWatch
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
-from telepresence_1.safety_topics import SafetyTopics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.safety_topics import SafetyTopics
 
-from telepresence.late_commands import BURST_ROOM, LateCommands
 from telepresence.safety import PEPPER
+from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
 
 MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""

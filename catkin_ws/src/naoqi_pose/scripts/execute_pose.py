@@ -12,7 +12,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseGoal
 
-from telepresence.ros_master import wait_for_master
+from telepresence.station.ros_master import wait_for_master
 
 SERVER_TIMEOUT = 10.0
 POSE_TIMEOUT = 30.0

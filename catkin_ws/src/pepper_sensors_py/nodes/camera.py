@@ -26,9 +26,9 @@ from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
 from pepper_sensors.camera_model import CameraModel, pinhole, read_calibration
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
-from telepresence.images import fill_image_message
+from telepresence.video.images import fill_image_message
 
 IDLE_PERIOD = 0.1
 """Seconds between two looks for subscribers."""

@@ -29,7 +29,7 @@ from pepper_sensors.laser import (
     to_scan,
 )
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
 _XYZ = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
 

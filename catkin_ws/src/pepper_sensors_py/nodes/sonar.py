@@ -13,7 +13,7 @@ from naoqi_driver.connection import CallRefused, RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.sonar import BACK, FIELD_OF_VIEW, FRONT, MAX_RANGE, MIN_RANGE, SUBSCRIBER, Sonar, to_range
 from sensor_msgs.msg import Range
-from telepresence_1.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 
 
 class SonarNode:

@@ -20,9 +20,9 @@ ROOT = HERE.parents[3]
 CONTENTS = {
     ROOT: (
         "telepresence/__init__.py",
-        "telepresence/images.py",
-        "telepresence/picture_clock.py",
-        "telepresence/webrtc.py",
+        "telepresence/video/images.py",
+        "telepresence/video/frame_timestamp.py",
+        "telepresence/video/webrtc.py",
         "telepresence/safety",
     ),
     ROOT / "catkin_ws/src/rto_node/src": (

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from robotino_sim.simulation import Simulation
-from telepresence import processes
+from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[4]
 SOURCES = [ROOT, *(ROOT / "catkin_ws" / "src" / name / "src" for name in ("rto_bringup", "rto_node"))]

@@ -58,4 +58,3 @@ def test_a_cut_network_stops_the_robot_and_both_come_back(
     until_true(lambda: link.report()[0].given[0] > 0.19, "the robot drives on, the key was held all the time")
     assert time.monotonic() - back < 3.0
     assert not link.problem
-

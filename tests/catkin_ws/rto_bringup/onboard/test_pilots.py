@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from rto_bringup.onboard.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Request
-from rto_node.drive_wire import decode, encode
+from rto_node.drive_datagram import decode, encode
 
 HERE, THERE = ("10.0.0.2", 5000), ("10.0.0.3", 6000)
 SLOW, FAST = (0.1, 0.0, 0.0), (0.2, 0.0, 0.0)
@@ -40,9 +40,7 @@ class Pilot:
         )
 
     def ask(self, what: str, number: int = 1, now: float = 101.0):
-        return self.pilots.receive(
-            encode(type="ask", session=self.token, id=number, what=what), self.address, now
-        )
+        return self.pilots.receive(encode(type="ask", session=self.token, id=number, what=what), self.address, now)
 
 
 @pytest.fixture

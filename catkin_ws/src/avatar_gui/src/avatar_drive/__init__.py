@@ -1,1 +1,1 @@
-"""Which operator's window drives: telepresence.drive_lease on ROS (`node`)."""
+"""Which operator's window drives: telepresence.teleop.drive_lease on ROS (`node`)."""

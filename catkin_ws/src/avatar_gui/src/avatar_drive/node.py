@@ -1,13 +1,14 @@
 """The node drive_lease: one pilot at a time. All operator's windows drive through it.
 
-Subscribes: drive/command (avatar_gui/DriveCommand) of the windows; cmd_vel (geometry_msgs/Twist), to know when another
-            program drives past the lease.
+Subscribes: drive/command (telepresence_msgs/DriveCommand) of the windows; cmd_vel (geometry_msgs/Twist), to know when
+            another program drives past the lease.
 Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
-            stops or falls silent; drive/state (avatar_gui/DriveState, latched); drive/hold (std_msgs/String, latched):
-            why nobody may drive now, for keyboard programs; empty when they may.
-Services:   drive/join (avatar_gui/DriveJoin), drive/ask (avatar_gui/DriveAsk).
+            stops or falls silent; drive/state (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String,
+            latched): why nobody may drive now, for keyboard programs; empty when they may.
+Services:   drive/join (telepresence_msgs/DriveJoin), drive/ask (telepresence_msgs/DriveAsk).
 Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety layer, with the red stop.
-Parameters: ~sign_in (true): check names against the accounts of gui.users; false: everybody who asks is a pilot.
+Parameters: ~sign_in (true): check names against the accounts of telepresence.teleop.accounts; false: everybody who
+            asks is a pilot.
             ~users: file of the accounts; default TELEPRESENCE_USERS, else gui/users.db.
 """
 
@@ -20,15 +21,22 @@ from pathlib import Path
 
 import rosgraph
 import rospy
-from avatar_gui.msg import DriveCommand, DriveState
-from avatar_gui.srv import DriveAsk, DriveAskRequest, DriveAskResponse, DriveJoin, DriveJoinRequest, DriveJoinResponse
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from telepresence_msgs.msg import DriveCommand, DriveState
+from telepresence_msgs.srv import (
+    DriveAsk,
+    DriveAskRequest,
+    DriveAskResponse,
+    DriveJoin,
+    DriveJoinRequest,
+    DriveJoinResponse,
+)
 
-from gui.users import UserError, Users
-from telepresence.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
-from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2

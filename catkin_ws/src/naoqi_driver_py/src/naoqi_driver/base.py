@@ -14,9 +14,9 @@ import logging
 import math
 import threading
 
+from naoqi_driver.command_gate import CommandGate, Decision, Velocity
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
-from naoqi_driver.drive import CommandGate, Decision, Velocity
-from naoqi_driver.guard import GuardedGate
+from naoqi_driver.gated_drive import GuardedGate
 
 log = logging.getLogger(__name__)
 

@@ -16,10 +16,10 @@ import time
 from collections.abc import Callable, Iterator
 
 import rospy
+from telepresence_ros.logs import route_logs_to_ros
 
 from naoqi_driver.connection import Address, Connection
-from telepresence.ros_logs import route_logs_to_ros
-from telepresence.ros_master import MasterWatch, wait_for_master
+from telepresence.station.ros_master import MasterWatch, wait_for_master
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds that the loop of a node has to end."""

@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
 from rto_node.client import RobotinoClient
-from rto_node.ros_node import Link, RosNode, find_address
-from telepresence.images import fill_image_message
+from rto_node.node import Link, RosNode, find_address
+from telepresence.video.images import fill_image_message
 
 CALIBRATED_WIDTH = 640
 IDLE_PERIOD = 0.2

@@ -22,12 +22,12 @@ import rospy
 from aiortc.contrib.signaling import CopyAndPasteSignaling
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, String
-from telepresence_1.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 
-from rto_node.ros_node import REMINDER_PERIOD, RosNode
+from rto_node.node import REMINDER_PERIOD, RosNode
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
-from telepresence.images import fill_image_message
-from telepresence.webrtc import release_early
+from telepresence.video.images import fill_image_message
+from telepresence.video.webrtc import release_early
 
 LOOK_PERIOD = 0.1
 """Seconds between two looks for subscribers while there is no picture."""

@@ -1,4 +1,4 @@
-"""DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_wire`). No ROS.
+"""DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_datagram`). No ROS.
 
 A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and hears what the
 robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
@@ -14,16 +14,7 @@ import threading
 import time
 from typing import NamedTuple
 
-from rto_node.drive_wire import (
-    DEFAULT_PORT,
-    MAX_DATAGRAM,
-    PERIOD,
-    BadMessage,
-    Report,
-    decode,
-    encode,
-    parse_report,
-)
+from rto_node.drive_datagram import DEFAULT_PORT, MAX_DATAGRAM, PERIOD, BadMessage, Report, decode, encode, parse_report
 
 COMMAND_TIMEOUT = 0.3
 """Seconds that a velocity holds here: keyboards and windows repeat it every 0.1 s."""

@@ -4,8 +4,8 @@ It stands where safe_omni_drive stands when the safety layer runs on the pilot's
 let through goes to the wheels on the robot itself: a cut network cannot come between the gate and the brakes.
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
-Publishes:  safety (telepresence_1/SafetyState), with every report of the robot, 20 Hz; safety_state (std_msgs/String,
-            latched): "<state>: <reason>"; /diagnostics.
+Publishes:  safety (telepresence_msgs/SafetyState), with every report of the robot, 20 Hz; safety_state
+            (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
 Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
 Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given; ~careful (false): swing the body so that the
             infrared beams see everything.
@@ -19,13 +19,13 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
-from telepresence_1.msg import SafetyState
+from telepresence_msgs.msg import SafetyState
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
+from rto_node.drive_datagram import Report
 from rto_node.drive_link import DriveLink
-from rto_node.drive_wire import Report
-from rto_node.ros_node import RosNode
-from telepresence.late_commands import BURST_ROOM, LateCommands
+from rto_node.node import RosNode
+from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
 
 WAIT = 0.1
 """Seconds to wait for a report before looking whether the robot still answers."""

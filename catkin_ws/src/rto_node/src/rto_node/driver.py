@@ -25,12 +25,12 @@ from geometry_msgs.msg import Point32, Twist
 from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
-from rto_node import geometry
+from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
-from rto_node.ros_node import Link, RosNode, find_address
+from rto_node.node import Link, RosNode, find_address
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -162,31 +162,31 @@ class Driver:
         stamp = rospy.Time.now()
         cloud = PointCloud()
         cloud.header.stamp, cloud.header.frame_id = stamp, "base_link"
-        cloud.points = [Point32(*point) for point in geometry.guide_points(distances)]
+        cloud.points = [Point32(*point) for point in robot_facts.guide_points(distances)]
         cloud.channels = [ChannelFloat32("range", list(distances))]
         self._publishers["distance_sensors"].publish(cloud)
 
         scan = LaserScan()
         scan.header.stamp, scan.header.frame_id = stamp, "distance_sensors_link"
-        scan.angle_min, scan.angle_increment = geometry.SCAN_START, geometry.RING_STEP
-        scan.angle_max = -geometry.SCAN_START
+        scan.angle_min, scan.angle_increment = robot_facts.SCAN_START, robot_facts.RING_STEP
+        scan.angle_max = -robot_facts.SCAN_START
         scan.scan_time = 1.0 / self._rate
-        scan.range_min = geometry.RING_RADIUS + geometry.NEAREST
-        scan.range_max = geometry.RING_RADIUS + geometry.NOTHING
-        scan.ranges = geometry.ring_scan(distances)
+        scan.range_min = robot_facts.RING_RADIUS + robot_facts.NEAREST
+        scan.range_max = robot_facts.RING_RADIUS + robot_facts.NOTHING
+        scan.ranges = robot_facts.ring_scan(distances)
         self._publishers["distance_sensors_scan"].publish(scan)
 
     def _publish_wheels(self, reading: Odometry) -> None:
         """The robot tells how fast it goes, not how far its wheels have turned: that is summed up, from 0 at the
         start."""
         now = time.monotonic()
-        speeds = geometry.wheel_speeds(reading.vx, reading.vy, reading.omega)
+        speeds = robot_facts.wheel_speeds(reading.vx, reading.vy, reading.omega)
         elapsed = 0.0 if self._wheels_at is None else min(now - self._wheels_at, 1.0)
         self._wheels_at = now
         self._wheels = [angle + speed * elapsed for angle, speed in zip(self._wheels, speeds, strict=True)]
         message = JointState()
         message.header.stamp = rospy.Time.now()
-        message.name = list(geometry.WHEEL_JOINTS)
+        message.name = list(robot_facts.WHEEL_JOINTS)
         message.position, message.velocity = list(self._wheels), list(speeds)
         self._publishers["joint_states"].publish(message)
 

@@ -10,10 +10,10 @@ import math
 
 import rospy
 from sensor_msgs.msg import LaserScan
-from telepresence_1.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
 from rto_node.client import RobotinoClient, Scan
-from rto_node.ros_node import Link, RosNode, find_address
+from rto_node.node import Link, RosNode, find_address
 
 ABSENT_PERIOD = 2.0
 """Seconds between two questions to a robot without a laser."""

@@ -16,12 +16,12 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
-from telepresence_1.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from tf2_msgs.msg import TFMessage
 
 from rto_node.client import Odometry, RobotinoClient
+from rto_node.node import Link, RosNode, find_address
 from rto_node.odometry_frame import OdometryFrame, Pose
-from rto_node.ros_node import Link, RosNode, find_address
 
 POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
 """Of a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""

@@ -1,7 +1,7 @@
 """The node rto_voice: the pilot speaks through a Robotino and hears what it hears, by WebRTC.
 
 The robot's end is the sound server that runs on it (`python -m rto_bringup.onboard sound`).
-Topics and services: see `telepresence_1.voice_surface`.
+Topics and services: see `telepresence_ros.voice_topics`.
 Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless given; ~microphone, ~speaker ("auto"): see
             `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone; ~echo_cancellation
             (false): by the sound server; ~patience (0): seconds of delay accepted on top, for a busy machine or a poor
@@ -13,14 +13,14 @@ from __future__ import annotations
 import logging
 
 import rospy
-from telepresence_1.voice_surface import LEVEL_PERIOD, Level, VoiceSurface
+from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceSurface
 
-from rto_node.ros_node import RosNode
-from rto_node.webrtc_sound import RobotSound
+from rto_node.node import RosNode
+from rto_node.robot_sound import RobotSound
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
-from telepresence.webrtc_sound import RATE
+from telepresence.audio.webrtc_sound import RATE
 
 
 class Voice:

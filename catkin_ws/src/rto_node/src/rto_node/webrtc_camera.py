@@ -23,9 +23,9 @@ import av
 from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE, BaseSignaling
 
-from telepresence.images import LatestImage
-from telepresence.picture_clock import read_age
-from telepresence.webrtc import address_towards, drain, on_address, peer_connection
+from telepresence.video.frame_timestamp import read_age
+from telepresence.video.images import LatestImage
+from telepresence.video.webrtc import address_towards, drain, on_address, peer_connection
 
 log = logging.getLogger(__name__)
 
@@ -265,7 +265,9 @@ def sender_url(address: str) -> str:
     except ValueError:
         port = None
     if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/") or port is None:
-        raise ValueError(f"not the address of a camera sender: {address!r}; wanted is host, host:port, http://host:port")
+        raise ValueError(
+            f"not the address of a camera sender: {address!r}; wanted is host, host:port, http://host:port"
+        )
     host = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
     return f"http://{host}:{port}/camera"
 

@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from rto_safe_teleop.bubble import Bubble, ClampLimits, points_of_ranges
 from telepresence.safety import ROBOTINO, SECTORS, Command, Decision, Odometry, State, VelocityGate
-from telepresence.safety.bubble import Bubble, ClampLimits, points_of_ranges
 
 SAFETY_RADIUS = 0.4
 """The bubble's, from the robot's middle [m]: gulbasozan/robotino-ros2, parameter safety_radius."""

@@ -2,7 +2,7 @@
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/PointCloud; its channel "range", or the
             guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry).
-Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_1.safety_topics` lists: safety,
+Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_ros.safety_topics` lists: safety,
             safety_state, safety_markers.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
 Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~careful (false): swing the
@@ -20,17 +20,17 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rto_node.geometry import SENSORS, ranges_of_guide_points
-from rto_node.ros_node import RosNode
+from rto_node.node import RosNode
+from rto_node.robot_facts import SENSORS, ranges_of_guide_points
 from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
-from telepresence_1.diagnostics import OK, WARN, Diagnostics
-from telepresence_1.safety_topics import SafetyTopics
+from telepresence_ros.diagnostics import OK, WARN, Diagnostics
+from telepresence_ros.safety_topics import SafetyTopics
 
+from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer
-from telepresence.late_commands import BURST_ROOM, LateCommands
 from telepresence.safety import ROBOTINO, State
-from telepresence.safety.bubble import ClampLimits
+from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
 
 PERIOD = 0.05
 LAYERS = ("gate", "bubble")

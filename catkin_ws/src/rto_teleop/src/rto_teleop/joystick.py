@@ -3,7 +3,8 @@
 Subscribes: joy (sensor_msgs/Joy), with ~device empty; the node that publishes it must repeat at 10 Hz or faster.
 Publishes:  cmd_vel (geometry_msgs/Twist), 20 Hz while the drive button is held, zeros for a moment after, then nothing.
 Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~button_drive,
-            ~button_turbo, ~scale_linear, ~scale_angular, ~turbo, ~dead_zone: see `telepresence.sticks.Layout`.
+            ~button_turbo, ~scale_linear, ~scale_angular, ~turbo, ~dead_zone: see `Layout` in
+            telepresence.teleop.joystick_mapping.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 
-from telepresence.pad_device import PadDevice
-from telepresence.ros_master import MasterWatch, master_answers
-from telepresence.sticks import Layout, Sticks
+from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.teleop.joystick import PadDevice
+from telepresence.teleop.joystick_mapping import Layout, Sticks
 
 PERIOD = 0.05
 LOOK_PERIOD = 1.0

@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 from rto_teleop.keys import HELP, HeldKeys, Velocity
-from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import MasterWatch, master_answers
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""

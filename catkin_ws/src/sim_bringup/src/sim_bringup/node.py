@@ -28,11 +28,11 @@ from collections.abc import Callable
 import rosgraph
 import rospy
 
-from sim_bringup.surface import Wire, WorldSurface
-from telepresence.ros_master import MasterWatch, master_answers
+from sim_bringup.ros_interface import Wire, WorldSurface
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.simulation import RobotWish, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
+from telepresence.station.ros_master import MasterWatch, master_answers
 
 DEFAULT_SCENE = "apartment"
 

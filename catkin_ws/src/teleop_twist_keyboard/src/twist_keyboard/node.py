@@ -22,7 +22,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
-from telepresence.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import MasterWatch, master_answers
 from twist_keyboard.keys import HELP, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from telepresence.images import LatestImage
-from telepresence_1.cards import draw_notice
+from telepresence.video.images import LatestImage
+from telepresence_1.camera_sources import Source, SourceError, open_source
 from telepresence_1.jpeg import Jpeg
-from telepresence_1.sources import Source, SourceError, open_source
+from telepresence_1.placeholder_images import draw_notice
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class CameraStatus:
 
 
 class Camera:
-    """Reads `source` (see `telepresence_1.sources.open_source`) from a thread of its own between `start` and `close`.
+    """Reads `source` (see `telepresence_1.camera_sources.open_source`) on a thread of its own from `start` to `close`.
 
     Args:
         width, height: What a camera is asked for; larger pictures are scaled to fit [pixel].

@@ -31,14 +31,14 @@ import urllib.parse
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
+from telepresence_ros.logs import route_logs_to_ros
 
-from telepresence.mjpeg import MjpegStream, WebServer
-from telepresence.ros_logs import route_logs_to_ros
-from telepresence.ros_master import MasterWatch, wait_for_master
+from telepresence.station.ros_master import MasterWatch, wait_for_master
+from telepresence.video.mjpeg import MjpegStream, WebServer
 from telepresence_1.camera import Camera, State
-from telepresence_1.door import make_token
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.page import create_app
+from telepresence_1.page_auth import make_token
 from telepresence_1.tablet_link import TabletLink, public
 
 VISIT_PATIENCE = 10.0

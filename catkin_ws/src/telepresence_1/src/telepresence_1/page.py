@@ -20,8 +20,8 @@ from collections.abc import Callable, Iterable
 
 from flask import Flask, Response, jsonify, redirect, render_template, request
 
-from telepresence.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
-from telepresence_1.door import COOKIE, Door, Refused
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
+from telepresence_1.page_auth import COOKIE, Door, Refused
 
 POLL_TIMEOUT = 1.0
 """Seconds after which a long poll is answered with the picture that the client has already."""
@@ -43,7 +43,7 @@ def create_app(
     token: str | None = None,
     hosts: Iterable[str] = (),
 ) -> Flask:
-    """The page for the pictures of `stream`; to be answered by `telepresence.mjpeg.WebServer`.
+    """The page for the pictures of `stream`; to be answered by `telepresence.video.mjpeg.WebServer`.
 
     Args:
         name: Whom the pictures show.

@@ -10,9 +10,9 @@ from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import QApplication, QVBoxLayout, QWidget
 
-from gui.picture import Picture
-from gui.video_view import VideoView
-from telepresence.images import LatestImage, read_image_message
+from gui.ros.picture import Picture
+from gui.widgets.video_view import VideoView
+from telepresence.video.images import LatestImage, read_image_message
 
 log = logging.getLogger(__name__)
 

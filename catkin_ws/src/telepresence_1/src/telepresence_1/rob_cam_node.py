@@ -20,14 +20,14 @@ import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import Image
+from telepresence_ros.logs import route_logs_to_ros
 
-from telepresence.images import LatestImage, read_image_message
-from telepresence.mjpeg import MjpegStream, WebServer
-from telepresence.ros_logs import route_logs_to_ros
-from telepresence.ros_master import MasterWatch, wait_for_master
-from telepresence.virtual_display import display_answers
-from telepresence_1.cards import draw_notice
+from telepresence.station.ros_master import MasterWatch, wait_for_master
+from telepresence.station.virtual_display import display_answers
+from telepresence.video.images import LatestImage, read_image_message
+from telepresence.video.mjpeg import MjpegStream, WebServer
 from telepresence_1.page import create_app
+from telepresence_1.placeholder_images import draw_notice
 
 STALE_AFTER = 1.0
 """Seconds without a picture after which the last one does not count as live."""

@@ -1,6 +1,6 @@
 """ROS node voice: the pilot speaks through the robot and hears what it hears, over the link to NAOqi.
 
-Topics and services: see `telepresence_1.voice_surface`.
+Topics and services: see `telepresence_ros.voice_topics`.
 Parameters:
     ~pip, ~pport             the robot, see naoqi_driver.naoqi_node
     ~microphone, ~speaker ("auto")
@@ -23,14 +23,14 @@ from __future__ import annotations
 
 import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
+from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceSurface
 
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
+from telepresence_1.microphone_stream import RobotEars
 from telepresence_1.network import NoRoute, choose_address, is_loopback
-from telepresence_1.robot_ears import RobotEars
-from telepresence_1.robot_mouth import RobotMouth
 from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
-from telepresence_1.voice_surface import LEVEL_PERIOD, Level, VoiceSurface
+from telepresence_1.speaker_stream import RobotMouth
 
 
 class Voice:

@@ -26,7 +26,7 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE, CopyAndPasteSignaling
 
 from rto_bringup.onboard.picture_sources import PictureSource
-from telepresence.webrtc import NewestPictureTrack, on_address, peer_connection
+from telepresence.video.webrtc import NewestPictureTrack, on_address, peer_connection
 
 log = logging.getLogger(__name__)
 

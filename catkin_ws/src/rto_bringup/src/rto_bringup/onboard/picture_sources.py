@@ -17,8 +17,8 @@ import av
 import numpy as np
 from rto_node.client import RobotinoClient, RobotinoError
 
-from telepresence.images import LatestImage
-from telepresence.webrtc import planes_of
+from telepresence.video.images import LatestImage
+from telepresence.video.webrtc import planes_of
 
 log = logging.getLogger(__name__)
 

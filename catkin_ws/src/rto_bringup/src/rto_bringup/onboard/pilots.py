@@ -12,7 +12,7 @@ import secrets
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from rto_node.drive_wire import Ask, BadMessage, Drive, Hello, encode, parse_for_robot
+from rto_node.drive_datagram import Ask, BadMessage, Drive, Hello, encode, parse_for_robot
 
 from telepresence.safety import Command
 

@@ -111,5 +111,3 @@ def ranges_of_sectors(scan: Scan, mount: float = LASER_MOUNT) -> list[float]:
         if found[sector] == UNKNOWN or away < found[sector]:
             found[sector] = away
     return found
-
-

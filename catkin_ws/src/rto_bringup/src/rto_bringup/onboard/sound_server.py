@@ -23,8 +23,8 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from rto_bringup.onboard.camera_server import MAX_OFFER, SDP, local_address
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
-from telepresence.webrtc import on_address, peer_connection, release_early
-from telepresence.webrtc_sound import RATE, MicrophoneTrack, listen
+from telepresence.audio.webrtc_sound import RATE, MicrophoneTrack, listen
+from telepresence.video.webrtc import on_address, peer_connection, release_early
 
 log = logging.getLogger(__name__)
 

@@ -1,0 +1,153 @@
+"""Between the pilot's velocity and Pepper's wheels: the command gate, and behind it the safety gate.
+
+No clock, no robot: times are arguments, on one monotonic clock. Goals (`moveTo`) are left to NAOqi's own protection,
+but a stop and a bump end them too.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import threading
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from naoqi_driver.command_gate import CommandGate, Decision, Velocity
+from naoqi_driver.range_sensors import Reading
+from telepresence import safety
+from telepresence.safety import PEPPER, Command, Odometry, State, VelocityGate
+
+ZERO = Velocity(0.0, 0.0, 0.0)
+PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
+"""One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
+silent is at zero within 0.35 s."""
+MOST_READINGS = 20
+"""Readings that may wait for the drive loop: one second of them."""
+BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_COMMAND)
+"""A zero for these reasons ends the motion as fast as the robot can; other zeros follow the gate's own braking law."""
+
+
+class GuardedGate:
+    """As `CommandGate`; what that lets through goes through the safety gate.
+
+    `decide` belongs to the loop that drives. All else may be called on other threads, and never waits for the robot.
+    """
+
+    def __init__(self) -> None:
+        self.decision: safety.Decision | None = None
+        """The safety gate's last word."""
+        self._commands = CommandGate()
+        self._gate = VelocityGate(PROFILE)
+        self._lock = threading.Lock()  # guards the gate and the latches
+        self._command: Command | None = None
+        self._odometry: Odometry | None = None
+        self._readings: deque[Reading] = deque(maxlen=MOST_READINGS)
+        self._pressed: tuple[float, ...] = ()
+        self._stopped = ""
+        self._bumped = False
+
+    @property
+    def allows_goals(self) -> bool:
+        """As `CommandGate.allows_goals`; false while a stop or a bump is latched."""
+        return not (self._stopped or self._bumped)
+
+    @property
+    def refused(self) -> int:
+        """Commands that were not finite."""
+        return self._commands.refused
+
+    def command(self, vx: float, vy: float, wz: float, now: float) -> None:
+        """As `CommandGate.command`."""
+        self._commands.command(vx, vy, wz, now)
+        self._command = Command(vx, vy, wz, now)
+
+    def clear(self) -> None:
+        """As `CommandGate.clear`."""
+        self._commands.clear()
+
+    def hear(self, reading: Reading) -> None:
+        """Take what the robot has measured; it counts from the next decision on."""
+        self._readings.append(reading)
+
+    def stop(self, reason: str) -> None:
+        """Stop, goals too, and stay stopped until `reset_stop`. `reason` completes "stopped: ..."."""
+        with self._lock:
+            self._stopped = reason
+            self._gate.stop(reason)
+
+    def reset_stop(self) -> None:
+        """Let the stop go; the controls must be released once before the robot moves again."""
+        with self._lock:
+            self._stopped = ""
+            self._gate.reset_stop()
+
+    def reset_bumper(self) -> bool:
+        """Let the bump go. False while a bumper is still pressed."""
+        with self._lock:
+            done = self._gate.reset_bumper()
+            self._bumped = self._bumped and not done
+            return done
+
+    def obstacles(self) -> np.ndarray:
+        """Places of known obstacles in base_footprint, (n, 2) [m]."""
+        with self._lock:
+            return self._gate.obstacles()
+
+    def decide(self, now: float, master_alive: bool = True) -> Decision:
+        """What may happen at `now` [s]; call it at least 20 times a second."""
+        with self._lock:
+            while self._readings:
+                self._take(self._readings.popleft(), now)
+            self.decision = self._gate.step(now, self._command, self._odometry)
+            stopped, bumped = self._stopped, self._bumped
+        return judge(self._commands.decide(now, master_alive), self.decision, stopped, bumped)
+
+    def _take(self, reading: Reading, now: float) -> None:
+        self._odometry = reading.odometry
+        for name, points in reading.points.items():
+            self._gate.update_range_points(name, now, points, reading.odometry.stamp)
+        for name, distance in reading.ranges.items():
+            self._gate.update_ranges(name, now, [distance], reading.odometry.stamp)
+        if set(reading.pressed) - set(self._pressed):
+            # The latch has one direction; that between two bumpers keeps the robot from both.
+            middle = sum(cmath.rect(1.0, bearing) for bearing in reading.pressed)
+            self._gate.update_bumper(now, True, cmath.phase(middle))
+            self._bumped = True
+        if self._pressed and not reading.pressed:
+            self._gate.update_bumper(now, False)
+        self._pressed = reading.pressed
+
+
+def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool) -> Decision:
+    """Both gates' decisions as one.
+
+    Args:
+        wanted: Of the command gate.
+        allowed: Of the safety gate.
+        stopped: Why the stop is latched; empty if it isn't.
+        bumped: A bumper is latched.
+    """
+    if stopped:
+        return Decision(None, True, f"stopped: {stopped}; reset_stop lets it go")
+    if wanted.velocity is None or wanted.velocity.is_zero:
+        if not bumped:
+            return wanted
+        reason = f"{wanted.reason}; a bumper was hit, reset_bumper lets it go"
+        return wanted._replace(fault=True, reason=reason)
+    velocity = Velocity(allowed.vx, allowed.vy, allowed.wz)
+    if not all(map(math.isfinite, velocity)):  # never seen; but it would drive a robot
+        return Decision(None, True, "stopped: the safety gate gave no number")
+    if not velocity.is_zero:
+        slower = "" if allowed.state is State.CLEAR else f": {_as_clause(allowed.reason)}"
+        return Decision(velocity, False, f"driving{slower}")
+    reason = f"stopped: {_as_clause(allowed.reason)}"
+    if allowed.state in BRAKE:
+        return Decision(None, True, reason)
+    return Decision(ZERO, False, reason)
+
+
+def _as_clause(sentence: str) -> str:
+    """A sentence as it goes on after a colon."""
+    return sentence[:1].lower() + sentence[1:].rstrip(".")

@@ -1,0 +1,166 @@
+"""RobotSound: the pilot's end of a conversation with a robot's sound server, made anew as often as needed. No ROS.
+
+POST http://HOST:PORT/sound     our offer, audio both ways, application/sdp   201, answer; Location: our place
+DELETE http://HOST:PORT/LOCATION        we leave
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable
+from urllib.parse import urlsplit
+
+import aiohttp
+from aiortc import RTCPeerConnection, RTCSessionDescription
+
+from telepresence.audio.webrtc_sound import MicrophoneTrack, listen
+from telepresence.video.webrtc import address_towards, on_address, peer_connection, release_early
+
+log = logging.getLogger(__name__)
+
+DEFAULT_PORT = 8084
+LOST_AFTER = 3.0
+"""Seconds without a frame after which the connection is made anew; a robot without a microphone sends none, so that
+only a connection on which there was sound is given up for silence."""
+RETRY_PERIOD = 1.0
+ANSWER_TIMEOUT = 2.0
+_MAX_ANSWER = 64 * 1024
+
+
+class RobotSound:
+    """Talks and listens on a thread of its own, from `start` to `close`.
+
+    Args:
+        address: host or host:port of the sound server.
+        on_sound: Gets what the robot hears: int16 stereo interleaved, 48 kHz.
+    Attributes:
+        problem: Why there is no conversation; "" while there is one.
+        open: Whether the pilot's voice may leave this machine.
+    """
+
+    def __init__(self, address: str, on_sound: Callable[[bytes], None]) -> None:
+        host = address if "://" in address else f"http://{address}"
+        parts = urlsplit(host)
+        if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/"):
+            raise ValueError(f"not the address of a sound server: {address!r}; wanted is host or host:port")
+        self._host, self._port = parts.hostname, parts.port or DEFAULT_PORT
+        self.url = f"http://{self._host}:{self._port}/sound"
+        self.problem = "not connected yet"
+        self.frames = self.connections = 0
+        self._open = True
+        self._on_sound = on_sound
+        self._track: MicrophoneTrack | None = None
+        self._last = 0.0
+        self._loop = asyncio.new_event_loop()
+        self._work: asyncio.Task | None = None
+        self._thread = threading.Thread(target=self._run, name="robot-sound", daemon=True)
+
+    def start(self) -> RobotSound:
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(lambda: self._work.cancel() if self._work else None)
+            self._thread.join(timeout=4.0)
+
+    @property
+    def open(self) -> bool:
+        return self._open
+
+    @open.setter
+    def open(self, opened: bool) -> None:
+        self._open = opened
+        if self._track is not None:
+            self._track.open = opened
+
+    def put(self, frames: bytes) -> None:
+        """The pilot's voice: int16 stereo interleaved, 48 kHz; from one thread."""
+        track = self._track
+        if track is not None:
+            track.put(frames)
+
+    # --- the loop's thread -------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        release_early()
+        asyncio.set_event_loop(self._loop)
+        self._work = self._loop.create_task(self._keep_connected())
+        try:
+            with contextlib.suppress(asyncio.CancelledError):
+                self._loop.run_until_complete(self._work)
+        finally:
+            self._loop.run_until_complete(self._loop.shutdown_default_executor())
+            self._loop.close()
+
+    async def _keep_connected(self) -> None:
+        timeout = aiohttp.ClientTimeout(total=ANSWER_TIMEOUT)
+        async with aiohttp.ClientSession(timeout=timeout) as session:
+            while True:
+                try:
+                    await self._converse(session)
+                except (OSError, TimeoutError, aiohttp.ClientError, ValueError) as error:
+                    self._say(str(error) or f"no answer from {self.url}")
+                await asyncio.sleep(RETRY_PERIOD)
+
+    async def _converse(self, session: aiohttp.ClientSession) -> None:
+        """One connection, until it is lost: raises ValueError with the reason."""
+        peer, location, hearing = peer_connection(), None, None
+        track = MicrophoneTrack()
+        track.open = self._open
+        try:
+            location = await self._connect(session, peer, track)
+            self._track, self._last = track, 0.0
+            self.connections += 1
+            hearing = asyncio.ensure_future(listen(peer.getTransceivers()[0].receiver.track, self._take))
+            log.info("sound both ways with %s", self.url)
+            self.problem = ""
+            while True:
+                await asyncio.sleep(0.2)
+                if peer.connectionState in ("closed", "failed") or hearing.done():
+                    raise ValueError(f"the conversation with {self.url} has ended")
+                if self._last and time.monotonic() - self._last > LOST_AFTER:
+                    raise ValueError(f"nothing heard from {self.url} for {LOST_AFTER:g} s")
+        finally:
+            self._track = None
+            track.stop()
+            if hearing is not None:
+                hearing.cancel()
+            await peer.close()
+            if location is not None and location.startswith("/"):
+                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it finds out by itself
+                    async with session.delete(f"http://{self._host}:{self._port}{location}"):
+                        pass
+
+    async def _connect(
+        self, session: aiohttp.ClientSession, peer: RTCPeerConnection, track: MicrophoneTrack
+    ) -> str | None:
+        loop = asyncio.get_running_loop()
+        own = await asyncio.wait_for(
+            loop.run_in_executor(None, address_towards, self._host, self._port), ANSWER_TIMEOUT
+        )
+        peer.addTrack(track)
+        with on_address(own):
+            await peer.setLocalDescription(await peer.createOffer())
+        offer = peer.localDescription.sdp.encode()
+        async with session.post(self.url, data=offer, headers={"Content-Type": "application/sdp"}) as response:
+            answer = (await response.content.read(_MAX_ANSWER)).decode(errors="replace")
+            if response.status != 201:
+                raise ValueError(f"the sound server at {self.url} refuses: {answer.strip()[:200]}")
+            location = response.headers.get("Location")
+        await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        return location
+
+    def _take(self, frames: bytes) -> None:
+        self._last = time.monotonic()
+        self.frames += 1
+        self._on_sound(frames)
+
+    def _say(self, problem: str) -> None:
+        if problem != self.problem:
+            log.warning("%s", problem)
+        self.problem = problem

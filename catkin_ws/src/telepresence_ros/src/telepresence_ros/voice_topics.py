@@ -1,0 +1,160 @@
+"""Topics and services of a voice connection, the same for every robot; relative to the node's namespace.
+
+Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] of the pilot's microphone and of the
+            robot's, -100 for silence. voice/state (std_msgs/String, latched): how things stand, for people.
+            voice/devices (std_msgs/String, latched): what can be chosen, one device per line. voice/settings
+            (telepresence_msgs/VoiceSettings, latched): the same for programs, and what is muted and chosen.
+            /diagnostics.
+Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
+Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
+            push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
+            whoever held it is gone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Float32MultiArray, String
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+from telepresence_msgs.msg import VoiceSettings
+
+from telepresence.audio import devices
+from telepresence.audio.pipeline import SILENCE
+
+LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
+TALK_LIMIT = 120.0
+"""Seconds that the talk button can be held without pressing it anew."""
+FADE = 0.5
+"""Seconds after which a level that nobody renews is silence."""
+
+
+class Level:
+    """A level meter's newest value."""
+
+    def __init__(self) -> None:
+        self._value, self._at = SILENCE, 0.0
+
+    def put(self, value: float) -> None:
+        self._value, self._at = value, time.monotonic()
+
+    @property
+    def now(self) -> float:
+        return self._value if time.monotonic() - self._at < FADE else SILENCE
+
+
+class Talk(Protocol):
+    """What a robot's voice connection offers to people."""
+
+    def levels(self) -> tuple[float, float]:
+        """Of the pilot and of the robot [dBFS]."""
+
+    def describe(self) -> tuple[str, str]:
+        """How the pilot's and the robot's sound stand: "live", "muted", "talking", or why there is none."""
+
+    def figures(self) -> dict[str, object]:
+        """For the diagnostics."""
+
+    def chosen(self) -> tuple[str, str]:
+        """The pilot's microphone and loudspeaker, see `telepresence.audio.devices`."""
+
+    def open_microphone(self, opened: bool) -> None: ...
+    def mute_speaker(self, muted: bool) -> None: ...
+    def choose_microphone(self, device: str) -> None: ...
+    def choose_speaker(self, device: str) -> None: ...
+
+
+class VoiceSurface:
+    """Shows a voice connection to the ROS graph.
+
+    Args:
+        muted: Whether the microphone starts muted.
+    """
+
+    def __init__(self, talk: Talk, muted: bool = False) -> None:
+        self._voice = talk
+        self._muted, self._talking, self._talk_since = muted, False, 0.0
+        self._speaker_muted = False
+        self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
+        talk.open_microphone(not muted)
+        self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
+        self._state_topic = rospy.Publisher("voice/state", String, queue_size=1, latch=True)
+        self._devices_topic = rospy.Publisher("voice/devices", String, queue_size=1, latch=True)
+        self._settings_topic = rospy.Publisher("voice/settings", VoiceSettings, queue_size=1, latch=True)
+        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        rospy.Subscriber("voice/microphone", String, lambda message: talk.choose_microphone(message.data))
+        rospy.Subscriber("voice/speaker", String, lambda message: talk.choose_speaker(message.data))
+        for name, action in (
+            ("mute_microphone", self._mute),
+            ("mute_speaker", self._mute_speaker),
+            ("talk", self._talk),
+        ):
+            rospy.Service(f"voice/{name}", SetBool, self._answer(action))
+
+    def run(self, cycles: Iterable[float]) -> None:
+        """Publish in every cycle (`LEVEL_PERIOD`) until there are no more."""
+        told, listed, settings, slow = None, None, None, 0.0
+        for now in cycles:
+            if self._talking and now - self._talk_since > TALK_LIMIT:
+                rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
+                self._talk(False)
+            self._level_topic.publish(Float32MultiArray(data=list(self._voice.levels())))
+            state = self._text()
+            if state != told:
+                told = state
+                self._state_topic.publish(state)
+            if now - slow > SLOW_PERIOD:
+                slow = now
+                self._publish_diagnostics()
+                self._offered = devices.names()
+                text = "\n".join(f"{kind[:-1]} {name}" for kind, names in self._offered.items() for name in names)
+                if text != listed:
+                    listed = text
+                    self._devices_topic.publish(text)
+            if (newest := self._settings()) != settings:
+                settings = newest
+                self._settings_topic.publish(settings)
+
+    def _text(self) -> str:
+        pilot, robot = self._voice.describe()
+        if pilot == "live" and (self._talking or self._muted):
+            pilot = "talking" if self._talking else "muted"
+        return f"you: {pilot}; robot: {robot}"
+
+    def _settings(self) -> VoiceSettings:
+        offered = (sorted(names) for names in self._offered.values())
+        return VoiceSettings(self._muted, self._speaker_muted, *self._voice.chosen(), *offered)
+
+    def _answer(self, action: Callable[[bool], None]) -> Callable[[SetBoolRequest], SetBoolResponse]:
+        def handle(request: SetBoolRequest) -> SetBoolResponse:
+            action(request.data)
+            text = self._text()
+            self._state_topic.publish(text)
+            return SetBoolResponse(True, text)
+
+        return handle
+
+    def _mute(self, muted: bool) -> None:
+        self._muted = muted
+        self._voice.open_microphone(self._talking or not muted)
+
+    def _mute_speaker(self, muted: bool) -> None:
+        self._speaker_muted = muted
+        self._voice.mute_speaker(muted)
+
+    def _talk(self, talking: bool) -> None:
+        self._talking, self._talk_since = talking, time.monotonic()
+        self._voice.open_microphone(talking or not self._muted)
+
+    def _publish_diagnostics(self) -> None:
+        silent = [text for text in self._voice.describe() if text not in ("live", "muted")]
+        level = DiagnosticStatus.WARN if silent else DiagnosticStatus.OK
+        status = DiagnosticStatus(level, f"{rospy.get_name().strip('/')}: sound", self._text(), "", [])
+        status.values = [KeyValue(key, str(value)) for key, value in self._voice.figures().items()]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = rospy.Time.now()
+        self._diagnostics.publish(array)

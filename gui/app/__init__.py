@@ -1,0 +1,1 @@
+"""What the window does: joins widgets, driving, ROS and the terminal."""

@@ -1,0 +1,74 @@
+"""Who may see and do what: the sign-in page lies over everything until somebody has signed in, and again afterwards."""
+
+from __future__ import annotations
+
+import getpass
+from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import QObject
+from PyQt5.QtWidgets import QStackedWidget
+
+from gui.app.sign_in import SignInPage
+from telepresence.teleop.accounts import Users
+from telepresence.teleop.drive_lease import PILOT, Account
+
+if TYPE_CHECKING:
+    from gui.app.controller import Controller
+    from gui.terminal.terminal import TerminalView
+    from gui.window import OperatorWindow
+
+SIGNED_OUT = "Sign in first."
+FOR_PILOTS = "You watch. The terminal is for pilots: what is typed there reaches the robot."
+
+
+class Entrance(QObject):
+    """Joins the sign-in page with the window.
+
+    Args:
+        window, terminal: What is hidden from whom.
+        controllers: One for each robot.
+        users: The accounts; None lets everybody in as a pilot.
+    """
+
+    def __init__(
+        self, window: OperatorWindow, terminal: TerminalView, controllers: list[Controller], users: Users | None
+    ) -> None:
+        super().__init__(window)
+        self._window, self._terminal, self._controllers = window, terminal, controllers
+        self.page: SignInPage | None = None
+        self.account: Account | None = None
+        if users is None:
+            self.admit(Account(getpass.getuser(), PILOT))
+            return
+        self.page = SignInPage(users)
+        self._main = window.takeCentralWidget()
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._main)
+        self._pages.addWidget(self.page)
+        window.setCentralWidget(self._pages)
+        self.page.signed_in.connect(self.admit)
+        for controller in controllers:
+            controller.bar.sign_out_wanted.connect(self.dismiss)
+        self.dismiss()
+
+    def admit(self, account: Account) -> None:
+        """Show the window to this person, as far as the role goes."""
+        self.account = account
+        if self.page is not None:
+            self._pages.setCurrentWidget(self._main)
+        for controller in self._controllers:
+            controller.admit(account)
+        if account.role == PILOT:
+            self._terminal.deny("")
+            self._terminal.start()
+        else:
+            self._terminal.deny(FOR_PILOTS)
+        self._window.pad.setFocus()
+
+    def dismiss(self) -> None:
+        """Nobody sees pictures or controls any more. What runs in the terminal goes on: others may need it."""
+        self.account = None
+        for controller in self._controllers:
+            controller.dismiss()
+        self._terminal.deny(SIGNED_OUT)
+        self._pages.setCurrentWidget(self.page)

@@ -1,0 +1,100 @@
+"""What the pilot keeps of a session: snapshots of the picture, and recordings with their reports."""
+
+from __future__ import annotations
+
+import os
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from gui.recording.recorder import Recorder
+from gui.robots import ROBOTS
+
+if TYPE_CHECKING:
+    from gui.ros.link import RosLink
+    from gui.window import OperatorWindow
+
+FOLDER = "TELEPRESENCE_FOLDER"
+"""Environment variable that names another folder than ~/telepresence."""
+
+
+def default_folder() -> Path:
+    """Where snapshots and recordings go."""
+    return Path(os.environ.get(FOLDER) or Path.home() / "telepresence")
+
+
+class Keeping(QObject):
+    """Joins the buttons Snapshot and Record."""
+
+    said = pyqtSignal(str, str)
+    """A sentence for the pilot, and its level."""
+
+    def __init__(self, window: OperatorWindow, link: RosLink, folder: Path) -> None:
+        super().__init__(window)
+        self._window, self._link, self._folder = window, link, folder
+        self._since = 0.0
+        self.recorder = Recorder(folder, self)
+        self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
+        self.recorder.finished.connect(self._on_finished)
+        self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
+        self.recorder.failed.connect(self._on_failed)
+        self._clock = QTimer(self, interval=500)
+        self._clock.timeout.connect(self._show_time)
+        window.snapshotButton.clicked.connect(self.take_snapshot)
+        window.recordButton.toggled.connect(self._on_record)
+
+    def take_snapshot(self) -> None:
+        """Save the picture as the robot sent it."""
+        image = self._window.video.image
+        if image is None:
+            self.said.emit("There is no picture to keep. Press Robot feed first.", "warn")
+            return
+        target = self._folder / f"{self._name()}.png"
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            self.said.emit(f"Nothing can be saved in {self._folder}: {error.strerror}.", "bad")
+            return
+        if image.save(str(target)):
+            self.said.emit(f"Saved {target}", "good")
+        else:
+            self.said.emit(f"{target} cannot be written. Is there room on the disk?", "bad")
+
+    def _on_record(self, wanted: bool) -> None:
+        if not wanted:
+            self.recorder.stop()
+        elif not self._link.state.master:
+            self._window.recordButton.setChecked(False)
+            self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
+        else:
+            topics = [self._link.resolve(topic) for topic in ROBOTS[self._link.profile.name].recorded]
+            self.recorder.start(self._name(), topics)
+            if self.recorder.recording:
+                self._since = time.monotonic()
+                self._clock.start()
+                self._show_time()
+
+    def _on_finished(self, bag: str) -> None:
+        self._end_clock()
+        self.said.emit(f"Recorded {bag}. Writing its report …", "info")
+
+    def _on_failed(self, reason: str) -> None:
+        if not self.recorder.recording:
+            self._end_clock()
+        self.said.emit(reason, "bad")
+
+    def _end_clock(self) -> None:
+        self._clock.stop()
+        button = self._window.recordButton
+        button.setChecked(False)
+        button.setText("● Record")
+
+    def _show_time(self) -> None:
+        seconds = int(time.monotonic() - self._since)
+        self._window.recordButton.setText(f"■ {seconds // 60}:{seconds % 60:02d}")
+
+    def _name(self) -> str:
+        return f"{self._link.profile.name}-{datetime.now():%Y%m%d-%H%M%S}"

@@ -1,0 +1,104 @@
+"""Everything the window has for one robot, joined: link, page, terminal, hands, keeping."""
+
+from __future__ import annotations
+
+import argparse
+
+from PyQt5.QtCore import QObject
+
+from gui.app.capture import Keeping
+from gui.app.controller import Controller
+from gui.driving.gamepad import Gamepad
+from gui.profiles import Profile
+from gui.robots import ROBOTS
+from gui.ros.link import RosLink, RosNode
+from gui.settings import Memory
+from gui.terminal.terminal import TerminalView
+from gui.window import OperatorWindow
+
+AWAY = "Another robot is in front. Choose this one's tab to drive it."
+
+
+class Seat(QObject):
+    """One robot's part of the window.
+
+    Args:
+        node: The window's node, shared by all robots.
+        profile: The robot.
+        address: Where it is.
+        arguments: Of the command line, see gui/__main__.py.
+        alone: There is no other.
+    """
+
+    def __init__(
+        self, node: RosNode, profile: Profile, address: str, arguments: argparse.Namespace, alone: bool = True
+    ) -> None:
+        super().__init__()
+        self.title = ROBOTS[profile.name].title
+        self.terminal = TerminalView("" if alone else profile.name)
+        self.window = OperatorWindow(self.terminal)
+        self.window.address.setText(address)
+        self.link = RosLink(node, profile)
+        self.gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
+        self.controller = Controller(
+            self.window, self.link, self.terminal, arguments.attach, profile, arguments.sign_in, self.gamepad
+        )
+        if arguments.gamepad == "joy":
+            self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.hear(*joy))
+            self.link.watch("joy", True)
+        self.keeping = Keeping(self.window, self.link, arguments.folder)
+        self.keeping.said.connect(self.window.status.say)
+        node.trouble.connect(self.link.trouble)
+        self._in_front, self._had_feed = True, False
+        self.window.feedButton.toggled.connect(self._on_feed)
+
+    def set_in_front(self, in_front: bool) -> None:
+        """Only the robot in front is driven and looked at; the others keep running, and keep their terminals."""
+        self._in_front = in_front
+        self.controller.driving.set_away("" if in_front else AWAY)
+        feed = self.window.feedButton
+        if in_front:
+            feed.setChecked(feed.isChecked() or self._had_feed)
+        else:
+            self._had_feed = self._had_feed or feed.isChecked()
+            feed.setChecked(False)
+
+    def _on_feed(self, wanted: bool) -> None:
+        """Pictures that nobody sees are not asked for, also when the robot's programs are joined out of sight."""
+        if wanted and not self._in_front:
+            self._had_feed = True
+            self.window.feedButton.setChecked(False)
+
+    def remember(self, memory: Memory) -> None:
+        """Be as at the last time."""
+        controls = self.controller.controls
+        controls.set_speed(memory.number(f"{self.link.profile.name}/speed", controls.speed))
+
+    def keep(self, memory: Memory) -> None:
+        """For the next time."""
+        memory.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
+        memory.keep(f"{self.link.profile.name}/address", self.window.address.text())
+
+    def start(self) -> None:
+        """The window is on the screen."""
+        self.gamepad.start()
+
+    def close(self) -> None:
+        """Stop the robot, and end what belongs to this window."""
+        self.keeping.recorder.close()
+        self.controller.dismiss()
+
+
+class Terminals:
+    """All terminals at once, for whoever lets people in."""
+
+    def __init__(self, seats: list[Seat]) -> None:
+        self._terminals = [seat.terminal for seat in seats]
+
+    def start(self) -> None:
+        for terminal in self._terminals:
+            terminal.start()
+
+    def deny(self, reason: str) -> None:
+        for terminal in self._terminals:
+            terminal.deny(reason)

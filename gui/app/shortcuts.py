@@ -1,0 +1,49 @@
+"""Keys of the whole window besides those that drive. Keys typed into the terminal stay there, but for F6 and Pause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtWidgets import QMainWindow, QShortcut
+
+from gui.widgets.help_overlay import HelpOverlay
+
+if TYPE_CHECKING:
+    from gui.app.robot_tab import Seat
+
+
+def add_shortcuts(window: QMainWindow, seats: list[Seat], front: Callable[[], Seat]) -> HelpOverlay:
+    """Bind them, and the page that lists them for people.
+
+    Args:
+        seats: The robots; the red stop stops all of them.
+        front: The one that is driven.
+    """
+
+    def stop_all() -> None:
+        for seat in seats:
+            seat.controller.driving.red_stop()
+
+    def type_in_terminal() -> None:
+        # The terminal gives the keyboard back by itself: Qt gets no keys meanwhile.
+        front().window.show_terminal()
+        front().terminal.take_keyboard()
+
+    help_overlay = HelpOverlay(window)
+    for keys, action in (
+        ("Esc", stop_all),
+        ("Pause", stop_all),
+        ("Shift+Esc", lambda: front().controller.driving.release_red_stop()),
+        ("PgUp", lambda: front().controller.controls.step_speed(1)),
+        ("PgDown", lambda: front().controller.controls.step_speed(-1)),
+        ("F1", help_overlay.toggle),
+        ("F6", type_in_terminal),
+    ):
+        QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.WindowShortcut)
+    for seat in seats:
+        seat.terminal.stop_typed.connect(stop_all)
+        seat.controller.bar.help_wanted.connect(help_overlay.open)
+    return help_overlay

@@ -1,0 +1,88 @@
+"""The page that is there as long as nobody has signed in."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from PyQt5 import uic
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QShowEvent
+from PyQt5.QtWidgets import QLabel, QLineEdit, QPushButton, QWidget
+
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.drive_lease import Account
+
+NO_ACCOUNTS = (
+    "There is no account yet. Make one in a terminal on this machine:\n"
+    "./stack exec python -m gui.users add NAME --role pilot"
+)
+
+
+class SignInPage(QWidget):
+    """Name and password; the check takes a tenth of a second and has a thread of its own.
+
+    Args:
+        users: The accounts.
+    """
+
+    signed_in = pyqtSignal(object)
+    """Account, with its key."""
+
+    _checked = pyqtSignal(object)
+
+    nameField: QLineEdit
+    passwordField: QLineEdit
+    signInButton: QPushButton
+    signInMessage: QLabel
+
+    def __init__(self, users: Users, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        uic.loadUi(str(Path(__file__).resolve().with_name("sign_in.ui")), self)
+        self.setAttribute(Qt.WA_StyledBackground)
+        self._users = users
+        self.nameField.returnPressed.connect(self.passwordField.setFocus)
+        self.passwordField.returnPressed.connect(self.try_in)
+        self.signInButton.clicked.connect(self.try_in)
+        self._checked.connect(self._on_checked)
+
+    def try_in(self) -> None:
+        """Check what is in the fields."""
+        name, password = self.nameField.text(), self.passwordField.text()
+        if not self.signInButton.isEnabled():
+            return
+        if not name.strip() or not password:
+            self.say("Type your name and your password.")
+            return
+        self.signInButton.setEnabled(False)
+        threading.Thread(target=self._check, args=(name, password), name="sign-in", daemon=True).start()
+
+    def say(self, text: str) -> None:
+        """A sentence under the fields."""
+        self.signInMessage.setText(text)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.say("")
+        try:
+            if not self._users.all():
+                self.say(NO_ACCOUNTS)
+        except UserError as error:
+            self.say(str(error))
+        (self.passwordField if self.nameField.text() else self.nameField).setFocus()
+
+    def _check(self, name: str, password: str) -> None:
+        try:
+            self._checked.emit(self._users.check(name, password))
+        except UserError as error:
+            self._checked.emit(error)
+
+    def _on_checked(self, result: Account | UserError) -> None:
+        self.signInButton.setEnabled(True)
+        self.passwordField.clear()
+        if isinstance(result, Account):
+            self.say("")
+            self.signed_in.emit(result)
+        else:
+            self.say(str(result))
+            self.passwordField.setFocus()

@@ -1,0 +1,261 @@
+"""What the robot tells, shown: joins one robot's channels to the widgets that paint them, and the picture to the floor
+that it shows."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QPainter
+
+from gui.driving.delay_speed_limit import HALF_FROM, DelayCap
+from gui.driving.floor_drive import FloorDrive
+from gui.driving.floor_overlay import Place, paint_way
+from gui.driving.floor_projection import scaled_to
+from gui.driving.round_trip import RoundTrip
+from gui.profiles import camera_info_of
+from gui.robots import ROBOTS
+from gui.ros.picture import Picture
+from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
+
+if TYPE_CHECKING:
+    from gui.ros.link import RosLink
+    from gui.window import OperatorWindow
+
+READINGS = (
+    "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
+    "voice_levels", "voice_state", "voice_settings", "posture",
+)  # fmt: skip
+"""Channels whose readings go to widgets as they are."""
+STALE_PERIOD = 250  # ms
+CAP_PERIOD = 100  # ms
+CLOCKS_DIFFER = 5.0
+"""Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
+
+
+class Views(QObject):
+    """Shows one robot.
+
+    Attributes:
+        floor_drive: Source of velocities; to be given to whatever sends them.
+    """
+
+    said = pyqtSignal(str, str)
+    """A sentence for the pilot, and its level."""
+    share_changed = pyqtSignal(float)
+    """How much of the speed the link's delay leaves, 0 to 1."""
+
+    def __init__(self, window: OperatorWindow, link: RosLink) -> None:
+        super().__init__(window)
+        self._window, self._link = window, link
+        self.robot = ROBOTS[link.profile.name]
+        self._lens: Lens | None = None
+        self._body: BodyState | None = None
+        self._round_trip, self._cap, self._share = RoundTrip(), DelayCap(), 1.0
+        self._voice = False
+        self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
+        self._readers = (
+            window.around, window.bodyPanel, window.gate, window.health, window.sound, self.floor_drive,
+        )  # fmt: skip
+        window.around.set_robot(self.robot.outline, self.robot.top_speed, self.robot.reach)
+        window.robotPanel.set_robot(self.robot.speaks, self.robot.postures)
+        for page, wanted in (
+            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, self.robot.tablet),
+        ):  # fmt: skip
+            if not wanted:
+                window.deck.removeTab(window.deck.indexOf(page))
+        for name in READINGS:
+            if link.has(name):
+                link.channel(name).arrived.connect(self.show_reading)
+        if link.has("lens"):
+            link.channel("lens").arrived.connect(self._keep_lens)
+        if link.has("page"):
+            link.channel("page").arrived.connect(self._show_page)
+        if link.has("tablet"):
+            link.channel("tablet").arrived.connect(self._show_tablet)
+            window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
+        link.channel("picture").arrived.connect(self._on_picture)
+        self._stale_clock = QTimer(self, interval=STALE_PERIOD)
+        self._stale_clock.timeout.connect(lambda: window.health.show_picture(window.video.age(), 0.0))
+        window.video.stale_changed.connect(self._on_stale)
+        self._cap_clock = QTimer(self, interval=CAP_PERIOD)
+        self._cap_clock.timeout.connect(self._weigh_delay)
+        self._cap_clock.start()
+        self._offer_cameras()
+        self._join_panels()
+        self._join_picture()
+
+    def watch_picture(self, wanted: bool) -> None:
+        """Somebody looks, or not any more."""
+        if self._link.has("lens"):
+            self._link.watch("lens", wanted)
+        if not wanted:
+            self._window.health.clear_picture()
+
+    def note_sent(self) -> None:
+        """A command that moves the robot has left."""
+        self._round_trip.sent(time.monotonic())
+
+    def show_reading(self, reading: object) -> None:
+        """Hand a reading to every widget that paints its kind."""
+        for reader in self._readers:
+            reader.show_reading(reading)
+        if isinstance(reading, BodyState):
+            self._body = reading
+        elif isinstance(reading, Safety):
+            self._show_round_trip(reading)
+            if self.floor_drive.target is not None:
+                self._window.video.update()
+        elif isinstance(reading, DriveState):
+            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # a sentence would widen the column
+            self._window.aroundLabel.setToolTip(reading.text)
+        elif isinstance(reading, PostureResult):
+            text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'no reason was told'}."
+            self._window.robotPanel.answer(text)
+        elif isinstance(reading, VoiceState):
+            self._voice = True
+
+    def _show_round_trip(self, safety: Safety) -> None:
+        taken = self._round_trip.answered(safety.command_age, safety.arrived)
+        waiting = self._round_trip.waiting(safety.arrived)
+        if taken is None and waiting > HALF_FROM:
+            taken = waiting  # at least
+        if taken is not None:
+            self._cap.note_command(taken, safety.arrived)
+            self._window.health.show_round_trip(taken)
+
+    def _weigh_delay(self) -> None:
+        share = self._cap.share(time.monotonic())
+        if share != self._share:
+            self._share = share
+            if not share:
+                self._round_trip.forget()  # nothing is sent from now on
+            self._window.health.show_share(share)
+            self.share_changed.emit(share)
+
+    # --- speech, postures, sound ---
+
+    def _join_panels(self) -> None:
+        panel, sound, link = self._window.robotPanel, self._window.sound, self._link
+        panel.say.connect(self._say)
+        panel.posture.connect(self._take_posture)
+        for name, signal in (
+            ("mute_microphone", sound.mute_microphone), ("mute_speaker", sound.mute_speaker), ("talk", sound.talk),
+        ):  # fmt: skip
+            if link.has(name):
+                signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._tell_refusal))
+        for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
+            if link.has(name):
+                signal.connect(lambda device, name=name: link.send(name, device))
+
+    def _say(self, text: str) -> None:
+        if not self._link.send("say", text):
+            self._window.robotPanel.answer("There is no ROS master, so nobody hears this. Press Roscore start.")
+
+    def _take_posture(self, name: str) -> None:
+        panel = self._window.robotPanel
+        title = dict(self.robot.postures)[name]
+        panel.answer(f"{title} …")
+        if name in ("wakeup", "rest"):
+            self._link.call(name, then=lambda answer: panel.answer("Done." if answer.ok else answer.text))
+        elif not self._link.send("posture", name):
+            panel.answer("There is no ROS master. Press Roscore start.")
+
+    def _tell_refusal(self, answer: object) -> None:
+        if not answer.ok:
+            self.said.emit(answer.text, "warn")
+
+    # --- pictures ---
+
+    def _join_picture(self) -> None:
+        video, drive = self._window.video, self.floor_drive
+        video.pressed.connect(drive.press)
+        video.dragged.connect(drive.drag)
+        video.released.connect(drive.release_all)
+        video.set_overlay(self._paint_way)
+        video.setCursor(Qt.CrossCursor)
+        video.setToolTip("Hold the left button on the floor to drive there")
+        drive.target_changed.connect(self._window.around.show_target)
+        drive.target_changed.connect(lambda _target: video.update())
+        drive.refused.connect(lambda reason: self.said.emit(reason, "warn"))
+        drive.resumed.connect(lambda: self.said.emit("On the way again to where you point.", "good"))
+
+    def _offer_cameras(self) -> None:
+        choice = self._window.cameraChoice
+        choice.clear()
+        choice.setVisible(bool(self.robot.cameras))
+        self._window.feedLabel.setVisible(not self.robot.cameras)
+        for name, topic in self.robot.cameras:
+            choice.addItem(name, topic)
+            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ToolTipRole)
+        if self.robot.cameras and self._link.feed not in [self._link.resolve(topic) for _, topic in self.robot.cameras]:
+            choice.insertItem(0, "Other", self._link.feed)
+        choice.setCurrentIndex(0)
+        choice.activated.connect(lambda index: self._change_camera(choice.itemData(index)))
+
+    def _change_camera(self, topic: str) -> None:
+        """Show another of the robot's cameras."""
+        self._lens = None
+        self.floor_drive.release_all()
+        self._link.change_topic("picture", topic)
+        self._link.change_topic("lens", camera_info_of(topic))
+        self._window.video.clear("Waiting for the first picture", self._link.feed)
+        self._window.pad.setFocus()
+
+    def _on_picture(self, picture: Picture) -> None:
+        age = time.time() - picture.stamp
+        age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
+        self._cap.note_picture(age, time.monotonic())
+        self._window.health.show_picture(age, self._window.video.rate())
+
+    def _on_stale(self, stale: bool) -> None:
+        """What is told of the link grows old with the picture."""
+        if stale:
+            self._stale_clock.start()
+        else:
+            self._stale_clock.stop()
+
+    def _watch_tablet(self) -> None:
+        self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)
+
+    def _show_page(self, state: PageState) -> None:
+        """A real tablet tells no picture of itself; the program that feeds it knows at least how it is."""
+        if self._window.tablet.image is None:
+            text = f"{state.text[:1].upper()}{state.text[1:]}. The page: {state.page}"
+            self._window.tablet.clear("The tablet sends no picture of itself", text)
+
+    def _show_tablet(self, picture: Picture) -> None:
+        try:
+            self._window.tablet.show_picture(picture)
+        except ValueError as error:
+            self._window.tablet.clear("The tablet cannot be shown", f"{error}.")
+
+    def _keep_lens(self, lens: Lens) -> None:
+        self._lens = lens
+
+    def _view(self) -> CameraView | str:
+        """The camera's view as the picture that is shown was taken, in the odometry's frame; or why there is none."""
+        image = self._window.video.image
+        if image is None:
+            return "There is no picture to point at."
+        if self._lens is None:
+            return "The camera does not tell its calibration (camera_info), so places in it are unknown."
+        if self._body is None:
+            return "The robot tells no odometry, so it would not find the way there."
+        try:
+            rotation, place = self._link.place_of(self._lens.frame, self._body.frame, self._window.video.stamp)
+        except LookupError as error:
+            return f"Where the camera looks is unknown: {error}."
+        return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
+
+    def _paint_way(self, painter: QPainter, place: Place) -> None:
+        target = self.floor_drive.target
+        if target is None or self._body is None:
+            return
+        view = self._view()
+        if isinstance(view, CameraView):
+            radius = self.robot.outline.outer_radius
+            start = (self._body.x, self._body.y)
+            paint_way(painter, place, view, start, target, radius, self.floor_drive.tone())

@@ -1,0 +1,92 @@
+"""Who drives, and what can be done about it: take, ask, hand over, leave, sign out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PyQt5 import uic
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
+
+from gui.driving.lease_client import DriveAccess
+
+
+class AccessBar(QWidget):
+    """Shows a `DriveAccess` and asks it for things.
+
+    Args:
+        access: Of the robot that this bar is about.
+        can_sign_out: There are accounts; without them nobody signs in or out.
+    """
+
+    sign_out_wanted = pyqtSignal()
+    help_wanted = pyqtSignal()
+
+    takeButton: QPushButton
+    keepButton: QPushButton
+    menuButton: QToolButton
+
+    def __init__(self, access: DriveAccess, can_sign_out: bool, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        uic.loadUi(str(Path(__file__).resolve().with_name("access_bar.ui")), self)
+        self._access, self._can_sign_out = access, can_sign_out
+        self._menu = QMenu(self)
+        self._menu.aboutToShow.connect(self._fill_menu)
+        self.menuButton.setMenu(self._menu)
+        self.keepButton.setShortcut("Shift+F3")
+        self.takeButton.clicked.connect(self._on_take)
+        self.keepButton.clicked.connect(lambda: access.ask("keep"))
+        access.changed.connect(self.show_access)
+        self.show_access()
+
+    def show_access(self) -> None:
+        """Show how things are now."""
+        access, state = self._access, self._access.state
+        asking = access.mine and bool(state.asking)
+        if state is None:
+            text, level = "Not connected", "off"
+        elif access.mine:
+            text, level = ("You drive" if not asking else f"{state.asking} asks to drive"), "warn" if asking else "good"
+        elif state.pilot:
+            text, level = f"{state.pilot} drives", "warn"
+        else:
+            text, level = "Nobody drives", "off"
+        if state is not None and state.other and not access.mine:
+            text, level = f"{state.other.strip('/')} drives", "warn"
+        button, account = self.menuButton, access.account
+        who = f"You are {account.name}, {account.role}. " if account else ""
+        here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""
+        button.setText(f"●  {text}")
+        button.setShortcut("F2")  # a new text drops it
+        button.setToolTip(f"{who}{here}Hand over, sign out: F2")
+        button.setProperty("level", level)
+        button.style().unpolish(button)
+        button.style().polish(button)
+        self.takeButton.setVisible(asking or (state is not None and access.is_pilot and not access.mine))
+        text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
+        if text != self.takeButton.text():
+            self.takeButton.setText(text)
+            self.takeButton.setShortcut("F3")  # a new text drops it
+        self.keepButton.setVisible(asking)
+
+    def _on_take(self) -> None:
+        if self._access.mine:
+            self._access.ask("give")
+        else:
+            self._access.take()
+
+    def _fill_menu(self) -> None:
+        access, state = self._access, self._access.state
+        self._menu.clear()
+        if access.account is not None:
+            self._menu.addSection(f"{access.account.name}, {access.account.role}")
+        if access.mine:
+            for name, window in state.present:
+                if window != state.window and name.endswith("(pilot)"):
+                    self._menu.addAction(f"Hand over to {name}", lambda window=window: access.ask("give", window))
+            self._menu.addAction("Leave the robot to others", access.release)
+        elif access.is_pilot and state is not None:
+            self._menu.addAction(self.takeButton.text(), access.take)
+        self._menu.addAction("Keys and help (F1)", self.help_wanted.emit)
+        if self._can_sign_out:
+            self._menu.addAction("Sign out", self.sign_out_wanted.emit)

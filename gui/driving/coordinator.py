@@ -1,0 +1,180 @@
+"""Driving one robot: joins the hands on it (pad, gamepad, picture) with who may drive, what keeps it from driving, and
+the red stop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from gui.driving.input_mux import DriveHub
+from gui.ros.channels import Answer
+
+if TYPE_CHECKING:
+    from gui.driving.drive_controls import DriveControls
+    from gui.driving.gamepad import Gamepad
+    from gui.driving.lease_client import DriveAccess
+    from gui.ros.link import RosLink
+    from gui.window import OperatorWindow
+
+STOP_REPEATS = 5
+"""Zeros after a stop, one every 100 ms: a keyboard somewhere else hears them and lets go of its latched key."""
+ZERO_PERIOD = 100  # ms
+
+
+class Driving(QObject):
+    """From held keys to commands.
+
+    Args:
+        window: Its pad and its picture.
+        link: The robot.
+        access: Whether this window may drive.
+        gamepad, controls: Hands.
+    """
+
+    said = pyqtSignal(str, str)
+    """A sentence for the pilot, and its level."""
+    sent = pyqtSignal()
+    """A command has left."""
+
+    def __init__(
+        self,
+        window: OperatorWindow,
+        link: RosLink,
+        access: DriveAccess,
+        gamepad: Gamepad,
+        controls: DriveControls,
+    ) -> None:
+        super().__init__(window)
+        self._window, self._link, self._access, self._controls = window, link, access, controls
+        self._layer_stopped = ""
+        self._away = ""
+        self._share = 1.0
+        self._zeros_left = 0
+        self._zeros = QTimer(self, interval=ZERO_PERIOD)
+        self._zeros.timeout.connect(self._send_zero)
+        self.hub = DriveHub(self)
+        for source in (window.pad, gamepad):
+            self.hub.add(source)
+            source.stop_pressed.connect(self.hub.stop)
+            source.blocked.connect(lambda reason: self.said.emit(reason, "warn"))
+        self.hub.velocity.connect(self._on_velocity)
+        gamepad.restart_wanted.connect(self.restart_simulation)
+        gamepad.lost.connect(lambda: self.said.emit("The gamepad is gone.", "warn"))
+        gamepad.changed.connect(controls.show_pad)
+        controls.speeds_changed.connect(self._set_speeds)
+        controls.stop_wanted.connect(self.red_stop)
+        controls.release_wanted.connect(self.release_red_stop)
+        window.activation_changed.connect(lambda active: None if active else self.hub.release_all())
+        access.changed.connect(self.update_block)
+        access.refused.connect(lambda reason: self.said.emit(reason, "warn"))
+        link.state_changed.connect(lambda _state: self.update_block())
+        link.channel("safety_text").arrived.connect(self._on_safety)
+        window.video.stale_changed.connect(lambda _stale: self.update_block())
+        self.update_block()
+
+    @property
+    def picture_problem(self) -> str:
+        """Why nobody may drive by this window's picture; empty when everybody may."""
+        if not self._window.video.stale:
+            return ""
+        return "The robot's picture is lost, so nothing drives. Turn Robot feed off to drive without it."
+
+    def update_block(self) -> None:
+        """A pad that drives nothing, or a robot that nobody sees, is worse than one that says why it does not."""
+        state, passing = self._link.state, False
+        if self._away:
+            reason = self._away
+        elif not state.joined:
+            reason = "Driving needs a ROS master. Press Roscore start."
+        elif not state.driver:
+            reason = "No driver listens to this window. Press Session start."
+        elif self._access.obstacle():
+            reason, passing = self._access.obstacle(), self._access.comes_back
+        elif self._layer_stopped:
+            reason = f"{self._layer_stopped} Press the red stop to let the robot go."
+        elif not self._share:
+            reason, passing = "The link is more than a second late, so nothing drives until it is faster.", True
+        else:
+            reason, passing = self.picture_problem, True
+        self.hub.set_block(reason, passing)
+        self._access.set_hold(self.picture_problem)
+        lease = self._access.state
+        stopped_by = lease.stopped_by if lease is not None else ""
+        self._controls.show_stopped(stopped_by or ("the safety layer" if self._layer_stopped else ""))
+        self._window.padLabel.setText("off" if reason else "hold to drive")
+        self._window.padLabel.setToolTip(reason)
+
+    def set_away(self, reason: str) -> None:
+        """Nobody drives this robot from here, for this reason; with an empty one, it is this window's again."""
+        self._away = reason
+        self.hub.release_all()
+        self.update_block()
+
+    def set_share(self, share: float) -> None:
+        """How much of the speed the link's delay leaves, 0 to 1; see `gui.driving.delay_speed_limit`."""
+        self._share = share
+        self.update_block()
+
+    def stop(self) -> None:
+        """Let go of everything; keyboards elsewhere, too."""
+        self.hub.stop()
+        self._zeros_left = STOP_REPEATS
+        self._send_zero()
+        self._zeros.start()
+
+    def red_stop(self) -> None:
+        """Stop the robot, and keep it stopped whoever drives by whatever, until `release_red_stop`."""
+        self.stop()
+        self._access.ask("stop")
+        # Also directly: the layer's stop holds where nobody decides who drives.
+        self._link.call("stop_drive", then=self._on_layer_stop)
+
+    def release_red_stop(self) -> None:
+        """Let the robot go, if this window may."""
+        if self._access.state is None and self._access.is_pilot:
+            self._link.call("reset_stop", then=self._on_layer_release)
+        else:
+            self._access.ask("reset_stop")
+
+    def restart_simulation(self) -> None:
+        """Put the simulated world back to its start."""
+        if not self._access.mine:
+            self.said.emit(self._access.obstacle() or "Only who drives restarts the simulation.", "warn")
+            return
+        self.hub.stop()
+        self._link.call("restart_simulation", then=self._on_restarted)
+
+    def _on_velocity(self, vx: float, vy: float, wz: float) -> None:
+        if any((vx, vy, wz)):
+            self._zeros.stop()
+        self._access.drive(*(part * self._share for part in (vx, vy, wz)))
+        self.sent.emit()
+
+    def _send_zero(self) -> None:
+        self._link.send("zero")
+        self._zeros_left -= 1
+        if self._zeros_left <= 0:
+            self._zeros.stop()
+
+    def _set_speeds(self, speed: float, turn: float) -> None:
+        self.hub.set_speeds(speed, turn)
+
+    def _on_safety(self, text: str) -> None:
+        state, _, reason = text.partition(": ")
+        stopped = reason if state == "stopped" else ""
+        if stopped != self._layer_stopped:
+            self._layer_stopped = stopped
+            self.update_block()
+
+    def _on_layer_stop(self, answer: Answer) -> None:
+        if not answer.ok and self._access.state is None:
+            self.said.emit(f"The robot was told to stop, but nothing keeps it stopped: {answer.text}", "bad")
+
+    def _on_layer_release(self, answer: Answer) -> None:
+        if not answer.ok:
+            self.said.emit(answer.text, "warn")
+
+    def _on_restarted(self, answer: Answer) -> None:
+        text = answer.text or "The simulation starts anew."
+        self.said.emit(text, "good" if answer.ok else "warn")

@@ -1,0 +1,110 @@
+"""Beside the pad: how fast, the red stop, and what the gamepad does."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+
+from PyQt5 import uic
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
+
+from gui.driving.gamepad import PadState
+
+STEP = 0.05
+"""[m/s] between two places of the slider."""
+USUAL_SPEED = 0.2
+"""[m/s]; the keyboard node begins with the same."""
+TURN_PER_SPEED = 2.5
+"""[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
+PANIC_TIME = 1.0
+"""Seconds after a stop in which another press does not let go: who is afraid presses twice."""
+
+
+class DriveControls(QWidget):
+    """Slider, red stop, gamepad chip."""
+
+    speeds_changed = pyqtSignal(float, float)
+    """[m/s], [rad/s] that inputs may ask for."""
+    stop_wanted = pyqtSignal()
+    release_wanted = pyqtSignal()
+    """The red stop is pressed, and was clicked to let go."""
+    pad_wanted = pyqtSignal()
+    """Show the gamepad."""
+
+    speedSlider: QSlider
+    speedLabel: QLabel
+    redStop: QPushButton
+    padChip: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        uic.loadUi(str(Path(__file__).resolve().with_name("drive_controls.ui")), self)
+        self._stopped_by: str | None = None
+        self._stopped_at = 0.0
+        self._top_turn = 1.0
+        self.speedSlider.valueChanged.connect(self._tell_speeds)
+        self.redStop.clicked.connect(self._on_red)
+        self.padChip.clicked.connect(self.pad_wanted)
+        self.show_stopped("")
+        self.show_pad(None)
+
+    @property
+    def speed(self) -> float:
+        """[m/s]"""
+        return self.speedSlider.value() * STEP
+
+    @property
+    def turn(self) -> float:
+        """[rad/s]"""
+        return min(self._top_turn, self.speed * TURN_PER_SPEED)
+
+    def set_limits(self, top_speed: float, top_turn: float, speed: float = USUAL_SPEED) -> None:
+        """What the robot can do [m/s, rad/s], and what to begin with [m/s]."""
+        self._top_turn = top_turn
+        self.speedSlider.setMaximum(max(1, int(top_speed / STEP + 1e-6)))
+        self.set_speed(speed)
+        self._tell_speeds()
+
+    def set_speed(self, speed: float) -> None:
+        """As near to this as the robot and the slider can [m/s]."""
+        if math.isfinite(speed):
+            self.speedSlider.setValue(round(speed / STEP))
+
+    def step_speed(self, steps: int) -> None:
+        """Faster or slower."""
+        self.speedSlider.setValue(self.speedSlider.value() + steps)
+
+    def show_stopped(self, who: str) -> None:
+        """Who has stopped the robot; empty: it is not stopped."""
+        if who == self._stopped_by:
+            return
+        self._stopped_by, self._stopped_at = who, time.monotonic()
+        self.redStop.setText(f"STOPPED by {who}\nPress to let go" if who else "STOP\nEsc")
+        self.redStop.setToolTip(
+            "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
+        )
+        self.redStop.setProperty("stopped", bool(who))
+        self.redStop.style().unpolish(self.redStop)
+        self.redStop.style().polish(self.redStop)
+
+    def show_pad(self, state: PadState | None) -> None:
+        """What the gamepad does; None when there is none."""
+        if state is None:
+            self.padChip.setText("No gamepad")
+        else:
+            self.padChip.setText("Gamepad drives" if state.driving else "Gamepad ready: hold LB")
+        self.padChip.setProperty("on", state is not None and state.driving)
+        self.padChip.style().unpolish(self.padChip)
+        self.padChip.style().polish(self.padChip)
+
+    def _on_red(self) -> None:
+        if not self._stopped_by:
+            self.stop_wanted.emit()
+        elif time.monotonic() - self._stopped_at > PANIC_TIME:
+            self.release_wanted.emit()
+
+    def _tell_speeds(self) -> None:
+        self.speedLabel.setText(f"{self.speed:.2f} m/s")
+        self.speeds_changed.emit(self.speed, self.turn)

@@ -1,0 +1,58 @@
+"""The way to the place that the pilot points at, painted on the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from PyQt5.QtCore import QPointF, Qt
+from PyQt5.QtGui import QPainter, QPen, QPolygonF
+
+from gui import theme
+from gui.driving.floor_drive import ARRIVED
+from gui.driving.floor_projection import pixel_of
+from gui.ros.readings import CameraView
+
+STEP = 0.05
+"""[m] between two points of the band's edges."""
+Place = Callable[[float, float], QPointF]
+
+
+def paint_way(
+    painter: QPainter,
+    place: Place,
+    view: CameraView,
+    start: tuple[float, float],
+    target: tuple[float, float],
+    radius: float,
+    tone: str,
+) -> None:
+    """Paint the band that the robot's body sweeps, and the place it ends at.
+
+    Args:
+        place: Pixel of the picture -> point of the widget.
+        start, target: In the frame of `view` [m].
+        radius: Of the robot [m].
+        tone: Name of the theme's colour.
+    """
+    painter.setRenderHint(QPainter.Antialiasing)
+    here, there = np.array(start, float), np.array(target, float)
+    length = float(np.linalg.norm(there - here))
+    if length > 1e-3:
+        along = (there - here) / length
+        aside = np.array((-along[1], along[0])) * radius
+        steps = [here + along * min(length, STEP * number) for number in range(math.ceil(length / STEP) + 1)]
+        left = [pixel_of(view, *(point + aside)) for point in steps]
+        right = [pixel_of(view, *(point - aside)) for point in steps]
+        edge = [place(*pixel) for pixel in left if pixel] + [place(*pixel) for pixel in reversed(right) if pixel]
+        painter.setPen(QPen(theme.colour(tone, 0.9), 2.0))
+        painter.setBrush(theme.colour(tone, 0.28))
+        painter.drawPolygon(QPolygonF(edge))
+    ring = [
+        pixel_of(view, *(there + ARRIVED * np.array((math.cos(turn), math.sin(turn)))))
+        for turn in np.linspace(0.0, math.tau, 32)
+    ]
+    painter.setPen(QPen(Qt.white, 2.0))
+    painter.setBrush(theme.colour(tone, 0.55))
+    painter.drawPolygon(QPolygonF([place(*pixel) for pixel in ring if pixel]))

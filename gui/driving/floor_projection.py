@@ -1,0 +1,60 @@
+"""From a pixel of the picture to the place on the floor that it shows, and back. No ROS, no Qt."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gui.ros.readings import CameraView
+
+LOWEST_SLOPE = math.sin(math.radians(2.0))
+"""Rays flatter than this are no floor: a degree of error in the head's angle would move the place by metres."""
+NEAREST_DEPTH = 0.05
+"""[m] before the lens; what is nearer is not drawn."""
+
+
+class FloorPlace(NamedTuple):
+    """A place on the floor [m], in the frame of the `CameraView`; `clamped`: the pixel shows one farther away."""
+
+    x: float
+    y: float
+    clamped: bool
+
+
+def floor_place(view: CameraView, u: float, v: float, farthest: float) -> FloorPlace | None:
+    """Where the floor is that pixel (u, v) shows, at most `farthest` [m] from under the camera; None above the
+    horizon.
+
+    The ray through the pixel is cut with z = 0. An error of the pitch moves the place by h / sin^2(slope) per radian.
+    """
+    lens = view.lens
+    ray = view.rotation @ ((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, 1.0)
+    slope = -ray[2] / np.linalg.norm(ray)
+    if slope < LOWEST_SLOPE or view.place[2] <= 0.0:
+        return None
+    away = ray[:2] * (view.place[2] / -ray[2])
+    distance = float(np.hypot(*away))
+    if distance > farthest:
+        away = away * (farthest / distance)
+    return FloorPlace(float(view.place[0] + away[0]), float(view.place[1] + away[1]), distance > farthest)
+
+
+def pixel_of(view: CameraView, x: float, y: float, z: float = 0.0) -> tuple[float, float] | None:
+    """The pixel that shows a place [m]; None when it is behind the lens. May lie outside the picture."""
+    ahead = view.rotation.T @ (np.array((x, y, z)) - view.place)
+    if ahead[2] < NEAREST_DEPTH:
+        return None
+    lens = view.lens
+    return lens.cx + lens.fx * float(ahead[0] / ahead[2]), lens.cy + lens.fy * float(ahead[1] / ahead[2])
+
+
+def scaled_to(view: CameraView, width: int, height: int) -> CameraView:
+    """The same view for a picture of another size of the same camera [px]."""
+    lens = view.lens
+    if (width, height) == (lens.width, lens.height):
+        return view
+    a, b = width / lens.width, height / lens.height
+    resized = lens.__class__(lens.fx * a, lens.fy * b, lens.cx * a, lens.cy * b, width, height, lens.frame)
+    return CameraView(resized, view.rotation, view.place)

@@ -1,0 +1,1 @@
+"""Recording a session as a ROS bag, and the report of it."""

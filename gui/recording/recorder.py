@@ -1,0 +1,121 @@
+"""Records what the robot does as a ROS bag, and writes a report of it at the end.
+
+Both are programs of their own: a recording neither slows the window nor is lost with it. A window that is killed ends
+its recording, and the bag is whole.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from PyQt5.QtCore import QObject, QProcess, pyqtSignal
+
+PATIENCE = 8000
+"""ms that the recorder may take to close its bag when the window is closed."""
+LEAST_FREE = 500e6
+"""Bytes that must be free on the disk; a session needs about 1 MB a second with pictures."""
+BUFFER = "64"
+"""MB of memory in which messages wait for the disk."""
+
+
+class Recorder(QObject):
+    """One recording at a time.
+
+    Args:
+        folder: Where bags and reports go; made when it is needed.
+    """
+
+    started = pyqtSignal(str)
+    """Recording into this file."""
+    finished = pyqtSignal(str)
+    """Recorded; the bag."""
+    reported = pyqtSignal(str)
+    """The report is written; the HTML file."""
+    failed = pyqtSignal(str)
+    """A sentence for the pilot."""
+
+    def __init__(self, folder: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._folder = folder
+        self._bag: Path | None = None
+        self._process: QProcess | None = None
+        self._report: QProcess | None = None
+        self._asked_to_end = False
+
+    @property
+    def recording(self) -> bool:
+        return self._process is not None
+
+    def start(self, name: str, topics: Sequence[str]) -> None:
+        """Record these topics into <folder>/<name>.bag."""
+        if self.recording:
+            return
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            free = shutil.disk_usage(self._folder).free
+        except OSError as error:
+            self.failed.emit(f"Nothing can be recorded into {self._folder}: {error.strerror}.")
+            return
+        if free < LEAST_FREE:
+            self.failed.emit(f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Make room.")
+            return
+        self._bag = self._folder / f"{name}.bag"
+        self._asked_to_end = False
+        self._process = QProcess(self)
+        self._process.setProcessChannelMode(QProcess.MergedChannels)
+        self._process.finished.connect(self._on_recorded)
+        # The kernel asks it to end when this process dies, however that happens.
+        words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
+        self._process.start("setpriv", [*words, "-O", str(self._bag), *topics])
+        self.started.emit(str(self._bag))
+
+    def stop(self) -> None:
+        """Close the bag; `finished` and `reported` follow."""
+        if self._process is not None and not self._asked_to_end:
+            self._asked_to_end = True
+            if self._process.state() == QProcess.Running:
+                os.kill(self._process.processId(), signal.SIGINT)
+
+    def close(self) -> None:
+        """End without waiting for a report; at most a few seconds."""
+        self.stop()
+        if self._process is not None and not self._process.waitForFinished(PATIENCE):
+            self._process.kill()
+            self._process.waitForFinished(1000)
+        if self._report is not None:
+            self._report.waitForFinished(PATIENCE)
+
+    def _on_recorded(self) -> None:
+        said = bytes(self._process.readAll()).decode(errors="replace").strip()
+        self._process.deleteLater()
+        self._process = None
+        if not self._bag.exists():
+            reason = said.splitlines()[-1] if said else "rosbag said nothing"
+            self.failed.emit(f"The recording failed: {reason}.")
+            return
+        if not self._asked_to_end:
+            self.failed.emit(f"The recording ended by itself; {self._bag.name} holds what came before.")
+        self.finished.emit(str(self._bag))
+        self._write_report(self._bag)
+
+    def _write_report(self, bag: Path) -> None:
+        self._report = QProcess(self)
+        self._report.setProcessChannelMode(QProcess.MergedChannels)
+        self._report.finished.connect(lambda code: self._on_reported(code, bag))
+        self._report.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
+        self._report.start(sys.executable, ["-m", "gui.recording.session_report", str(bag)])
+
+    def _on_reported(self, code: int, bag: Path) -> None:
+        said = bytes(self._report.readAll()).decode(errors="replace").strip()
+        self._report.deleteLater()
+        self._report = None
+        if code == 0:
+            self.reported.emit(str(bag.with_suffix(".html")))
+        else:
+            reason = said.splitlines()[-1] if said else f"exit code {code}"
+            self.failed.emit(f"{bag.name} is recorded, but its report failed: {reason}")

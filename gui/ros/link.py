@@ -1,0 +1,339 @@
+"""The window's node in the ROS graph: topics become Qt signals and the other way round.
+
+The only file here that imports ROS. Nothing in it makes Qt wait: a thread looks for the master, joins the graph when
+there is one and does everything that asks the master; each service call has a thread of its own.
+"""
+
+from __future__ import annotations
+
+import http.client
+import logging
+import math
+import re
+import threading
+import time
+import xmlrpc.client
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import rosgraph
+import roslib.message
+import rospy
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+
+from gui.profiles import Profile
+from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
+from gui.ros.link_state import LinkState
+from gui.ros.transforms import Frames
+from telepresence.station.ros_master import MasterWatch, master_proxy
+
+log = logging.getLogger(__name__)
+
+NODE = "gui_ros_node"
+KEYBOARD_NODE = "/teleop_twist_keyboard"
+LOOK_PERIOD = 0.5
+LOOK_TIMEOUT = 1.0
+FIND_TIMEOUT = 1.0
+"""Seconds that a service may take to be found."""
+BUFFER = 1 << 22
+"""Bytes; above one picture, or old pictures wait in the socket."""
+_TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
+
+
+def without_remappings(argv: list[str]) -> list[str]:
+    """The arguments, less those that roslaunch adds for ROS (`__name:=...`)."""
+    return rospy.myargv(argv)
+
+
+class RosNode(QObject):
+    """This window's place in the graph, shared by the links to its robots, which are made before `start`."""
+
+    trouble = pyqtSignal(str)
+    """A sentence for the pilot."""
+    ended = pyqtSignal(str)
+    """ROS wants this node to end (rosnode kill); why."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.master_uri = rosgraph.get_master_uri()
+        self.name = f"/{NODE}"
+        self.joined = False
+        self.links: list[RosLink] = []
+        self._sent_at = -math.inf
+        self._closing = threading.Event()
+        self._wake = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="ros-link", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def hurry(self) -> None:
+        """A wish has changed: look now."""
+        self._wake.set()
+
+    def note_sent(self) -> None:
+        self._sent_at = time.monotonic()
+
+    def close(self) -> None:
+        """Leave the graph; at most a few seconds, also when the master hangs."""
+        self._closing.set()
+        self._wake.set()
+        self._thread.join(timeout=2.0 * LOOK_TIMEOUT)
+        if not self.joined:
+            return
+        if time.monotonic() - self._sent_at < 0.5:
+            time.sleep(0.05)  # rospy sends from a thread of its own; the last command is a zero
+        farewell = threading.Thread(target=rospy.signal_shutdown, args=["the window was closed"], daemon=True)
+        farewell.start()
+        farewell.join(timeout=2.0)
+
+    # --- the node's own thread ---
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            graph = self._look()
+            if graph is not None and not self.joined:
+                try:
+                    self._join()
+                except rospy.ROSException as error:
+                    self.trouble.emit(f"The window cannot join the ROS graph: {error}. Start it again.")
+                    return
+            for link in self.links:
+                link.follow(graph)
+            self._wake.wait(LOOK_PERIOD)
+            self._wake.clear()
+
+    def _look(self) -> list | None:
+        """Publishers, subscribers and services as the master knows them; None without a master."""
+        try:
+            code, _, graph = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            return None
+        return [dict(group) for group in graph] if code == 1 else None
+
+    def _join(self) -> None:
+        # Of two nodes with one name ROS ends the older: a second window calls itself something else.
+        rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
+        self.name = rospy.get_name()
+        rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
+        MasterWatch(rospy).start()
+        for link in self.links:
+            link.advertise()
+        self.joined = True
+
+    def _is_taken(self) -> bool:
+        """Whether a node of our name lives; a killed one may still be registered."""
+        try:
+            code, _, uri = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
+            return code == 1 and master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)[0] == 1
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            return False
+
+    def _on_ros_shutdown(self, reason: str) -> None:
+        if not self._closing.is_set():
+            self.ended.emit(reason)
+
+
+class RosLink(QObject):
+    """One robot in the graph.
+
+    Args:
+        node: The window's node.
+        profile: The robot's topics and services.
+    """
+
+    state_changed = pyqtSignal(object)
+    """LinkState, on every change."""
+    trouble = pyqtSignal(str)
+    """A sentence for the pilot."""
+
+    _looked = pyqtSignal(object)
+    _answered = pyqtSignal(object, object)
+
+    def __init__(self, node: RosNode, profile: Profile) -> None:
+        super().__init__()
+        self.profile = profile
+        self.state = LinkState(node.master_uri)
+        self._node = node
+        self._channels = {row.channel: Channel(row) for row in profile.incoming}
+        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in profile.outgoing}
+        self._offered: dict[str, Offered] = {row.name: row for row in profile.services}
+        self._publishers: dict[str, rospy.Publisher] = {}
+        self._subscribers: dict[str, rospy.Subscriber] = {}
+        self._unknown: set[str] = set()
+        self._frames = Frames(profile.namespace, _hear_all)
+        self._open = True
+        self._looked.connect(self._on_looked, Qt.QueuedConnection)
+        self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
+        for channel in self._channels.values():
+            channel.trouble.connect(self.trouble)
+        node.links.append(self)
+
+    @property
+    def node_name(self) -> str:
+        """What ROS calls this window."""
+        return self._node.name
+
+    def set_open(self, wanted: bool) -> None:
+        """Hear and send, or neither: nobody has signed in."""
+        self._open = wanted
+        self._node.hurry()
+
+    @property
+    def feed(self) -> str:
+        """The camera topic."""
+        return self._resolve(self.channel("picture").row.topic)
+
+    def channel(self, name: str) -> Channel:
+        """What comes in under this name of the profile's table.
+
+        Raises:
+            KeyError: The profile has none.
+        """
+        return self._channels[name]
+
+    def has(self, name: str) -> bool:
+        """Whether the profile's tables know a channel or service of this name."""
+        return name in self._channels or name in self._outgoing or name in self._offered
+
+    def watch(self, name: str, wanted: bool) -> None:
+        """Subscribe to a channel as soon as possible, or stop doing so."""
+        self._channels[name].wanted = wanted
+        self._node.hurry()
+
+    def resolve(self, name: str) -> str:
+        """The full name of a topic or service of this robot."""
+        return self._resolve(name)
+
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
+        """See `Frames.place_of`."""
+        return self._frames.place_of(frame, seen_from, stamp)
+
+    def change_topic(self, name: str, topic: str) -> None:
+        """Hear a channel on another topic from now on."""
+        channel = self._channels[name]
+        channel.row = replace(channel.row, topic=topic)
+        self._node.hurry()
+
+    def send(self, name: str, *values: object) -> bool:
+        """Publish; whether the graph has been joined."""
+        publisher = self._publishers.get(name) if self._open else None
+        if publisher is None:
+            return False
+        message = publisher.data_class()
+        self._outgoing[name].fill(message, *values)
+        try:
+            publisher.publish(message)
+        except rospy.ROSException as error:
+            log.warning("%s was not sent: %s", name, error)
+            return False
+        self._node.note_sent()
+        return True
+
+    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
+        """Call a service; `then` gets the answer on Qt's thread, at the latest after the row's timeout."""
+        row = self._offered[name]
+        settled = []
+
+        def settle(answer: Answer) -> None:
+            if not settled:
+                settled.append(answer)
+                then(answer)
+
+        if not self._open:
+            QTimer.singleShot(0, lambda: settle(Answer(False, "Sign in first.")))
+            return
+        if not self._node.joined:
+            QTimer.singleShot(0, lambda: settle(Answer(False, "There is no ROS master. Press Roscore start.")))
+            return
+        late = Answer(False, f"{row.service} did not answer within {row.timeout:g} s.")
+        QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
+        work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
+        threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
+
+    def _call(self, row: Offered, values: tuple) -> Answer:
+        """On a thread of its own."""
+        service, kind = self._resolve(row.service), roslib.message.get_service_class(row.kind)
+        if kind is None:
+            return Answer(False, f"The service type {row.kind} is not built. Run  ./stack build")
+        try:
+            rospy.wait_for_service(service, timeout=FIND_TIMEOUT)
+            request = kind._request_class()
+            row.fill(request, *values)
+            return row.read(rospy.ServiceProxy(service, kind)(request))
+        except rospy.ServiceException as error:
+            return Answer(False, f"{service} failed: {error}.")
+        except rospy.ROSException:
+            return Answer(False, f"Nobody offers {service}: its program does not run, or not yet.")
+
+    def _resolve(self, name: str) -> str:
+        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.profile.namespace, NODE))
+
+    # --- the node's thread ---
+
+    def advertise(self) -> None:
+        """The graph has been joined."""
+        for row in self._outgoing.values():
+            kind = self._message_class(row.kind)
+            if kind is not None:
+                self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
+
+    def follow(self, graph: list | None) -> None:
+        """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
+        not for Qt's thread."""
+        if graph is not None:
+            self._frames.listen(self._open)
+            for name, channel in self._channels.items():
+                subscriber = self._subscribers.get(name)
+                if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):
+                    self._subscribers.pop(name).unregister()
+                wanted = channel.wanted and self._open
+                if wanted and name not in self._subscribers:
+                    self._subscribe(name, channel)
+                elif not wanted and name in self._subscribers:
+                    self._subscribers.pop(name).unregister()
+        self._looked.emit(self._state_of(graph))
+
+    def _subscribe(self, name: str, channel: Channel) -> None:
+        row: Incoming = channel.row
+        kind = self._message_class(row.kind)
+        if kind is not None:
+            self._subscribers[name] = rospy.Subscriber(
+                self._resolve(row.topic), kind, channel.post, queue_size=1, buff_size=BUFFER, tcp_nodelay=True
+            )
+
+    def _message_class(self, name: str) -> type | None:
+        kind = roslib.message.get_message_class(name)
+        if kind is None and name not in self._unknown:
+            self._unknown.add(name)
+            log.warning("the message type %s is not built; run  ./stack build", name)
+        return kind
+
+    def _state_of(self, graph: list | None) -> LinkState:
+        if graph is None:
+            return LinkState(self._node.master_uri)
+        publishers, subscribers, _ = graph
+        cmd_vel = self._resolve(self.profile.cmd_vel)
+        # Keyboards listen as well, to know when another input drives; a driver only listens.
+        drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
+        return LinkState(
+            self._node.master_uri,
+            master=True,
+            joined=self._node.joined,
+            driver=any(not _TOOL.search(name) for name in drivers),
+            keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
+            feed=bool(publishers.get(self.feed)),
+        )
+
+    # --- Qt's thread ---
+
+    def _on_looked(self, state: LinkState) -> None:
+        if state != self.state:
+            self.state = state
+            self.state_changed.emit(state)
+
+
+def _hear_all(topic: str, kind: type, callback: Callable, beside: str) -> rospy.Subscriber:
+    """Subscribe without losing messages of a burst; `callback` gets `beside` with each."""
+    return rospy.Subscriber(topic, kind, callback, callback_args=beside, queue_size=100)

@@ -1,0 +1,67 @@
+"""A camera picture on its way from ROS to the screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from PyQt5.QtGui import QImage
+
+from telepresence.video.images import read_image_message
+
+_FORMATS = {
+    "rgb8": QImage.Format_RGB888,
+    "bgr8": QImage.Format_BGR888,
+    "rgba8": QImage.Format_RGBA8888,
+    "bgra8": QImage.Format_ARGB32,  # four bytes, blue first, on a little-endian machine
+    "mono8": QImage.Format_Grayscale8,
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """`pixels` as `telepresence.video.images.read_image_message` returns them; `stamp` is when the picture was taken
+    [s since 1970], `arrived` when it came here [monotonic s]."""
+
+    pixels: np.ndarray
+    encoding: str
+    stamp: float
+    arrived: float
+
+
+def read_picture(message: Any, arrived: float) -> Picture:
+    """The picture in a sensor_msgs/Image that came at `arrived` [monotonic s].
+
+    Raises:
+        ValueError: It can't be read; the text says why.
+    """
+    return Picture(read_image_message(message), message.encoding, message.header.stamp.to_sec(), arrived)
+
+
+def as_qimage(picture: Picture) -> QImage:
+    """The picture as Qt paints it, with pixels of its own. Depth and other single-channel numbers become grey levels
+    between their least and greatest finite value, near things bright.
+
+    Raises:
+        ValueError: An encoding that nobody here can show.
+    """
+    pixels = picture.pixels
+    if picture.encoding not in _FORMATS and pixels.ndim != 2:
+        raise ValueError(f"pictures of encoding {picture.encoding!r} cannot be shown")
+    if picture.encoding not in _FORMATS:
+        pixels = _as_grey(pixels)
+    pixels = np.ascontiguousarray(pixels)
+    height, width = pixels.shape[:2]
+    shape = _FORMATS.get(picture.encoding, QImage.Format_Grayscale8)
+    return QImage(pixels.data, width, height, pixels.strides[0], shape).copy()
+
+
+def _as_grey(values: np.ndarray) -> np.ndarray:
+    values = values.astype(np.float32)
+    seen = np.isfinite(values) & (values > 0.0)  # depth cameras write 0 or NaN where they saw nothing
+    if not seen.any():
+        return np.zeros(values.shape, np.uint8)
+    least, greatest = values[seen].min(), values[seen].max()
+    grey = 255.0 - 215.0 * (values - least) / max(float(greatest - least), 1e-6)
+    return np.where(seen, grey, 0.0).astype(np.uint8)

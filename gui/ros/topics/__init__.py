@@ -1,0 +1,1 @@
+"""Topics, services and actions as rows of the link's table."""

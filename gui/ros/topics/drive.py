@@ -1,0 +1,105 @@
+"""Driving over ROS, as rows for a profile: who may drive (avatar_gui, node drive_lease), and stopping. No ROS here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from gui.ros.channels import Answer, Incoming, Offered, Outgoing
+from telepresence.teleop.drive_lease import Command, Velocity
+
+PROOF = 16  # bytes; uint8[16] in the messages
+
+
+@dataclass(frozen=True)
+class LeaseState:
+    """Who drives (telepresence_msgs/DriveState). `window` is the node of the pilot's window, `other` that of a program
+    beside the windows, `present` (name with role, node) of everybody whose window is here; `arrived` is in
+    monotonic seconds."""
+
+    epoch: str
+    sign_in: bool
+    pilot: str
+    window: str
+    asking: str
+    stopped_by: str
+    hold: str
+    other: str
+    velocity: Velocity
+    present: tuple[tuple[str, str], ...]
+    arrived: float
+
+
+def read_lease_state(message: Any, arrived: float) -> LeaseState:
+    """What drive_lease tells."""
+    return LeaseState(
+        message.epoch,
+        message.sign_in,
+        message.pilot,
+        message.window,
+        message.asking,
+        message.stopped_by,
+        message.hold,
+        message.other,
+        Velocity(message.vx, message.vy, message.wz),
+        tuple(zip(message.present, message.windows, strict=True)),
+        arrived,
+    )
+
+
+def fill_command(message: Any, session: str, command: Command) -> None:
+    """A signed command of this window."""
+    message.session, message.number, message.sent = session, command.number, command.sent
+    message.driving = command.velocity is not None
+    message.vx, message.vy, message.wz = command.velocity or (0.0, 0.0, 0.0)
+    message.hold, message.proof = command.hold, command.proof
+
+
+def _fill_join(request: Any, name: str, window: str, nonce: bytes) -> None:
+    request.name, request.window, request.nonce = name, window, nonce
+
+
+def _read_joined(response: Any) -> Answer:
+    return Answer(response.ok, response.reason, (response.session, bytes(response.nonce)))
+
+
+def _fill_ask(request: Any, session: str, number: int, action: str, to: str, proof: bytes) -> None:
+    request.session, request.number, request.action, request.to, request.proof = session, number, action, to, proof
+
+
+def _read_asked(response: Any) -> Answer:
+    return Answer(response.ok, response.reason)
+
+
+def _read_text(message: Any, _arrived: float) -> str:
+    return str(message.data)
+
+
+def _read_joy(message: Any, _arrived: float) -> tuple[tuple[float, ...], tuple[int, ...]]:
+    return tuple(message.axes), tuple(message.buttons)
+
+
+def _leave_zero(_message: Any) -> None:
+    """A new geometry_msgs/Twist is a zero."""
+
+
+INCOMING = (
+    Incoming("lease", "drive/state", "telepresence_msgs/DriveState", read_lease_state),
+    Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_wish=True),
+    Incoming("safety_text", "safety_state", "std_msgs/String", _read_text),
+)
+SERVICES = (
+    Offered("join", "drive/join", "telepresence_msgs/DriveJoin", _fill_join, _read_joined, timeout=3.0),
+    Offered("ask", "drive/ask", "telepresence_msgs/DriveAsk", _fill_ask, _read_asked, timeout=3.0),
+    Offered("stop_drive", "stop_drive"),
+    Offered("reset_stop", "reset_stop"),
+    Offered("restart_simulation", "/restart_simulation", timeout=10.0),
+)
+
+
+def outgoing(cmd_vel: str) -> tuple[Outgoing, ...]:
+    """Rows for a robot that listens on `cmd_vel`, where the window itself sends nothing but zeros."""
+    return (
+        Outgoing("command", "drive/command", "telepresence_msgs/DriveCommand", fill_command),
+        Outgoing("zero", cmd_vel, "geometry_msgs/Twist", _leave_zero),
+    )

@@ -1,0 +1,224 @@
+"""What the robots tell about themselves, as rows of the link's table: messages to readings. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gui.ros.channels import Incoming
+from gui.ros.readings import (
+    Battery,
+    Beams,
+    BodyState,
+    Bumpers,
+    Cone,
+    DriveState,
+    Lens,
+    Levels,
+    PageState,
+    Points,
+    PostureResult,
+    Safety,
+    VoiceSettings,
+    VoiceState,
+)
+
+CHARGING, DEAD = 1, 3
+"""sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
+SUCCEEDED = 3
+"""actionlib_msgs/GoalStatus."""
+INFRARED_REACH, INFRARED_RADIUS = 0.40, 0.2264
+"""How far Robotino's infrared sees, and where its ring stands [m] (Webots' Robotino3; see rto_node.robot_facts)."""
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a sensor sits in the base frame [m, m, rad]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+
+def scan_points(source: str, mount: Mount = Mount()):  # noqa: B008
+    """sensor_msgs/LaserScan -> `Points`."""
+
+    def convert(message: Any, arrived: float) -> Points:
+        ranges = np.asarray(message.ranges, float)
+        angles = message.angle_min + message.angle_increment * np.arange(len(ranges)) + mount.theta
+        with np.errstate(invalid="ignore"):
+            hit = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max)
+        at = np.stack([ranges[hit] * np.cos(angles[hit]), ranges[hit] * np.sin(angles[hit])], axis=1)
+        return Points(source, at + np.array((mount.x, mount.y)), arrived)
+
+    return convert
+
+
+def infrared_ring(message: Any, arrived: float) -> Beams:
+    """Robotino's distance_sensors_scan (from the robot's middle) -> `Beams` from the ring."""
+    ranges = np.asarray(message.ranges, float)
+    bearings = message.angle_min + message.angle_increment * np.arange(len(ranges))
+    starts = INFRARED_RADIUS * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+    return Beams("infrared", starts, bearings, ranges - INFRARED_RADIUS, INFRARED_REACH, arrived)
+
+
+def sonar_cone(source: str, mount: Mount):
+    """sensor_msgs/Range -> `Cone`."""
+
+    def convert(message: Any, arrived: float) -> Cone:
+        seen = message.min_range if message.range == -math.inf else message.range
+        width = message.field_of_view
+        return Cone(source, mount.x, mount.y, mount.theta, width, seen, message.max_range, arrived)
+
+    return convert
+
+
+class BumperMemory:
+    """naoqi_bridge_msgs/Bumper tells one change at a time; this remembers the others."""
+
+    NAMES = ("right", "left", "back")
+
+    def __init__(self) -> None:
+        self._pressed: set[str] = set()
+
+    def convert(self, message: Any, arrived: float) -> Bumpers:
+        if message.bumper >= len(self.NAMES):
+            raise ValueError(f"there is no bumper {message.bumper}")
+        change = self._pressed.add if message.state else self._pressed.discard
+        change(self.NAMES[message.bumper])
+        return Bumpers(frozenset(self._pressed), arrived)
+
+
+def bumper_ring(message: Any, arrived: float) -> Bumpers:
+    """std_msgs/Bool of Robotino's one bumper."""
+    return Bumpers(frozenset({"ring"}) if message.data else frozenset(), arrived)
+
+
+def read_safety(message: Any, arrived: float) -> Safety:
+    """telepresence_msgs/SafetyState."""
+    sector = int(message.sector)
+    return Safety(
+        message.state,
+        message.reason,
+        np.asarray(message.allowed, float),
+        float(message.gap),
+        sector if sector >= 0 else None,
+        float(message.command_age),
+        (float(message.vx), float(message.vy), float(message.wz)),
+        bool(message.scanning),
+        arrived,
+    )
+
+
+def read_odometry(message: Any, arrived: float) -> BodyState:
+    """nav_msgs/Odometry.
+
+    Raises:
+        ValueError: A part of it is not a finite number.
+    """
+    position, q = message.pose.pose.position, message.pose.pose.orientation
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    roll = math.atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x))))
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    numbers = (position.x, position.y, position.z, roll, pitch, yaw, linear.x, linear.y, angular.z)
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("the odometry holds a value that is not finite")
+    return BodyState(*numbers, message.header.frame_id.lstrip("/"), arrived)
+
+
+def read_battery(message: Any, arrived: float) -> Battery:
+    """sensor_msgs/BatteryState."""
+    return Battery(
+        float(message.percentage),
+        float(message.voltage) if message.voltage else math.nan,
+        message.power_supply_status == CHARGING,
+        message.power_supply_health == DEAD,
+        arrived,
+    )
+
+
+def read_lens(message: Any, _arrived: float) -> Lens:
+    """sensor_msgs/CameraInfo; the distortion is left out: under a pixel for these cameras' calibrations.
+
+    Raises:
+        ValueError: It is not calibrated.
+    """
+    fx, fy, cx, cy = message.K[0], message.K[4], message.K[2], message.K[5]
+    if not (fx > 0.0 and fy > 0.0 and message.width > 0 and message.height > 0):
+        raise ValueError("the camera tells no calibration")
+    return Lens(fx, fy, cx, cy, message.width, message.height, message.header.frame_id.lstrip("/"))
+
+
+def read_levels(message: Any, arrived: float) -> Levels:
+    """std_msgs/Float32MultiArray: pilot, robot [dBFS]."""
+    if len(message.data) != 2:
+        raise ValueError(f"two levels are needed, {len(message.data)} came")
+    return Levels(float(message.data[0]), float(message.data[1]), arrived)
+
+
+def read_voice_settings(message: Any, _arrived: float) -> VoiceSettings:
+    """telepresence_msgs/VoiceSettings."""
+    return VoiceSettings(
+        bool(message.microphone_muted), bool(message.speaker_muted), message.microphone, message.speaker,
+        tuple(message.microphones), tuple(message.speakers),
+    )  # fmt: skip
+
+
+def read_posture_result(message: Any, arrived: float) -> PostureResult:
+    """The result of an action."""
+    return PostureResult(message.status.status == SUCCEEDED, message.status.text, arrived)
+
+
+def read_page_state(message: Any, arrived: float) -> PageState:
+    """com_cam/status, diagnostic_msgs/DiagnosticStatus."""
+    values = {pair.key: pair.value for pair in message.values}
+    return PageState(message.message, values.get("page", ""), arrived)
+
+
+def common() -> tuple[Incoming, ...]:
+    """Rows that every robot has."""
+    return (
+        Incoming("body", "odom", "nav_msgs/Odometry", read_odometry),
+        Incoming("safety", "safety", "telepresence_msgs/SafetyState", read_safety),
+        Incoming("drive_state", "drive_state", "std_msgs/String", lambda message, t: DriveState(message.data, t)),
+        Incoming("voice_levels", "voice/levels", "std_msgs/Float32MultiArray", read_levels),
+        Incoming("voice_state", "voice/state", "std_msgs/String", lambda message, t: VoiceState(message.data, t)),
+        Incoming("voice_settings", "voice/settings", "telepresence_msgs/VoiceSettings", read_voice_settings),
+    )
+
+
+def pepper() -> tuple[Incoming, ...]:
+    """Rows of Pepper. Mounts: data/frames.csv of pepper_description."""
+    return (
+        *common(),
+        Incoming("laser", "pepper_robot/laser", "sensor_msgs/LaserScan", scan_points("laser")),
+        Incoming("sonar_front", "pepper_robot/sonar/front", "sensor_msgs/Range", sonar_cone("front", Mount(0.0699))),
+        Incoming(
+            "sonar_back", "pepper_robot/sonar/back", "sensor_msgs/Range",
+            sonar_cone("back", Mount(-0.0718, 0.0, math.pi)),
+        ),
+        Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperMemory().convert),
+        Incoming("battery", "pepper_robot/battery", "sensor_msgs/BatteryState", read_battery),
+        Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
+        Incoming("page", "com_cam/status", "diagnostic_msgs/DiagnosticStatus", read_page_state),
+        Incoming(
+            "posture", "pepper_robot/pose/body_pose/result", "naoqi_bridge_msgs/BodyPoseActionResult",
+            read_posture_result,
+        ),
+    )  # fmt: skip
+
+
+def robotino() -> tuple[Incoming, ...]:
+    """Rows of Robotino. The laser's place: robotino.urdf."""
+    return (
+        *common(),
+        Incoming("infrared", "distance_sensors_scan", "sensor_msgs/LaserScan", infrared_ring),
+        Incoming("laser", "scan", "sensor_msgs/LaserScan", scan_points("laser", Mount(0.08))),
+        Incoming("bumper", "bumper", "std_msgs/Bool", bumper_ring),
+        Incoming("battery", "battery", "sensor_msgs/BatteryState", read_battery),
+        Incoming("lens", "camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
+    )

@@ -1,0 +1,104 @@
+"""Where the robot's frames are, for the window: its transforms, as tf2 keeps them. `gui.ros.link` subscribes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import genpy
+import numpy as np
+import tf2_ros
+from tf2_msgs.msg import TFMessage
+
+KEPT = 10.0
+"""Seconds of transforms."""
+PATIENCE = 0.3
+"""Seconds by which the newest transform may be older than a picture: as far as a robot moves a hand's breadth."""
+
+
+class Subscriber(Protocol):
+    def unregister(self) -> None: ...
+
+
+class Frames:
+    """The transforms of one robot, while they are listened to. For any thread; only `listen` waits for the master.
+
+    Two robots on one master both have a frame base_link, so one of them has its transforms in its namespace. As soon as
+    any is heard there, /tf is somebody else's.
+
+    Args:
+        namespace: Of the robot.
+        subscribe: Hear a topic: its name, the messages' class, a callback, and what the callback gets beside them.
+    """
+
+    def __init__(self, namespace: str, subscribe: Callable[[str, type, Callable, str], Subscriber]) -> None:
+        self._namespace = namespace.rstrip("/")
+        self._subscribe = subscribe
+        self._buffer: tf2_ros.Buffer | None = None
+        self._has_own = False
+        self._subscribers: list[Subscriber] = []
+
+    def listen(self, wanted: bool) -> None:
+        """Hear transforms from now on, or no longer; once the graph has been joined."""
+        if wanted == bool(self._subscribers):
+            return
+        self._buffer, self._has_own = _new_buffer(), False
+        while self._subscribers:
+            self._subscribers.pop().unregister()
+        for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
+            self._subscribers.append(self._subscribe(f"/{topic}", TFMessage, self._on_common, keep))
+            if self._namespace:
+                own = f"{self._namespace}/{topic}"
+                self._subscribers.append(self._subscribe(own, TFMessage, self._on_own, keep))
+
+    def _on_common(self, message: TFMessage, keep: str) -> None:
+        if not self._has_own:
+            self._keep(message, keep)
+
+    def _on_own(self, message: TFMessage, keep: str) -> None:
+        if not self._has_own:
+            self._has_own = True
+            self._buffer = _new_buffer()
+        self._keep(message, keep)
+
+    def _keep(self, message: TFMessage, keep: str) -> None:
+        for transform in message.transforms:
+            getattr(self._buffer, keep)(transform, "window")
+
+    def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
+        """How `frame` stood in `seen_from` at `stamp` [s since 1970].
+
+        Returns:
+            (3, 3) rotation, whose columns are the frame's axes, and (3,) place [m].
+        Raises:
+            LookupError: Not known; the text says why.
+        """
+        if self._buffer is None:
+            raise LookupError("the window has not joined the ROS graph yet")
+        try:
+            found = self._lookup(frame, seen_from, stamp)
+        except tf2_ros.TransformException as error:
+            raise LookupError(str(error)) from None
+        q, t = found.transform.rotation, found.transform.translation
+        return _rotation(q.x, q.y, q.z, q.w), np.array((t.x, t.y, t.z))
+
+    def _lookup(self, frame: str, seen_from: str, stamp: float) -> object:
+        try:
+            return self._buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
+        except tf2_ros.ExtrapolationException:
+            newest = self._buffer.lookup_transform(seen_from, frame, genpy.Time())
+            if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
+                raise
+            return newest
+
+
+def _new_buffer() -> tf2_ros.Buffer:
+    return tf2_ros.Buffer(genpy.Duration(KEPT), debug=False)
+
+
+def _rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
+    return np.array((
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    ))  # fmt: skip

@@ -1,0 +1,1 @@
+"""A terminal inside the window, and the command lines that the buttons type into it."""

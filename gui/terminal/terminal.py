@@ -1,0 +1,294 @@
+"""An xterm with tmux inside the window.
+
+Keys go to the terminal after a click into it, and back to the window after a click elsewhere: never by merely moving
+the pointer, because a held drive key must not end up as text in a terminal.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import shutil
+import subprocess
+import threading
+from collections.abc import Callable
+
+from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
+from PyQt5.QtWidgets import QApplication, QFrame, QLabel, QStackedLayout, QWidget
+
+from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
+from gui.terminal.x11 import Host, X11Error
+
+log = logging.getLogger(__name__)
+
+FONT, FONT_SIZE = "DejaVu Sans Mono", 8.5
+BACKGROUND, FOREGROUND, CURSOR = "#0d1116", "#d7dde6", "#4cc2ff"
+PALETTE = (
+    "#1b222c", "#f2555a", "#4cc38a", "#e2b340", "#5aa9f0", "#c58af9", "#46c8c8", "#c8d0db",
+    "#5b6878", "#ff7a7e", "#6fdca4", "#f3cb6a", "#82c3ff", "#d9aefc", "#74e0e0", "#f2f5f9",
+)  # fmt: skip
+"""Colours 0 to 15 of the terminal."""
+
+_LEAVE_KEY, _STOP_KEY = "F6", "Pause"
+"""Keys that the programs in the terminal don't get."""
+SEARCH_PERIOD = 50  # ms, while xterm opens its window
+
+
+class TerminalView(QFrame):
+    """The embedded terminal. `start` opens it; lines are typed by a thread of its own."""
+
+    ready = pyqtSignal()
+    """xterm is on the screen."""
+    refused = pyqtSignal(str)
+    """A line could not be typed; why, and what to do."""
+    typed = pyqtSignal(str)
+    """This line has been typed."""
+    focus_changed = pyqtSignal(bool)
+    """Whether keys go to the terminal."""
+    stop_typed = pyqtSignal()
+    """Pause was pressed while they do: everything must stop."""
+
+    def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
+        """`name` tells it from other terminals of this process."""
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.NoFocus)
+        self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
+        self._xterm: QProcess | None = None
+        self._guard: subprocess.Popen | None = None
+        self._host: Host | None = None
+        self._guest: int | None = None
+        self._has_keyboard = False
+        self._wants_keyboard = False
+        self._closing = False
+        self._denied = ""
+        self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._worker = threading.Thread(target=self._work, name="terminal-typist", daemon=True)
+        self._worker.start()
+
+        self._container = QWidget()
+        self._container.setAttribute(Qt.WA_DontCreateNativeAncestors)
+        self._container.setAttribute(Qt.WA_NativeWindow)
+        self._cover = _Cover()
+        self._cover.clicked.connect(self.start)
+        self._layout = QStackedLayout(self)
+        self._layout.addWidget(self._cover)
+        self._layout.addWidget(self._container)
+        self._search = QTimer(self, interval=SEARCH_PERIOD)
+        self._search.timeout.connect(self._look_for_guest)
+        QApplication.instance().installEventFilter(self)
+
+    @property
+    def has_keyboard(self) -> bool:
+        return self._has_keyboard
+
+    def deny(self, reason: str) -> None:
+        """Show this in place of the terminal, and let nobody type; an empty string gives it back. What runs in it goes
+        on."""
+        self._denied = reason
+        if reason:
+            self.give_keyboard_back()
+            self._wants_keyboard = False
+            self._cover.say(reason)
+            self._layout.setCurrentWidget(self._cover)
+        elif self._xterm is not None:
+            self._layout.setCurrentWidget(self._container)
+
+    def start(self) -> None:
+        """Open the terminal, or open it again after its shell has ended."""
+        if self._xterm is not None or self._denied:
+            return
+        if QGuiApplication.platformName() != "xcb":
+            self._cover.say("The terminal needs an X11 display.")
+            return
+        missing = [program for program in ("xterm", "tmux") if shutil.which(program) is None]
+        if missing:
+            self._cover.say(f"The terminal needs {' and '.join(missing)}. Install with:  ./stack build")
+            return
+        self._layout.setCurrentWidget(self._container)
+        try:
+            self._host = Host(int(self._container.winId()))
+        except X11Error as error:
+            self._cover.say(str(error))
+            self._layout.setCurrentWidget(self._cover)
+            return
+        for key in (_LEAVE_KEY, _STOP_KEY):
+            self._host.keep_key(key)
+        self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Read, self)
+        self._clicks.activated.connect(self._on_x_event)
+        self._wants_keyboard = self.isVisible()
+        self._guard = self._guard or self._tmux.start_guard()
+        self._xterm = QProcess(self)
+        self._xterm.setProcessEnvironment(_process_environment())
+        self._xterm.setProcessChannelMode(QProcess.ForwardedChannels)
+        self._xterm.finished.connect(self._on_ended)
+        program, *arguments = self._xterm_command()
+        self._xterm.start(program, arguments)
+        self._search.start()
+
+    def type_line(self, line: str | Callable[[], str], window: str = FIRST_WINDOW) -> None:
+        """Type a line into a tmux window, when its shell is at the prompt. `line` may be a function that finds it out;
+        it runs on the typist's thread, and a ValueError of it is reported by `refused`."""
+
+        def job() -> None:
+            text = line if isinstance(line, str) else line()
+            self._tmux.type_line(window, text)
+            self.typed.emit(text)
+
+        self._jobs.put(job)
+
+    def interrupt(self, window: str = FIRST_WINDOW) -> None:
+        """Type Ctrl-C into a tmux window."""
+        self._jobs.put(lambda: self._tmux.interrupt(window))
+
+    def take_keyboard(self) -> None:
+        """From now on keys go to the terminal."""
+        if self._denied:
+            return
+        self._wants_keyboard = True
+        if self._host is None or self._guest is None:
+            return
+        self._wants_keyboard = False
+        self.setFocus()  # no other widget shows a text cursor
+        self._host.give_keyboard(self._guest)
+        self._set_keyboard(True)
+
+    def close_terminal(self) -> None:
+        """End xterm, tmux and everything in it; up to a few seconds."""
+        self._closing = True
+        self._search.stop()
+        self._jobs.put(None)
+        self._worker.join(timeout=6.0)
+        if self._xterm is None:
+            return
+        self._guard.stdin.close()
+        if not self._xterm.waitForFinished(2000):
+            log.warning("xterm did not end with its tmux")
+            self._xterm.kill()
+            self._xterm.waitForFinished(1000)
+        try:
+            self._guard.wait(timeout=2.0)
+        except subprocess.TimeoutExpired:
+            log.warning("tmux does not answer and was left behind")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """What is typed must not go where nobody sees it."""
+        super().hideEvent(event)
+        if self._has_keyboard and self._host is not None:
+            self._host.take_keyboard(int(self.window().winId()))
+            self._set_keyboard(False)
+
+    def _xterm_command(self) -> list[str]:
+        resources = [f"XTerm*color{index}: {colour}" for index, colour in enumerate(PALETTE)]
+        # On-screen keyboards and assistive programs send events; what could misuse them could type anyway (XTEST).
+        resources.append("XTerm*allowSendEvents: true")
+        command = ["xterm", "-into", str(int(self._container.winId())), "-tn", "xterm-256color"]
+        command += ["-fa", FONT, "-fs", str(FONT_SIZE * self.devicePixelRatioF())]
+        command += ["-bg", BACKGROUND, "-fg", FOREGROUND, "-cr", CURSOR]
+        command += ["-b", "6", "-bw", "0", "+sb", "-geometry", "80x24+0+0"]
+        for resource in resources:
+            command += ["-xrm", resource]
+        return [*command, "-e", *self._tmux.attach_command]
+
+    def _look_for_guest(self) -> None:
+        guest = self._host.guest()
+        if guest is None:
+            return
+        self._search.stop()
+        self._guest = guest
+        self._fit()
+        self._host.raise_shield()
+        if self._wants_keyboard and self.isVisible() and self.window().isActiveWindow():
+            self.take_keyboard()
+        self.ready.emit()
+
+    def _fit(self) -> None:
+        if self._host is not None and self._guest is not None:
+            ratio = self.devicePixelRatioF()
+            size = self._container.size()
+            self._host.fill(self._guest, round(size.width() * ratio), round(size.height() * ratio))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Notice who has the keyboard. Qt does not: a child of its window got it, so for Qt nothing has changed."""
+        kind = event.type()
+        if self._guest is not None and isinstance(watched, QWidget) and watched.window() is self.window():
+            if kind == QEvent.WindowActivate and self._wants_keyboard and self.isVisible():
+                self.take_keyboard()
+            elif kind in (QEvent.WindowActivate, QEvent.WindowDeactivate):
+                self._host.raise_shield()
+                self._set_keyboard(False)
+            elif kind == QEvent.MouseButtonPress:
+                self.give_keyboard_back()
+        return super().eventFilter(watched, event)
+
+    def _on_x_event(self) -> None:
+        happened = self._host.news() if self._host is not None else []
+        if _STOP_KEY in happened:
+            self.stop_typed.emit()
+        if _LEAVE_KEY in happened:
+            self.give_keyboard_back()
+        elif "click" in happened:
+            self.take_keyboard()
+
+    def give_keyboard_back(self) -> None:
+        """From now on keys go to the window again."""
+        if self._has_keyboard:
+            self._host.take_keyboard(int(self.window().winId()))
+            self._set_keyboard(False)
+
+    def _set_keyboard(self, has_keyboard: bool) -> None:
+        if has_keyboard != self._has_keyboard:
+            self._has_keyboard = has_keyboard
+            self.focus_changed.emit(has_keyboard)
+
+    def _on_ended(self) -> None:
+        if self._closing:
+            return
+        self._search.stop()
+        self._clicks.setEnabled(False)
+        self._host.close()
+        self._xterm.deleteLater()
+        self._xterm = self._host = self._guest = None
+        self._set_keyboard(False)
+        self._cover.say("The terminal was closed. Click here to open it again.")
+        self._layout.setCurrentWidget(self._cover)
+
+    def _work(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            try:
+                job()
+            except (TmuxError, ValueError) as error:
+                self.refused.emit(str(error))
+            except Exception:
+                log.exception("typing into the terminal failed")
+
+
+class _Cover(QLabel):
+    """What is seen where no terminal is."""
+
+    clicked = pyqtSignal()
+
+    def __init__(self) -> None:
+        super().__init__("")
+        self.setObjectName("terminalCover")
+        self.setAlignment(Qt.AlignCenter)
+        self.setWordWrap(True)
+
+    def say(self, text: str) -> None:
+        self.setText(text)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self.clicked.emit()
+        event.accept()
+
+
+def _process_environment() -> QProcessEnvironment:
+    values = QProcessEnvironment()
+    for name, value in environment().items():
+        values.insert(name, value)
+    return values

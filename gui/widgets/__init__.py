@@ -1,0 +1,1 @@
+"""Widgets that show something; none of them knows ROS."""

@@ -1,0 +1,113 @@
+"""How the robot stands: attitude as an artificial horizon, place, heading and speed in figures."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer
+from PyQt5.QtGui import QPainter, QPainterPath, QPaintEvent, QPen
+from PyQt5.QtWidgets import QFrame, QWidget
+
+from gui import theme
+from gui.ros.readings import BodyState
+
+FORGET_AFTER = 1.0
+"""Seconds."""
+FULL_SCALE = math.radians(20.0)
+"""Pitch at the edge of the horizon [rad]."""
+
+
+class BodyPanel(QFrame):
+    """Paints the newest `BodyState`."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._body: BodyState | None = None
+        self.setMinimumSize(112, 160)
+        self.setToolTip("Attitude of the body (roll and pitch), place and heading by odometry, speed")
+        self._refresh = QTimer(self, interval=500)
+        self._refresh.timeout.connect(self.update)
+        self._refresh.start()
+
+    def sizeHint(self) -> QSize:
+        return QSize(116, 210)
+
+    def show_reading(self, reading: object) -> None:
+        """Take in a `BodyState`; other readings are ignored."""
+        if isinstance(reading, BodyState):
+            self._body = reading
+            self.update()
+
+    def clear(self) -> None:
+        self._body = None
+        self.update()
+
+    def lines(self) -> list[tuple[str, str]]:
+        """What is written: name and value."""
+        body = self._body
+        if body is None or time.monotonic() - body.arrived > FORGET_AFTER:
+            return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
+        return [
+            ("roll, pitch", f"{_signed(math.degrees(body.roll), 0)}° {_signed(math.degrees(body.pitch), 0)}°"),
+            ("x, y", f"{_signed(body.x, 2)} {_signed(body.y, 2)}"),
+            ("heading", f"{_signed(math.degrees(body.yaw), 0)}°"),
+            ("speed", f"{math.hypot(body.vx, body.vy):.2f} m/s"),
+            ("turning", f"{_signed(math.degrees(body.wz), 0)} °/s"),
+        ]
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.Antialiasing)
+        lines = self.lines()
+        row = 17.0
+        text_height = row * len(lines)
+        radius = max(24.0, min(self.width() - 8.0, self.height() - text_height - 10.0, 150.0) / 2)
+        self._paint_horizon(painter, QPointF(self.width() / 2, radius + 2.0), radius, lines[0][1] != "–")
+        top = max(2 * radius + 8.0, self.height() - text_height - 2.0)
+        font = painter.font()
+        font.setPixelSize(11)
+        painter.setFont(font)
+        for index, (name, value) in enumerate(lines):
+            box = QRectF(2.0, top + index * row, self.width() - 4.0, row)
+            painter.setPen(theme.colour("quiet"))
+            painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, name)
+            painter.setPen(theme.colour("text"))
+            painter.drawText(box, Qt.AlignRight | Qt.AlignVCenter, value)
+
+    def _paint_horizon(self, painter: QPainter, centre: QPointF, radius: float, known: bool) -> None:
+        painter.save()
+        disc = QPainterPath()
+        disc.addEllipse(centre, radius, radius)
+        painter.setClipPath(disc)
+        painter.translate(centre)
+        painter.fillRect(QRectF(-radius, -radius, 2 * radius, 2 * radius), theme.colour("floor"))
+        if known:
+            painter.save()
+            # Nose down (positive pitch, REP 103) lifts the horizon; rolling right tips it to the left.
+            painter.rotate(-math.degrees(self._body.roll))
+            drop = -max(-1.0, min(1.0, self._body.pitch / FULL_SCALE)) * radius
+            far = 3 * radius
+            painter.fillRect(QRectF(-far, -far + drop, 2 * far, far), theme.colour("accent", 0.30))
+            painter.fillRect(QRectF(-far, drop, 2 * far, far), theme.colour("slow", 0.30))
+            painter.setPen(QPen(theme.colour("strong"), 1.5))
+            painter.drawLine(QPointF(-far, drop), QPointF(far, drop))
+            painter.setPen(QPen(theme.colour("quiet"), 1.0))
+            for degrees in (-10, 10):
+                y = drop - math.radians(degrees) / FULL_SCALE * radius
+                painter.drawLine(QPointF(-0.25 * radius, y), QPointF(0.25 * radius, y))
+            painter.restore()
+            painter.setPen(QPen(theme.colour("accent"), 2.5, Qt.SolidLine, Qt.RoundCap))
+            painter.drawLine(QPointF(-0.6 * radius, 0), QPointF(-0.2 * radius, 0))
+            painter.drawLine(QPointF(0.2 * radius, 0), QPointF(0.6 * radius, 0))
+            painter.drawEllipse(QPointF(0, 0), 2.0, 2.0)
+        painter.restore()
+        painter.setPen(QPen(theme.colour("line"), 1.5))
+        painter.setBrush(Qt.NoBrush)
+        painter.drawEllipse(centre, radius, radius)
+
+
+def _signed(value: float, digits: int) -> str:
+    """With its sign, and the minus as wide as the plus."""
+    text = f"{round(value, digits) + 0.0:+.{digits}f}"  # adding nothing makes minus nothing plain nothing
+    return text.replace("-", "−")

@@ -1,0 +1,93 @@
+"""What the safety layer does just now, in one word and one sentence."""
+
+from __future__ import annotations
+
+import time
+
+from PyQt5.QtCore import Qt, QTimer
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from gui.ros.readings import Safety
+
+SILENT_AFTER = 1.0
+"""Seconds without word from the safety layer."""
+LEVELS = {
+    "clear": "good", "no command": "off", "limited": "warn", "blocked": "bad", "bumped": "bad", "stopped": "bad",
+    "sensor stale": "bad", "fault": "bad",
+}  # fmt: skip
+"""State (telepresence_msgs/SafetyState) -> how it looks."""
+WORDS = {
+    "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
+    "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
+}  # fmt: skip
+
+
+class GateBanner(QFrame):
+    """State and reason; says so when nothing is heard."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._arrived = 0.0
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(10, 6, 10, 6)
+        layout.setSpacing(10)
+        self._word = QLabel()
+        self._word.setProperty("role", "word")
+        self._reason = QLabel()
+        self._reason.setProperty("role", "reason")
+        self._reason.setWordWrap(True)
+        self._reason.setTextFormat(Qt.PlainText)
+        self._reason.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        layout.addWidget(self._word)
+        layout.addWidget(self._reason, 1)
+        self._check = QTimer(self, interval=250)
+        self._check.timeout.connect(self._look)
+        self._check.start()
+        self.clear()
+
+    @property
+    def text(self) -> str:
+        """Word and reason as shown."""
+        return f"{self._word.text()}: {self._reason.text()}"
+
+    @property
+    def level(self) -> str:
+        """off, good, warn or bad."""
+        return self.property("level")
+
+    def show_reading(self, reading: object) -> None:
+        """Take in a `Safety`; other readings are ignored."""
+        if not isinstance(reading, Safety):
+            return
+        self._arrived = reading.arrived
+        self._show(reading.state, reading.reason)
+
+    def show_words(self, text: str) -> None:
+        """Take in "<state>: <reason>", what layers without the full message tell."""
+        state, _, reason = text.partition(": ")
+        self._arrived = time.monotonic()
+        self._show(state, reason)
+
+    def clear(self) -> None:
+        self._arrived = 0.0
+        self._say("No word", "The safety layer is not heard. It starts with the robot's programs.", "off")
+
+    def _look(self) -> None:
+        if self._arrived and time.monotonic() - self._arrived > SILENT_AFTER:
+            self._arrived = 0.0
+            self._say("Silent", "The safety layer fell silent. Expect no protection until it is back.", "bad")
+
+    def _show(self, state: str, reason: str) -> None:
+        self._say(WORDS.get(state, state.capitalize()), reason, LEVELS.get(state, "off"))
+
+    def _say(self, word: str, reason: str, level: str) -> None:
+        reason = reason[:1].upper() + reason[1:]
+        self._word.setText(word)
+        if self._reason.text() != reason:
+            self._reason.setText(reason)
+            self._reason.setToolTip(reason)
+        if self.property("level") != level:
+            self.setProperty("level", level)
+            for widget in (self, self._word, self._reason):
+                widget.style().unpolish(widget)
+                widget.style().polish(widget)

@@ -1,0 +1,136 @@
+"""All keys and pads on one page, over the window."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QEvent, QObject, Qt
+from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from gui import theme
+from gui.driving.drive_pad import KEEPS_KEYS
+from gui.widgets.key_legend import KeyLegend
+
+SECTIONS = (
+    (
+        "Drive: hold",
+        (
+            ("W  S   ↑  ↓", "forward, backward"),
+            ("A  D", "left, right, without turning"),
+            ("Q  E   ←  →", "turn left, turn right"),
+            ("Space", "stop"),
+            ("PgUp  PgDn", "faster, slower"),
+            ("picture", "hold the mouse on the floor: drive there"),
+        ),
+    ),
+    (
+        "Stop and go",
+        (
+            ("Esc", "red stop: nothing drives until it is let go"),
+            ("Shift+Esc", "let the robot go"),
+            ("F3", "take, ask for or hand over the robot"),
+            ("Shift+F3", "keep it when somebody asks"),
+            ("F2", "who is here; hand over; sign out"),
+        ),
+    ),
+    (
+        "Gamepad",
+        (
+            ("LB", "hold to drive"),
+            ("left stick, cross", "drive; the cross creeps"),
+            ("right stick", "turn"),
+            ("RB", "fast"),
+            ("B", "stop"),
+            ("button 0", "hold 1 s: restart the simulation"),
+        ),
+    ),
+    (
+        "Window",
+        (
+            ("F1", "this page"),
+            ("F4", "fold the lower right away, or back"),
+            ("F6", "keys go to the terminal, or back here"),
+            ("Tab", "to the buttons; Space presses them"),
+            ("Ctrl+Q", "exit"),
+        ),
+    ),
+)
+
+
+class HelpOverlay(QFrame):
+    """Covers its parent; any key or click closes it. It has the focus meanwhile, so no key drives."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setAccessibleName("Keys and help")
+        self.setProperty(KEEPS_KEYS, True)
+        card = QFrame()
+        card.setProperty("kind", "card")
+        columns = QHBoxLayout(card)
+        columns.setContentsMargins(28, 24, 28, 24)
+        columns.setSpacing(40)
+        for pair in (SECTIONS[:2], SECTIONS[2:]):
+            column = QVBoxLayout()
+            column.setSpacing(14)
+            for title, rows in pair:
+                column.addLayout(_section(title, rows))
+            column.addStretch(1)
+            columns.addLayout(column)
+        columns.addWidget(KeyLegend(), 0, Qt.AlignTop)
+        around = QVBoxLayout(self)
+        around.addWidget(card, 0, Qt.AlignCenter)
+        self._before: QWidget | None = None
+        parent.installEventFilter(self)
+        self.hide()
+
+    def open(self) -> None:
+        """Show it over all of the parent."""
+        self._before = self.window().focusWidget()
+        self.setGeometry(self.parentWidget().rect())
+        self.show()
+        self.raise_()
+        self.setFocus()
+
+    def shut(self) -> None:
+        """Give the window back."""
+        self.hide()
+        if self._before is not None:
+            self._before.setFocus()
+
+    def toggle(self) -> None:
+        """Open or shut."""
+        if self.isVisible():
+            self.shut()
+        else:
+            self.open()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Resize and self.isVisible():
+            self.setGeometry(self.parentWidget().rect())
+        return False
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if not event.isAutoRepeat():
+            self.shut()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self.shut()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        QPainter(self).fillRect(self.rect(), theme.colour("ground", 0.88))
+
+
+def _section(title: str, rows: tuple[tuple[str, str], ...]) -> QGridLayout:
+    grid = QGridLayout()
+    grid.setHorizontalSpacing(16)
+    grid.setVerticalSpacing(6)
+    heading = QLabel(title)
+    heading.setProperty("role", "title")
+    grid.addWidget(heading, 0, 0, 1, 2)
+    for row, (keys, what) in enumerate(rows, start=1):
+        cap = QLabel(keys)
+        cap.setProperty("kind", "legend")
+        cap.setAlignment(Qt.AlignCenter)
+        grid.addWidget(cap, row, 0)
+        grid.addWidget(QLabel(what), row, 1)
+    return grid

@@ -1,0 +1,184 @@
+"""Sound between pilot and robot: levels, mute, push to talk, choice of devices."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from PyQt5.QtCore import QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
+from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+
+from gui import theme
+from gui.ros.readings import Levels, VoiceSettings, VoiceState
+
+QUIETEST, LOUD = -60.0, -9.0
+"""Ends of the meter's calm part [dBFS]."""
+FALL = 20.0
+"""dB per second that the bar falls after a peak (a peak programme meter's order of magnitude)."""
+FORGET_AFTER = 1.0
+SHORTEST_NAME = 12
+"""Letters of a device's name that are always shown."""
+
+
+class LevelMeter(QWidget):
+    """A bar for loudness [dBFS]; rises at once, falls slowly."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._level, self._at = QUIETEST, 0.0
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
+        self._fade = QTimer(self, interval=60)
+        self._fade.timeout.connect(self.update)
+        self._fade.timeout.connect(lambda: self._fade.stop() if self.level() <= QUIETEST else None)
+
+    def sizeHint(self) -> QSize:
+        return QSize(160, 12)
+
+    def set_level(self, level: float) -> None:
+        """Loudness now [dBFS]; not a number counts as silence."""
+        level = QUIETEST if math.isnan(level) else level
+        if level >= self.level():
+            self._level, self._at = min(0.0, level), time.monotonic()
+        self._fade.start()
+        self.update()
+
+    def level(self) -> float:
+        """What the bar shows [dBFS]."""
+        return max(QUIETEST, self._level - FALL * (time.monotonic() - self._at))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(theme.colour("sunken"))
+        box = QRectF(0.0, self.height() / 2 - 4.0, float(self.width()), 8.0)
+        painter.drawRoundedRect(box, 4.0, 4.0)
+        share = (self.level() - QUIETEST) / -QUIETEST
+        if share > 0.01:
+            painter.setBrush(theme.colour("free" if self.level() < LOUD else "blocked"))
+            painter.drawRoundedRect(QRectF(box.left(), box.top(), box.width() * share, box.height()), 4.0, 4.0)
+
+
+class DeviceChoice(QComboBox):
+    """The devices of one kind; what is shown is what the sound program says that it uses."""
+
+    chosen = pyqtSignal(str)
+    """A person took this one, see `telepresence.audio.devices`."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__()
+        self._fixed = {"auto": f"Usual {what}", "none": f"No {what}"}
+        self._shown: tuple[tuple[str, ...], str] | None = None
+        self.setAccessibleName(what.capitalize())
+        self.setFocusPolicy(Qt.TabFocus)
+        self.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(SHORTEST_NAME)
+        self.activated.connect(lambda index: self.chosen.emit(self.itemData(index)))
+
+    def show_choice(self, names: tuple[str, ...], current: str) -> None:
+        """Offer these, and show which one is used; one that is gone stays in sight for as long as it is chosen."""
+        if self._shown != (names, current):
+            self._shown = (names, current)
+            self.clear()
+            for name in dict.fromkeys((*self._fixed, *names, current)):
+                self.addItem(self._fixed.get(name, name), name)
+                self.setItemData(self.count() - 1, name, Qt.ToolTipRole)
+        self.setCurrentIndex(self.findData(current))
+        self.setToolTip(self.currentText())
+
+
+class SoundPanel(QFrame):
+    """Controls and meters. `set_available(False)` when no sound program runs."""
+
+    mute_microphone = pyqtSignal(bool)
+    mute_speaker = pyqtSignal(bool)
+    talk = pyqtSignal(bool)
+    """Push-to-talk is held, or let go of."""
+    microphone_chosen = pyqtSignal(str)
+    speaker_chosen = pyqtSignal(str)
+    """Use this device."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.pilot, self.robot = LevelMeter(), LevelMeter()
+        self.microphone = QPushButton("Mute me")
+        self.speaker = QPushButton("Mute robot")
+        self.talk_button = QPushButton("Hold to talk")
+        self.microphones, self.speakers = DeviceChoice("microphone"), DeviceChoice("loudspeaker")
+        self.microphones.setObjectName("microphoneChoice")
+        self.speakers.setObjectName("speakerChoice")
+        self.talk_button.setObjectName("talkButton")
+        for button, name, tip in (
+            (self.microphone, "muteMicrophone", "The robot plays nothing of what you say"),
+            (self.speaker, "muteSpeaker", "You hear nothing of what the robot hears"),
+        ):
+            button.setCheckable(True)
+            button.setObjectName(name)
+            button.setToolTip(tip)
+        self.talk_button.setToolTip("While held, your voice goes to the robot even if you are muted")
+        self.talk_button.setProperty("kind", "primary")
+        self._state = QLabel()
+        self._state.setProperty("role", "note")
+        self._state.setWordWrap(True)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(10, 10, 10, 10)
+        layout.setHorizontalSpacing(12)
+        layout.setVerticalSpacing(10)
+        for row, (name, meter, choice, button) in enumerate(
+            (
+                ("You", self.pilot, self.microphones, self.microphone),
+                ("Robot", self.robot, self.speakers, self.speaker),
+            )
+        ):
+            layout.addWidget(QLabel(name), row, 0)
+            layout.addWidget(meter, row, 1)
+            layout.addWidget(choice, row, 2)
+            layout.addWidget(button, row, 3)
+        layout.addWidget(self.talk_button, 2, 0, 1, 4)
+        layout.addWidget(self._state, 3, 0, 1, 4)
+        layout.setColumnStretch(1, 1)
+        layout.setColumnStretch(2, 1)
+        layout.setRowStretch(4, 1)
+        self.microphone.clicked.connect(self.mute_microphone)
+        self.speaker.clicked.connect(self.mute_speaker)
+        self.microphones.chosen.connect(self.microphone_chosen)
+        self.speakers.chosen.connect(self.speaker_chosen)
+        self.talk_button.pressed.connect(lambda: self.talk.emit(True))
+        self.talk_button.released.connect(lambda: self.talk.emit(False))
+        self.set_available(False)
+
+    @property
+    def state(self) -> str:
+        return self._state.text()
+
+    def set_available(self, available: bool) -> None:
+        """Whether a sound program answers."""
+        for control in (self.microphone, self.speaker, self.talk_button, self.microphones, self.speakers):
+            control.setEnabled(available)
+        if not available:
+            self._state.setText("No sound program runs. It starts with the robot's programs.")
+        elif self._state.text().startswith("No sound"):
+            self._state.setText("")
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Out of sight the microphone is not held open."""
+        if self.talk_button.isDown():
+            self.talk_button.setDown(False)
+            self.talk.emit(False)
+        super().hideEvent(event)
+
+    def show_reading(self, reading: object) -> None:
+        """Take in `Levels`, `VoiceState` and `VoiceSettings`; other readings are ignored."""
+        if isinstance(reading, Levels):
+            self.pilot.set_level(reading.pilot)
+            self.robot.set_level(reading.robot)
+        elif isinstance(reading, VoiceState):
+            self.set_available(True)
+            self._state.setText(reading.text)
+        elif isinstance(reading, VoiceSettings):
+            self.set_available(True)
+            self.microphone.setChecked(reading.microphone_muted)
+            self.speaker.setChecked(reading.speaker_muted)
+            self.microphones.show_choice(reading.microphones, reading.microphone)
+            self.speakers.show_choice(reading.speakers, reading.speaker)

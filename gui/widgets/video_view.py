@@ -1,0 +1,219 @@
+"""Shows the newest camera picture, and how old it is when no newer one comes."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QColor, QFont, QImage, QMouseEvent, QPainter, QPaintEvent
+from PyQt5.QtWidgets import QFrame, QWidget
+
+from gui import theme
+from gui.ros.picture import Picture, as_qimage
+
+STALE_AFTER = 1.0
+"""Seconds without a new picture after which the last one is greyed."""
+RATE_WINDOW = 2.0
+CHECK_PERIOD = 100  # ms
+
+_VEIL = QColor(13, 17, 22, 140)
+_PLATE = QColor(13, 17, 22, 225)
+_ON_PLATE = QColor("#c5cdd8")
+_ALERT = QColor("#f0a53a")
+
+
+class VideoView(QFrame):
+    """Paints the newest picture as large as it fits. A pointer on it is told in the picture's pixels."""
+
+    first_picture = pyqtSignal()
+    """The first picture after `clear` has been painted."""
+    stale_changed = pyqtSignal(bool)
+    """The picture has become too old, or fresh again."""
+    status = pyqtSignal(str)
+    """Size and rate of what is shown, for a label; changes at most every 100 ms."""
+    pressed = pyqtSignal(float, float)
+    """The left button went down on the picture, here [px of the picture]."""
+    dragged = pyqtSignal(float, float)
+    """The pointer has moved with the button down; maybe beyond the edge [px of the picture]."""
+    released = pyqtSignal()
+    """The button went up, or the widget lost the pointer."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._image: QImage | None = None
+        self._arrivals: deque[float] = deque()
+        self._arrived = self._stamp = 0.0
+        self._stale = self._held = False
+        self._painted = self._announced = False
+        self._title, self._hint, self._status = "", "", ""
+        self.stale_after = STALE_AFTER
+        """Seconds; infinity for pictures that come only when something changes."""
+        self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
+        self._checks = QTimer(self, interval=CHECK_PERIOD)
+        self._checks.timeout.connect(self._check)
+        self._checks.start()
+
+    @property
+    def stale(self) -> bool:
+        """Whether pictures came and have ceased."""
+        return self._stale
+
+    @property
+    def image(self) -> QImage | None:
+        """What is shown, or None."""
+        return self._image
+
+    @property
+    def stamp(self) -> float:
+        """When the picture that is shown was taken [s since 1970]."""
+        return self._stamp
+
+    def sizeHint(self) -> QSize:
+        return QSize(640, 480)
+
+    def set_overlay(self, paint: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None) -> None:
+        """Have something painted on every fresh picture: `paint(painter, place)`, where `place(u, v)` is the point of
+        the widget that shows pixel (u, v) of the picture."""
+        self._overlay = paint
+        self.update()
+
+    def show_picture(self, picture: Picture) -> None:
+        """Show it in place of the one before.
+
+        Raises:
+            ValueError: The encoding cannot be shown.
+        """
+        self._image = as_qimage(picture)
+        self._arrived, self._stamp = picture.arrived, picture.stamp
+        self._arrivals.append(picture.arrived)
+        self._set_stale(False)
+        self.update()
+
+    def clear(self, title: str, hint: str) -> None:
+        """Show no picture but two lines of text: what is the case, and what to do."""
+        self._title, self._hint = title, hint
+        self._image = None
+        self._painted = self._announced = False
+        self._arrivals.clear()
+        self._let_go()
+        self._set_stale(False)
+        self._set_status("")
+        self.update()
+
+    def age(self) -> float:
+        """Seconds since the picture arrived; infinity without one."""
+        return time.monotonic() - self._arrived if self._image else float("inf")
+
+    def rate(self) -> float:
+        """Pictures per second, lately; not a number after a first one, which tells nothing yet."""
+        now = time.monotonic()
+        while self._arrivals and now - self._arrivals[0] > RATE_WINDOW:
+            self._arrivals.popleft()
+        if len(self._arrivals) < 2:
+            return math.nan if self._arrivals else 0.0
+        return (len(self._arrivals) - 1) / max(1e-3, self._arrivals[-1] - self._arrivals[0])
+
+    def pixel_at(self, point: QPointF) -> tuple[float, float]:
+        """The pixel (u, v) of the picture that is shown at a point of the widget; outside it beyond the edge.
+
+        Raises:
+            ValueError: There is no picture.
+        """
+        if self._image is None:
+            raise ValueError("there is no picture")
+        target = self._target(self._image)
+        scale = self._image.width() / target.width()
+        return (point.x() - target.left()) * scale, (point.y() - target.top()) * scale
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.LeftButton and self._image is not None:
+            if self._target(self._image).contains(event.localPos()):
+                self._held = True
+                self.pressed.emit(*self.pixel_at(event.localPos()))
+        super().mousePressEvent(event)  # the window takes the keyboard back on a click beside everything
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._held and self._image is not None:
+            self.dragged.emit(*self.pixel_at(event.localPos()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.LeftButton:
+            self._let_go()
+
+    def hideEvent(self, event: object) -> None:
+        self._let_go()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.SmoothPixmapTransform)
+        painter.fillRect(self.rect(), theme.colour("well"))
+        if self._image is None:
+            self._paint_lines(painter, self._title, self._hint, theme.colour("text"), theme.colour("quiet"))
+            return
+        target = self._target(self._image)
+        if self._stale:
+            painter.drawImage(target, self._image.convertToFormat(QImage.Format_Grayscale8))
+            painter.fillRect(target, _VEIL)
+            self._paint_lines(painter, "Picture lost", f"The last one is {self.age():.1f} s old.", _ALERT, _ON_PLATE)
+        else:
+            painter.drawImage(target, self._image)
+            if self._overlay is not None:
+                painter.setClipRect(target)
+                scale = target.width() / self._image.width()
+                self._overlay(painter, lambda u, v: QPointF(target.left() + u * scale, target.top() + v * scale))
+        self._painted = True
+
+    def _target(self, image: QImage) -> QRectF:
+        """The largest rectangle of the picture's shape, centred."""
+        scale = min(self.width() / image.width(), self.height() / image.height())
+        width, height = image.width() * scale, image.height() * scale
+        return QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height)
+
+    def _paint_lines(self, painter: QPainter, title: str, hint: str, colour: QColor, quiet: QColor) -> None:
+        painter.setRenderHint(QPainter.TextAntialiasing)
+        centre = QPointF(self.rect().center())
+        if self._image is not None:
+            painter.setRenderHint(QPainter.Antialiasing)
+            painter.setPen(Qt.NoPen)
+            painter.setBrush(_PLATE)
+            painter.drawRoundedRect(QRectF(centre.x() - 150.0, centre.y() - 48.0, 300.0, 92.0), 10.0, 10.0)
+        font = QFont(self.font())
+        for text, size, tone, top in ((title, 20, colour, -34.0), (hint, 13, quiet, 6.0)):
+            font.setPixelSize(size)
+            painter.setFont(font)
+            painter.setPen(tone)
+            box = QRectF(24.0, centre.y() + top, self.width() - 48.0, 80.0)
+            painter.drawText(box, Qt.AlignHCenter | Qt.AlignTop | Qt.TextWordWrap, text)
+
+    def _check(self) -> None:
+        if self._image is None:
+            return
+        if self._painted and not self._announced:
+            self._announced = True
+            self.first_picture.emit()
+        self._set_stale(self.age() > self.stale_after)
+        if self._stale:
+            self.update()
+            self._set_status(f"{self._image.width()} × {self._image.height()}   no new picture")
+        else:
+            rate = self.rate()
+            often = "" if math.isnan(rate) else f"   {rate:.0f} pictures/s"
+            self._set_status(f"{self._image.width()} × {self._image.height()}{often}")
+
+    def _let_go(self) -> None:
+        if self._held:
+            self._held = False
+            self.released.emit()
+
+    def _set_stale(self, stale: bool) -> None:
+        if stale != self._stale:
+            self._stale = stale
+            self.stale_changed.emit(stale)
+
+    def _set_status(self, status: str) -> None:
+        if status != self._status:
+            self._status = status
+            self.status.emit(status)

@@ -1,0 +1,1 @@
+"""What ALAudioDevice and its neighbours are made of."""

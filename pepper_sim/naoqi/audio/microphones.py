@@ -1,0 +1,123 @@
+"""Microphone buffers for clients: the room's sound, block by block at its real rate, to each client's processRemote.
+
+    processRemote(channels, samples per channel, [seconds, microseconds], buffer of int16)
+
+The buffer leaves as raw where the client's endpoint can be reached; otherwise libqi sends it as a string of the same
+bytes. A client whose service is gone, or fails three times in a row, is dropped. Sources: NAOqi 2.8 documentation,
+ALAudioDevice; block length as naoqi_driver's users see it (85 ms).
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.codec import WireError
+from pepper_sim.naoqi.raw_client import WireClient
+from pepper_sim.services.al_memory import split_stamp
+from pepper_sim.sound.room import Room
+
+log = logging.getLogger(__name__)
+
+BLOCK = {48000: 4096, 16000: 1365}
+"""Rate -> samples per channel and block."""
+METHOD = "processRemote"
+_FAILURES = 3
+_PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
+"""Channel flag of the 16 kHz form (1 left, 2 right, 3 front, 4 rear) -> microphone."""
+
+
+@dataclass(frozen=True)
+class Preferences:
+    """What a client wants to hear: 48000 Hz all channels (0), or 16000 Hz one of them (1 to 4)."""
+
+    rate: int = 48000
+    channels: int = 0
+    deinterleaved: bool = False
+
+    @property
+    def count(self) -> int:
+        """Channels in a buffer."""
+        return 4 if self.channels == 0 else 1
+
+    def cut(self, block: np.ndarray) -> np.ndarray:
+        """The wanted part of a block of (n, 4) samples, in the order of the buffer."""
+        if self.channels:
+            block = block[:, _PICKS[self.channels]]
+        return np.ascontiguousarray(block.T if self.deinterleaved and self.channels == 0 else block)
+
+
+class MicrophoneStream:
+    """Delivers to one client until closed."""
+
+    def __init__(self, name: str, preferences: Preferences, room: Room, clients: ClientServices) -> None:
+        self.name = name
+        self._preferences = preferences
+        self._room = room
+        self._clients = clients
+        self._closing = threading.Event()
+        self._failures = 0
+        self._thread = threading.Thread(target=self._run, name=f"microphone-{name}"[:40], daemon=True)
+        self._thread.start()
+
+    @property
+    def alive(self) -> bool:
+        return self._thread.is_alive()
+
+    def close(self) -> None:
+        self._closing.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout=3.0)
+
+    def _run(self) -> None:
+        wire = self._open()
+        rate, count = self._preferences.rate, BLOCK[self._preferences.rate]
+        start = time.monotonic()
+        try:
+            while self._failures < _FAILURES:
+                end = start + count / rate
+                if self._closing.wait(max(0.0, end - time.monotonic())):
+                    return
+                block = self._preferences.cut(self._room.listen(start, count, rate))
+                stamp = split_stamp(time.time() - (time.monotonic() - start))
+                if self._deliver(wire, count, stamp, block):
+                    self._failures = 0
+                elif not self._clients.exists(self.name):
+                    break
+                else:
+                    self._failures += 1
+                late = time.monotonic() - end
+                start = end if late < 1.0 else end + late
+            log.warning("'%s' no longer listens: its service is gone or fails", self.name)
+        except Exception:
+            log.exception("the microphones failed for '%s'", self.name)
+        finally:
+            if wire is not None:
+                wire.close()
+
+    def _open(self) -> WireClient | None:
+        """A raw connection to the client's service, if one of its endpoints can be reached."""
+        for number, endpoint in self._clients.endpoints(self.name):
+            try:
+                return WireClient(endpoint, number, METHOD, arity=4)
+            except (OSError, WireError, ValueError) as error:
+                log.info("'%s' cannot be called at %s: %s", self.name, endpoint, error)
+        return None
+
+    def _deliver(self, wire: WireClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
+        channels = self._preferences.count
+        if wire is not None:
+            try:
+                wire.post(channels, count, stamp, block)
+                return True
+            except (OSError, WireError):
+                return False
+        arguments: list[Any] = [channels, count, stamp, block.tobytes()]
+        call = self._clients.call(self.name, METHOD, *arguments)
+        return call.exception(timeout=6.0) is None

@@ -1,0 +1,91 @@
+"""Recording the microphones into a WAV file on the robot's disk, as ALAudioDevice and ALAudioRecorder do."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import wave
+from collections.abc import Sequence
+
+import numpy as np
+
+from pepper_sim.disk import RobotDisk
+from pepper_sim.naoqi.service import ServiceError
+from pepper_sim.sound.room import Room
+
+log = logging.getLogger(__name__)
+
+_BLOCK = 0.17
+MAX_LENGTH = 3600.0
+"""A recording that nobody stops ends after this time [s]."""
+
+
+class MicrophoneRecorder:
+    """One recording at a time."""
+
+    def __init__(self, room: Room, disk: RobotDisk) -> None:
+        self._room = room
+        self._disk = disk
+        self._lock = threading.Lock()
+        self._ending = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, name: str, rate: int, channels: Sequence[bool]) -> None:
+        """Begin to record.
+
+        Args:
+            name: File on the robot's disk.
+            channels: Which of the four microphones.
+        Raises:
+            ServiceError: A recording runs, or the file cannot be written.
+        """
+        with self._lock:
+            if self._thread is not None and self._thread.is_alive():
+                raise ServiceError("a recording is running already")
+            path = self._disk.path(name)
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                writer = wave.open(str(path), "wb")
+            except OSError as error:
+                raise ServiceError(f"'{name}' cannot be written: {error.strerror}") from None
+            writer.setnchannels(sum(channels))
+            writer.setsampwidth(2)
+            writer.setframerate(rate)
+            self._ending.clear()
+            picked = np.flatnonzero(channels)
+            self._thread = threading.Thread(
+                target=self._record, args=(writer, rate, picked), name="recorder", daemon=True
+            )
+            self._thread.start()
+
+    def stop(self) -> None:
+        """End the recording; the file is complete afterwards.
+
+        Raises: ServiceError: None runs.
+        """
+        with self._lock:
+            thread, self._thread = self._thread, None
+            if thread is None:
+                raise ServiceError("no recording is running")
+            self._ending.set()
+        thread.join(timeout=3.0)
+
+    def close(self) -> None:
+        self._ending.set()
+        if self._thread is not None:
+            self._thread.join(timeout=3.0)
+
+    def _record(self, writer: wave.Wave_write, rate: int, channels: np.ndarray) -> None:
+        begin = start = time.monotonic()
+        try:
+            with writer:
+                ended = False
+                while not ended and start - begin < MAX_LENGTH:
+                    ended = self._ending.wait(max(0.0, start + _BLOCK - time.monotonic()))
+                    count = int((time.monotonic() - start) * rate)
+                    block = self._room.listen(start, count, rate)[:, channels]
+                    writer.writeframes(np.ascontiguousarray(block).astype("<i2").tobytes())
+                    start += count / rate
+        except OSError as error:
+            log.warning("the recording ended: %s", error)

@@ -1,0 +1,126 @@
+"""Events that the body raises into ALMemory: touch, bumpers, posture, battery, refused moves."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+from pepper_sim.naoqi.memory_keys import BUMPERS, TOUCH_SENSORS
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import ALMemory
+from pepper_sim.services.al_robot_posture import FAMILIES, recognise
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.02
+"""How often the body is looked at [s]."""
+_SLOW = 50  # posture and battery are looked at once a second
+_HAND_SIDES = ("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched")
+"""Documented, although only the backs of Pepper's hands can feel."""
+_EVENTS = (
+    *(event for _, event in TOUCH_SENSORS.values()),
+    *(event for _, event, _ in BUMPERS.values()),
+    *_HAND_SIDES,
+    *("TouchChanged", "ALMotion/MoveFailed", "ALMotion/RobotIsFalling", "robotHasFallen", "ALMotion/RobotIsStand"),
+    *("ALMotion/Safety/ChainVelocityClipped", "ALMotion/Protection/DisabledDevicesChanged"),
+    *("PostureChanged", "PostureFamilyChanged", "BodyStiffnessChanged", "ALChestButton/SimpleClickOccurred"),
+    *("BatteryChargeChanged", "BatteryPowerPluggedChanged", "BatteryChargingFlagChanged"),
+)
+
+
+class BodyEvents:
+    """Watches the robot's snapshots on a thread of its own and raises the events of what changed."""
+
+    def __init__(self, robot: Pepper, memory: ALMemory) -> None:
+        self._robot = robot
+        self._memory = memory
+        self._pressed: dict[str, bool] = {}
+        self._seen: dict[str, Any] = {}
+        self._move_failures = robot.snapshot().move_failed.count
+        self._closing = threading.Event()
+        memory.declare(_EVENTS)
+        for _, event in TOUCH_SENSORS.values():
+            memory.store(event, 0.0)
+        for _, event, _ in BUMPERS.values():
+            memory.store(event, 0.0)
+        for event in _HAND_SIDES:
+            memory.store(event, 0.0)
+        for key, value in (
+            ("BatteryPowerPluggedChanged", False),
+            ("BatteryChargingFlagChanged", False),
+            ("BatteryFullChargedFlagChanged", False),
+            ("BatteryTrapIsOpen", False),
+            ("ALBattery/ConnectedToChargingStation", False),
+            ("TouchChanged", []),
+        ):
+            memory.store(key, value)
+        self._look_slowly(robot.snapshot())
+        self._thread = threading.Thread(target=self._run, name="body-events", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closing.set()
+        self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        beat = 0
+        while not self._closing.wait(PERIOD):
+            try:
+                snapshot = self._robot.snapshot()
+                self._look_at_touch(snapshot)
+                self._look_at_motion(snapshot)
+                beat += 1
+                if beat % _SLOW == 0:
+                    self._look_slowly(snapshot)
+            except Exception:
+                log.exception("the body's events could not be raised")
+
+    def _look_at_touch(self, snapshot: Any) -> None:
+        changed: list[list] = []
+        for name, (device, event) in TOUCH_SENSORS.items():
+            changed += self._contact(event, device, bool(snapshot.touch[name]))
+        for name, (device, event, _) in BUMPERS.items():
+            changed += self._contact(event, device, bool(snapshot.bumpers[name]))
+        if changed:
+            self._memory.announce("TouchChanged", changed)
+
+    def _contact(self, event: str, device: str, pressed: bool) -> Iterable[list]:
+        before, self._pressed[event] = self._pressed.get(event, False), pressed
+        if before == pressed:
+            return ()
+        self._memory.announce(event, float(pressed))
+        if event == "ChestButtonPressed" and not pressed:
+            self._memory.announce("ALChestButton/SimpleClickOccurred", [])
+        return ([device, pressed],)
+
+    def _look_at_motion(self, snapshot: Any) -> None:
+        failure = snapshot.move_failed
+        if failure.count != self._move_failures:
+            self._move_failures = failure.count
+            self._memory.announce("ALMotion/MoveFailed", [failure.cause, int(failure.started), list(failure.obstacle)])
+        if self._changed("fallen", snapshot.fallen) and snapshot.fallen:
+            self._memory.announce("ALMotion/RobotIsFalling", True)
+            self._memory.announce("robotHasFallen", 1)
+
+    def _look_slowly(self, snapshot: Any) -> None:
+        posture = recognise(snapshot.joint_positions)
+        if self._changed("posture", posture):
+            self._memory.announce("PostureChanged", posture)
+        family = FAMILIES.get(posture, "Unknown")
+        if self._changed("family", family):
+            self._memory.announce("PostureFamilyChanged", family)
+        if self._changed("stand", family == "Standing"):
+            self._memory.announce("ALMotion/RobotIsStand", family == "Standing")
+        charge = round(100 * snapshot.battery.charge)
+        if self._changed("charge", charge):
+            self._memory.announce("BatteryChargeChanged", charge)
+        stiff = any(value > 0.0 for value in snapshot.stiffness.values())
+        if self._changed("stiff", stiff):
+            self._memory.announce("BodyStiffnessChanged", stiff)
+
+    def _changed(self, what: str, value: Any) -> bool:
+        before = self._seen.get(what)
+        self._seen[what] = value
+        return before != value

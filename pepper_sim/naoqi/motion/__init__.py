@@ -1,0 +1,1 @@
+"""What ALMotion is made of."""

@@ -1,0 +1,186 @@
+"""ALMotion: what the robot is made of, what it is doing, and switches that are kept but move nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pepper_sim.naoqi.identity import ARM_VERSION, BODY_VERSION, HEAD_VERSION, MODEL_TYPE
+from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, joints_of
+from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
+from pepper_sim.naoqi.tasks import MotionTasks
+from pepper_sim.robot import Pepper
+
+MASS = 28.68
+"""Sum of the URDF's links (ros-naoqi/pepper_robot) [kg]."""
+MOTION_CYCLE_MS = 20
+_SWITCH_CHAINS = ("Body", "Legs", "Leg", "Arms", "LArm", "RArm", "Head")
+_BREATH_LIMITS = {"Bpm": (5.0, 50.0), "Amplitude": (0.0, 1.0)}
+_MOTION_CONFIG = {
+    *("ENABLE_DCM_LIKE", "CONTROL_JOINT_MAX_ACCELERATION", "CONTROL_USE_ACCELERATION_INTERPOLATOR"),
+    *("CONTROL_FREQUENCY", "ENABLE_STIFFNESS_PROTECTION", "ENABLE_DYNAMIC_STABILIZATION", "ENABLE_MOVE_API"),
+}
+
+
+class MotionConfig:
+    """Description and task part of ALMotion."""
+
+    def __init__(self, robot: Pepper, tasks: MotionTasks) -> None:
+        self._robot = robot
+        self._tasks = tasks
+        self._breath: dict[str, float] = {"Bpm": 15.0, "Amplitude": 1.0}
+        self._breathing: set[str] = set()
+        self._idle: set[str] = set()
+
+    # --- the body ----------------------------------------------------------------------------------------------------
+
+    @remote("[s](s)")
+    def getBodyNames(self, name: str) -> list[str]:
+        """Lists the joints of a chain or group, or with "Chains" the chains."""
+        return list(CHAINS) if name == "Chains" else joints_of(name, "name")
+
+    @remote("[s](s)")
+    def getJointNames(self, name: str) -> list[str]:
+        """Old name of getBodyNames."""
+        return self.getBodyNames(name)
+
+    @remote("m(s)")
+    def getLimits(self, name: str) -> list[list[float]]:
+        """Returns [lower, upper, top speed, top torque] per joint [rad, rad, rad/s, N m]."""
+        limits = [self._robot.LIMITS[joint] for joint in joints_of(name, "name")]
+        return [[row.lower, row.upper, row.velocity, row.effort] for row in limits]
+
+    @remote("m()")
+    def getRobotConfig(self) -> list[list]:
+        """Returns [[names], [values]] of the model and its versions."""
+        config = {
+            "Model Type": MODEL_TYPE,
+            "Head Version": HEAD_VERSION,
+            "Body Version": BODY_VERSION,
+            "Laser": False,
+            "Legs": False,
+            "Arms": True,
+            "Extended Arms": True,
+            "Hands": True,
+            "Arm Version": ARM_VERSION,
+            "Number of Legs": 0,
+            "Number of Arms": 2,
+            "Number of Hands": 2,
+        }
+        return [list(config), list(config.values())]
+
+    @remote("f(s)")
+    def getMass(self, pName: str) -> float:
+        """Returns the mass of the whole robot, "Body" [kg]."""
+        one_of(pName, ("Body",), "pName")
+        return MASS
+
+    @remote("i()")
+    def getMotionCycleTime(self) -> int:
+        """Returns the controller's period [ms]."""
+        return MOTION_CYCLE_MS
+
+    @remote("s()")
+    def getSummary(self) -> str:
+        """Writes stiffness, command and measured angle of every joint as a table."""
+        snapshot = self._robot.snapshot()
+        lines = ["---------------------- Model ---------------------------"]
+        lines.append(f"{'BodyName':>20}{'Stiffness':>12}{'Command':>12}{'Sensor':>12}")
+        lines += [
+            f"{joint:>20}{snapshot.stiffness[joint]:12.6f}{snapshot.joint_setpoints[joint]:12.6f}"
+            f"{snapshot.joint_positions[joint]:12.6f}"
+            for joint in BODY
+        ]
+        lines.append("---------------------- Tasks  --------------------------")
+        lines += [f"{task.name:>20}{task.identity:12d}" for task in self._tasks.all()]
+        return "\n".join(lines)
+
+    # --- tasks -------------------------------------------------------------------------------------------------------
+
+    @remote("m()")
+    def getTaskList(self) -> list[list]:
+        """Lists what moves now: [[name, number, [joints]], ...]."""
+        return [[task.name, task.identity, list(task.resources)] for task in self._tasks.all()]
+
+    @remote("b(i)")
+    def killTask(self, motionTaskID: int) -> bool:
+        """Ends one motion; false when it is over."""
+        return self._tasks.kill(motionTaskID)
+
+    @remote("v([s])")
+    def killTasksUsingResources(self, resourceNames: list[str]) -> None:
+        """Ends the motions of these joints."""
+        for task in self._tasks.using(_resources(resourceNames)):
+            task.end()
+
+    @remote("b([s])")
+    def areResourcesAvailable(self, resourceNames: list[str]) -> bool:
+        """Whether no motion holds one of these joints."""
+        return not self._tasks.using(_resources(resourceNames))
+
+    @remote("v()")
+    def killAll(self) -> None:
+        """Ends everything that moves, the base abruptly."""
+        self._robot.stop_move(abrupt=True)
+        self._robot.stop_joints()
+
+    # --- switches that are kept --------------------------------------------------------------------------------------
+
+    @remote("v(sb)")
+    def setBreathEnabled(self, pChain: str, pIsEnabled: bool) -> None:
+        """Switches breathing. Kept; this robot does not breathe."""
+        _switch(self._breathing, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
+
+    @remote("b(s)")
+    def getBreathEnabled(self, pChain: str) -> bool:
+        """Whether breathing is switched on."""
+        return one_of(pChain, _SWITCH_CHAINS, "pChain") in self._breathing
+
+    @remote("v(m)")
+    def setBreathConfig(self, pConfig: Any) -> None:
+        """Sets [["Bpm", 5 to 50], ["Amplitude", 0 to 1]]."""
+        for name, value in _named(pConfig, "pConfig"):
+            one_of(name, _BREATH_LIMITS, "pConfig")
+            self._breath[name] = within(finite(value, name), *_BREATH_LIMITS[name], name)
+
+    @remote("m()")
+    def getBreathConfig(self) -> list[list]:
+        """Returns [["Bpm", value], ["Amplitude", value]]."""
+        return [[name, value] for name, value in self._breath.items()]
+
+    @remote("v(sb)")
+    def setIdlePostureEnabled(self, pChain: str, pIsEnabled: bool) -> None:
+        """Switches the return to an idle posture. Kept."""
+        _switch(self._idle, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
+
+    @remote("b(s)")
+    def getIdlePostureEnabled(self, pChain: str) -> bool:
+        """Whether the return to an idle posture is switched on."""
+        return one_of(pChain, _SWITCH_CHAINS, "pChain") in self._idle
+
+    @remote("v(m)")
+    def setMotionConfig(self, config: Any) -> None:
+        """Takes [[name, value], ...] of internal switches. Checked and ignored."""
+        for name, value in _named(config, "config"):
+            one_of(name, _MOTION_CONFIG, "config")
+            finite(value, name)
+
+
+def _switch(switched_on: set[str], name: str, on: bool) -> None:
+    (switched_on.add if on else switched_on.discard)(name)
+
+
+def _resources(names: list[str]) -> list[str]:
+    joints: list[str] = []
+    for name in names:
+        joints += (
+            ["Base"] if name in ("Base", "Wheels") else list(GROUPS.get(name, ())) or joints_of(name, "resourceNames")
+        )
+    return joints
+
+
+def _named(value: Any, argument: str) -> list[tuple[str, Any]]:
+    if not isinstance(value, list | tuple) or not all(
+        isinstance(item, list | tuple) and len(item) == 2 and isinstance(item[0], str) for item in value
+    ):
+        raise ServiceError(f"{argument} must be [[name, value], ...], got {shown(value)}")
+    return [(name, item) for name, item in value]

@@ -1,0 +1,206 @@
+"""ALMotion: joint angles. Radians and seconds; hands are fractions, 0 closed, 1 open.
+
+Angles beyond a joint's limits are clipped to them. Calls that follow a trajectory end when it does; another command to
+one of its joints ends it early.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, values_for
+from pepper_sim.naoqi.motion.bezier import bezier_knots
+from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
+from pepper_sim.naoqi.tasks import MotionTasks, chained
+from pepper_sim.robot import Pepper
+
+PEAK_OVER_MEAN_SPEED = 1.5
+"""A smooth motion between two rests is half as fast again in its middle as on average (cubic)."""
+SHORTEST_MOTION = 0.05
+_HAND_TIME = 0.6
+_MAX_KNOTS = 10_000
+_MOTION_CYCLE = 0.02
+"""ALMotion's cycle [s]; a first knot at time zero is reached one cycle later."""
+
+Knots = dict[str, list[tuple[float, float]]]
+
+
+class MotionJoints:
+    """Joint part of ALMotion."""
+
+    def __init__(self, robot: Pepper, tasks: MotionTasks) -> None:
+        self._robot = robot
+        self._tasks = tasks
+
+    @remote("v(mmf)")
+    def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: float) -> None:
+        """Moves joints to angles at a fraction of their top speed; returns at once."""
+        joints = joints_of(names)
+        fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
+        self._set(values_for(joints, angles, "angles"), dict.fromkeys(joints, fraction))
+
+    @remote("v(mm[f])", name="setAngles")
+    def setAnglesWithSpeeds(self, names: Any, angles: Any, fractionMaxSpeeds: list[float]) -> None:
+        """Moves joints to angles, each at its own fraction of top speed; returns at once."""
+        joints = joints_of(names)
+        fractions = values_for(joints, fractionMaxSpeeds, "fractionMaxSpeeds", spread=True)
+        for fraction in fractions.values():
+            within(fraction, 0.0, 1.0, "fractionMaxSpeeds")
+        self._set(values_for(joints, angles, "angles"), fractions)
+
+    @remote("v(mmf)")
+    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: float) -> None:
+        """Moves joints by angles relative to where they are told to be; returns at once."""
+        joints = joints_of(names)
+        fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
+        steps = values_for(joints, changes, "changes")
+        setpoints = self._robot.snapshot().joint_setpoints
+        targets = {joint: setpoints[joint] + step for joint, step in steps.items()}
+        self._set(targets, dict.fromkeys(joints, fraction))
+
+    @remote("[f](mb)")
+    def getAngles(self, names: Any, useSensors: bool) -> list[float]:
+        """Returns the measured angles, or with useSensors false the commanded ones."""
+        snapshot = self._robot.snapshot()
+        angles = snapshot.joint_positions if useSensors else snapshot.joint_setpoints
+        return [float(angles[joint]) for joint in joints_of(names)]
+
+    @remote("v(mmmb)")
+    def angleInterpolation(
+        self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: bool
+    ) -> concurrent.futures.Future:
+        """Moves joints through angles at times [s]; ends when they are there.
+
+        angleLists and timeLists: a number, a list with one number per joint, or one list per joint; for a single joint
+        also a list of its angles and times.
+        """
+        joints = joints_of(names)
+        _require_distinct(joints)
+        angles = _rows(joints, angleLists, "angleLists")
+        times = _rows(joints, timeLists, "timeLists", spread=True)
+        setpoints = self._robot.snapshot().joint_setpoints
+        knots: Knots = {}
+        for joint, row, moments in zip(joints, angles, times, strict=True):
+            start = 0.0 if isAbsolute else setpoints[joint]
+            if len(row) != len(moments):
+                raise ServiceError(f"timeLists holds {len(moments)} times for the {len(row)} angles of {joint}")
+            _check_rising(moments, joint)
+            knots[joint] = [
+                (max(moment, _MOTION_CYCLE), start + angle) for moment, angle in zip(moments, row, strict=True)
+            ]
+        return self.follow("angleInterpolation", knots)
+
+    @remote("v(mmf)")
+    def angleInterpolationWithSpeed(
+        self, names: Any, targetAngles: Any, maxSpeedFraction: float
+    ) -> concurrent.futures.Future:
+        """Moves joints to angles together, the slowest at a fraction of its top speed; ends when they are there."""
+        joints = joints_of(names)
+        _require_distinct(joints)
+        if not 0.0 < maxSpeedFraction <= 1.0:
+            raise ServiceError(f"maxSpeedFraction must be above 0 and at most 1, got {maxSpeedFraction:g}")
+        return self.go(values_for(joints, targetAngles, "targetAngles"), maxSpeedFraction)
+
+    @remote("v([s]mm)")
+    def angleInterpolationBezier(self, jointNames: list[str], times: Any, controlPoints: Any) -> Any:
+        """Moves joints along Bezier curves, as Choregraphe exports timelines; ends when they are there.
+
+        controlPoints: per joint a list of [angle, [type, time, angle], [type, time, angle]]; the two handles are
+        relative to the point, the first before it, the second after.
+        """
+        joints = joints_of(jointNames, "jointNames")
+        _require_distinct(joints)
+        if not isinstance(times, list | tuple) or len(times) != len(joints):
+            raise ServiceError(f"times must hold one list for each of the {len(joints)} joints, got {shown(times)}")
+        if not isinstance(controlPoints, list | tuple) or len(controlPoints) != len(joints):
+            raise ServiceError(f"controlPoints must hold one list for each of the {len(joints)} joints")
+        setpoints = self._robot.snapshot().joint_setpoints
+        knots: Knots = {}
+        for joint, row, points in zip(joints, times, controlPoints, strict=True):
+            moments = _numbers(row, f"times of {joint}")
+            _check_rising(moments, joint)
+            knots[joint] = bezier_knots(setpoints[joint], moments, points, f"controlPoints of {joint}")
+        return self.follow("angleInterpolationBezier", knots)
+
+    @remote("v(s)")
+    def openHand(self, handName: str) -> concurrent.futures.Future:
+        """Stiffens a hand and opens it; ends when it is open."""
+        return self._move_hand(handName, 1.0)
+
+    @remote("v(s)")
+    def closeHand(self, handName: str) -> concurrent.futures.Future:
+        """Stiffens a hand and closes it; ends when it is closed."""
+        return self._move_hand(handName, 0.0)
+
+    # --- for the other services --------------------------------------------------------------------------------------
+
+    def go(self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation") -> Any:
+        """Move joints so that all arrive together, the slowest at `fraction` of its top speed.
+
+        Returns:
+            Future: true when they arrived, false when another command took a joint away.
+        """
+        setpoints = self._robot.snapshot().joint_setpoints
+        duration = SHORTEST_MOTION
+        for joint, angle in angles.items():
+            limits = self._robot.LIMITS[joint]
+            way = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
+            duration = max(duration, PEAK_OVER_MEAN_SPEED * way / (fraction * limits.velocity))
+        return self.follow(name, {joint: [(duration, angle)] for joint, angle in angles.items()})
+
+    def follow(self, name: str, knots: Knots) -> concurrent.futures.Future:
+        """Move joints through (seconds from now, angle) as the task `name`; the future is as that of `go`."""
+        future = self._robot.follow(knots)
+        return chained(self._tasks.add(name, knots, future, future.cancel), bool)
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _set(self, angles: Mapping[str, float], fractions: Mapping[str, float]) -> None:
+        speeds = {joint: fractions[joint] * self._robot.LIMITS[joint].velocity for joint in angles}
+        self._robot.set_angles(angles, speeds)
+
+    def _move_hand(self, hand: str, opening: float) -> concurrent.futures.Future:
+        one_of(hand, HANDS, "handName")
+        self._robot.set_stiffness({hand: 1.0})
+        return self.follow("openHand" if opening else "closeHand", {hand: [(_HAND_TIME, opening)]})
+
+
+def _require_distinct(joints: Sequence[str]) -> None:
+    for joint in BODY:
+        if joints.count(joint) > 1:
+            raise ServiceError(f"names: {joint} is named twice")
+
+
+def _numbers(row: Any, argument: str) -> list[float]:
+    if not isinstance(row, list | tuple) or not 0 < len(row) <= _MAX_KNOTS:
+        raise ServiceError(f"{argument} must be a list of 1 to {_MAX_KNOTS} numbers, got {shown(row)}")
+    return [finite(value, f"{argument}[{index}]") for index, value in enumerate(row)]
+
+
+def _rows(joints: Sequence[str], value: Any, argument: str, *, spread: bool = False) -> list[list[float]]:
+    """One list of numbers per joint from the forms that angleInterpolation takes."""
+    if not isinstance(value, list | tuple):
+        if len(joints) > 1 and not spread:
+            raise ServiceError(
+                f"{argument} must hold one entry for each of the {len(joints)} joints, got {shown(value)}"
+            )
+        return [[finite(value, argument)] for _ in joints]
+    nested = any(isinstance(item, list | tuple) for item in value)
+    if len(joints) == 1 and not nested:
+        return [_numbers(value, argument)]
+    if len(value) != len(joints):
+        raise ServiceError(f"{argument} holds {len(value)} entries for {len(joints)} joints")
+    return [
+        _numbers(item if isinstance(item, list | tuple) else [item], f"{argument}[{index}]")
+        for index, item in enumerate(value)
+    ]
+
+
+def _check_rising(moments: Sequence[float], joint: str) -> None:
+    before = 0.0
+    for index, moment in enumerate(moments):
+        if moment < 0.0 or (index and moment <= before):
+            raise ServiceError(f"the times of {joint} must be positive and rise, got {moment:g} after {before:g}")
+        before = moment

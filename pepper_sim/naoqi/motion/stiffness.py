@@ -1,0 +1,158 @@
+"""ALMotion: waking up and resting, stiffness.
+
+Pepper's leg keeps itself up: its stiffness follows wakeUp and rest only. `setStiffnesses` on a group that holds the leg
+applies to the rest of the group, because documented examples call it with "Body" (NAOqi 2.8, control-stiffness).
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+from pepper_sim.body.postures import CROUCH, STAND
+from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, joints_of, values_for
+from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.service import ServiceError, one_of, remote, within
+from pepper_sim.naoqi.tasks import MotionTasks, Workers
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import ALMemory
+
+_WAKE_SPEED = 0.4
+_REST_SPEED = 0.35
+_EVENTS = ("wakeUpStarted", "wakeUpFinished", "restStarted", "restFinished")
+_STIFFNESS_PERIOD = 0.02
+
+
+class MotionStiffness:
+    """Stiffness part of ALMotion. `awake` is what robotIsWakeUp answers."""
+
+    def __init__(
+        self, robot: Pepper, memory: ALMemory, workers: Workers, tasks: MotionTasks, joints: MotionJoints
+    ) -> None:
+        self._robot = robot
+        self._memory = memory
+        self._workers = workers
+        self._tasks = tasks
+        self._joints = joints
+        self._changing = threading.Lock()
+        self.awake = True
+        memory.declare(("robotIsWakeUp", *(f"ALMotion/Stiffness/{event}" for event in _EVENTS)), "ALMotion")
+        memory.store("robotIsWakeUp", True)
+
+    def restart(self) -> None:
+        """The world was reset: the robot stands awake again."""
+        self.awake = True
+        self._memory.store("robotIsWakeUp", True)
+
+    @remote("b()")
+    def wakeUp(self) -> concurrent.futures.Future:
+        """Turns the motors on and stands up; ends when the robot stands."""
+        self._require_upright("wakeUp")
+        return self._workers.run(self._wake_up)
+
+    @remote("v()")
+    def rest(self) -> concurrent.futures.Future:
+        """Goes to a safe posture and turns the motors off; ends when they are off."""
+        self._require_upright("rest")
+        return self._workers.run(self._rest)
+
+    @remote("v(s)", name="rest")
+    def restChain(self, chainName: str) -> None:
+        """Turns one arm's motors off ("LArm", "RArm" or "Arms")."""
+        one_of(chainName, ("LArm", "RArm", "Arms"), "chainName")
+        self._robot.set_stiffness(dict.fromkeys(GROUPS[chainName], 0.0))
+
+    @remote("v(s)", name="wakeUp")
+    def wakeUpChain(self, chainName: str) -> None:
+        """Turns one arm's motors on ("LArm", "RArm" or "Arms")."""
+        one_of(chainName, ("LArm", "RArm", "Arms"), "chainName")
+        self._robot.set_stiffness(dict.fromkeys(GROUPS[chainName], 1.0))
+
+    @remote("b()")
+    def robotIsWakeUp(self) -> bool:
+        """Whether the robot is awake."""
+        return self.awake
+
+    @remote("v(mm)")
+    def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
+        """Sets stiffness, 0 to 1, at once. One value serves all joints; the leg is left as it is."""
+        self._apply(self._wanted(names, stiffnesses))
+
+    @remote("[f](m)")
+    def getStiffnesses(self, jointName: Any) -> list[float]:
+        """Returns stiffness per joint."""
+        stiffness = self._robot.snapshot().stiffness
+        return [float(stiffness[joint]) for joint in joints_of(jointName, "jointName")]
+
+    @remote("v(mmm)")
+    def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> concurrent.futures.Future:
+        """Changes stiffness over time [s]; ends when it is reached. Of a list per joint the last entries count."""
+        joints = joints_of(names)
+        targets = self._wanted(names, _last(stiffnessLists, len(joints)))
+        times = values_for(joints, _last(timeLists, len(joints)), "timeLists", spread=True)
+        duration = within(max(times.values()), 0.0, 600.0, "timeLists")
+        future = self._workers.run(self._ramp, targets, duration)
+        return self._tasks.add("stiffnessInterpolation", joints, future, future.cancel)
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _wanted(self, names: Any, stiffnesses: Any) -> dict[str, float]:
+        wanted = values_for(joints_of(names), stiffnesses, "stiffnesses", spread=True)
+        for joint, value in wanted.items():
+            within(value, 0.0, 1.0, f"stiffnesses of {joint}")
+        return {joint: value for joint, value in wanted.items() if joint not in LEG}
+
+    def _apply(self, stiffness: dict[str, float]) -> None:
+        if stiffness:
+            self._robot.set_stiffness(stiffness)
+
+    def _ramp(self, targets: dict[str, float], duration: float) -> None:
+        start = self._robot.snapshot().stiffness
+        steps = max(1, round(duration / _STIFFNESS_PERIOD))
+        for step in range(1, steps + 1):
+            if self._workers.closing.wait(_STIFFNESS_PERIOD if duration else 0.0):
+                return
+            share = step / steps
+            self._apply({joint: start[joint] + share * (value - start[joint]) for joint, value in targets.items()})
+
+    def _wake_up(self) -> bool:
+        with self._changing:
+            self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
+            self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
+            arrived = True
+            if not self.awake:
+                arrived = self._joints.go(STAND, _WAKE_SPEED, "wakeUp").result()
+            self._set_awake(True)
+            self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
+            return bool(arrived)
+
+    def _rest(self) -> None:
+        with self._changing:
+            if not self.awake:
+                return
+            self._memory.announce("ALMotion/Stiffness/restStarted", 1)
+            self._robot.stop_move().result()
+            self._set_awake(False)
+            self._joints.go(CROUCH, _REST_SPEED, "rest").result()
+            self._robot.set_stiffness(dict.fromkeys(BODY, 0.0))
+            self._memory.announce("ALMotion/Stiffness/restFinished", 1)
+
+    def _set_awake(self, awake: bool) -> None:
+        changed, self.awake = self.awake != awake, awake
+        if changed:
+            self._memory.announce("robotIsWakeUp", awake)
+
+    def _require_upright(self, what: str) -> None:
+        if self._robot.snapshot().fallen:
+            raise ServiceError(f"{what} is not available: the robot has fallen")
+
+
+def _last(value: Any, count: int) -> Any:
+    """Reduce lists of lists to their last entries; a flat list for one joint to its last entry."""
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        return value
+    if any(isinstance(item, list | tuple) and item for item in value):
+        return [item[-1] if isinstance(item, list | tuple) and item else item for item in value]
+    return value[-1] if count == 1 else value

@@ -1,0 +1,140 @@
+"""Calls to a client's service that carry a true raw buffer, which libqi's Python binding would send as a string.
+
+A connection of its own to the service's endpoint: authenticate, ask for the metaobject, call. Only endpoints that can
+be reached from here work: a client on another machine that listens on its own loopback cannot be called this way.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import socket
+from typing import Any
+from urllib.parse import urlsplit
+
+from pepper_sim.naoqi.codec import (
+    CALL,
+    ERROR,
+    HEADER,
+    METAOBJECT,
+    POST,
+    REPLY,
+    Decoder,
+    Encoder,
+    Header,
+    WireError,
+    split_signature,
+)
+
+_OBJECT, _METAOBJECT, _AUTHENTICATE = 1, 2, 8
+_MAX_REPLY = 16 * 1024 * 1024
+_CAPABILITIES = {
+    "ClientServerSocket": True,
+    "MessageFlags": True,
+    "MetaObjectCache": False,
+    "RemoteCancelableCalls": False,
+    "ObjectPtrUID": False,
+    "RelativeEndpointURI": True,
+}
+
+
+def knock(endpoint: str, timeout: float) -> None:
+    """Connect and authenticate as a client does, then leave.
+
+    Raises:
+        OSError, WireError: Nobody answers within `timeout` [s], or not as qi services do.
+    """
+    with contextlib.closing(_Wire(endpoint, timeout)) as wire:
+        wire.authenticate()
+
+
+class WireClient:
+    """One method of one remote service.
+
+    Args:
+        endpoint: "tcp://address:port" of the service.
+        service: Its number in the service directory.
+        method: Name; the first overload that takes `arity` arguments is used.
+    Raises:
+        OSError, WireError: The service cannot be reached, or does not answer as qi services do.
+    """
+
+    def __init__(self, endpoint: str, service: int, method: str, arity: int, timeout: float = 2.0) -> None:
+        self._service = service
+        self._wire = _Wire(endpoint, timeout)
+        try:
+            self._wire.authenticate()
+            reply = self._wire.ask(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
+            self._action, self._parameters = _find(Decoder(reply).get(METAOBJECT)[0], method, arity)
+        except BaseException:
+            self._wire.close()
+            raise
+
+    def post(self, *arguments: Any) -> None:
+        """Call without waiting for an answer; bytes and arrays arrive as raw.
+
+        Raises: OSError, WireError: The connection is gone or an argument does not fit.
+        """
+        encoder = Encoder().put(self._parameters, list(arguments))
+        self._wire.send(POST, self._service, _OBJECT, self._action, encoder)
+
+    def close(self) -> None:
+        self._wire.close()
+
+
+class _Wire:
+    """A connection that sends messages and waits for their answers, one at a time."""
+
+    def __init__(self, endpoint: str, timeout: float) -> None:
+        self._numbers = itertools.count(1)
+        address = urlsplit(endpoint)
+        self._socket = socket.create_connection((address.hostname, address.port), timeout)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def authenticate(self) -> None:
+        self.ask(0, 0, _AUTHENTICATE, Encoder().put("{sm}", _CAPABILITIES))
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def ask(self, service: int, obj: int, action: int, arguments: Encoder) -> bytes:
+        number = self.send(CALL, service, obj, action, arguments)
+        while True:
+            header = Header.unpack(self._receive(HEADER.size))
+            if header.size > _MAX_REPLY:
+                raise WireError(f"an answer of {header.size} bytes")
+            payload = self._receive(header.size)
+            if header.identity == number and header.kind == REPLY:
+                return payload
+            if header.identity == number and header.kind == ERROR:
+                raise WireError(str(Decoder(payload).get("m")))
+
+    def send(self, kind: int, service: int, obj: int, action: int, arguments: Encoder) -> int:
+        buffers = arguments.buffers()
+        number = next(self._numbers)
+        header = Header(number, sum(len(part) for part in buffers), kind, service, obj, action)
+        self._socket.sendall(b"".join([header.pack(), *buffers]))
+        return number
+
+    def _receive(self, size: int) -> bytes:
+        data = bytearray()
+        while len(data) < size:
+            piece = self._socket.recv(size - len(data))
+            if not piece:
+                raise WireError("the connection was closed")
+            data += piece
+        return bytes(data)
+
+
+def _find(methods: dict[int, tuple], name: str, arity: int) -> tuple[int, str]:
+    """Action number and parameter signature of a method in a metaobject."""
+    for uid, (_, _, known, parameters, *_) in methods.items():
+        if known != name:
+            continue
+        if parameters == "m":  # takes whatever comes
+            return uid, "(" + "m" * arity + ")"
+        if parameters.startswith("(") and len(split_signature(parameters[1:-1])) == arity:
+            return uid, parameters
+    raise WireError(f"the service has no method {name} with {arity} arguments")

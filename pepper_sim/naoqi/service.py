@@ -1,0 +1,298 @@
+"""What NAOqi's services have in common: declared methods, checked arguments, short errors, long calls.
+
+A service is a plain object whose remote methods carry the signatures of the real robot's metaobject:
+
+    class ALBattery(Module):
+        name = "ALBattery"
+
+        @remote("i()")
+        def getBatteryCharge(self): ...
+
+Methods run on libqi's event loop, whose pool starts with two threads: they return at once. One that takes its time
+returns a `concurrent.futures.Future`; the client's call ends when it does, and its cancel reaches it.
+"""
+
+from __future__ import annotations
+
+import ast
+import concurrent.futures
+import contextlib
+import inspect
+import logging
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import qi
+
+from pepper_sim.naoqi.codec import split_signature
+
+log = logging.getLogger(__name__)
+
+NAOQI_VERSION = "2.5.10.7"
+"""The NAOqi release whose interface is reproduced; what ALSystem.systemVersion() answers."""
+
+_CHOICES_SHOWN = 12
+_INT_RANGE = {"i": (-(2**31), 2**31 - 1), "I": (0, 2**32 - 1), "l": (-(2**63), 2**63 - 1)}
+
+
+class ServiceError(RuntimeError):
+    """A call that cannot be done; its text, preceded by service and method, is what the client reads."""
+
+
+def remote(*signatures: str, name: str | None = None) -> Callable[[Callable], Callable]:
+    """Declare a method that clients may call, once per overload.
+
+    Args:
+        signatures: Return type and parameters as in a qi metaobject, for example "b(fff)".
+        name: The wire's name if the function has another one (two overloads that need two functions).
+    """
+
+    def mark(function: Callable) -> Callable:
+        function.remote_signatures = signatures
+        function.remote_name = name or function.__name__
+        return function
+
+    return mark
+
+
+@dataclass(frozen=True)
+class Binding:
+    """One overload of one method, callable with what arrived from the wire.
+
+    Raises on call: ServiceError: Wrong argument, or the method's own refusal; the text names service and method.
+    """
+
+    service: str
+    name: str
+    returns: str
+    parameters: str
+    function: Callable[..., Any]
+    description: str
+    arguments: tuple[tuple[str, str], ...]
+    """Type and name of each."""
+
+    @classmethod
+    def make(cls, service: str, signature: str, function: Callable[..., Any]) -> Binding:
+        """Bind the overload `signature`, such as "b(fff)", of a method marked with `remote`."""
+        returns, parameters = split_signature(signature)
+        kinds = split_signature(parameters[1:-1])
+        names = tuple(inspect.signature(function).parameters)
+        if len(names) < len(kinds):
+            raise TypeError(f"{service}.{function.__name__} takes fewer arguments than {signature}")
+        arguments = tuple(zip(kinds, names[: len(kinds)], strict=True))
+        description = inspect.getdoc(function) or ""
+        return cls(service, function.remote_name, returns, parameters, function, description, arguments)
+
+    def __call__(self, *values: Any) -> Any:
+        try:
+            checked = [
+                check_argument(kind, value, name) for (kind, name), value in zip(self.arguments, values, strict=True)
+            ]
+            result = self.function(*checked)
+        except Exception as error:
+            raise self.explain(error) from None
+        return None if self.returns == "v" and not isinstance(result, concurrent.futures.Future) else result
+
+    def explain(self, error: BaseException) -> ServiceError:
+        """The error a client may read; what nobody foresaw is logged with its traceback."""
+        if not isinstance(error, ServiceError | ValueError):
+            log.error("%s::%s failed", self.service, self.name, exc_info=error)
+            return ServiceError(f"{self.service}::{self.name}: internal error ({type(error).__name__}: {error})")
+        return ServiceError(f"{self.service}::{self.name}: {error}")
+
+
+class Service:
+    """Base of all services. A large one is made of several objects: see `parts`."""
+
+    name: ClassVar[str]
+
+    def parts(self) -> tuple[Any, ...]:
+        """The objects that hold the remote methods and the signals."""
+        return (self,)
+
+    def bindings(self) -> Iterator[Binding]:
+        """Every overload of every remote method."""
+        for part in self.parts():
+            for attribute in dir(type(part)):
+                function = getattr(type(part), attribute)
+                for signature in getattr(function, "remote_signatures", ()):
+                    yield Binding.make(self.name, signature, getattr(part, attribute))
+
+    def signals(self) -> dict[str, Any]:
+        """Signals and properties by name: the public attributes that are one."""
+        return {
+            attribute: value
+            for part in self.parts()
+            for attribute, value in vars(part).items()
+            if not attribute.startswith("_") and isinstance(value, qi.Signal | qi.Property)
+        }
+
+    def close(self) -> None:
+        """Release threads and subscriptions; called once, after the last client."""
+
+
+class Module(Service):
+    """A service of the older kind, with the methods every ALModule inherits (NAOqi documentation 2.8, ALModule)."""
+
+    @remote("b(i)")
+    def isRunning(self, identity: int) -> bool:
+        """Tells whether a call started with `post` still runs. Calls over qi have no such number: false."""
+        return False
+
+    @remote("b(i)", "b(ii)")
+    def wait(self, identity: int, timeout: int = 0) -> bool:
+        """Waits for a call started with `post`; there is none, so it is over already (false: no time-out)."""
+        return False
+
+    @remote("v(i)")
+    def stop(self, identity: int) -> None:
+        """Stops a call started with `post`."""
+
+    @remote("v()")
+    def exit(self) -> None:
+        """Ends the module. A robot's own modules are left running."""
+
+    @remote("s()")
+    def getBrokerName(self) -> str:
+        """Returns the name of the broker that holds the module."""
+        return "MainBroker"
+
+    @remote("[s]()")
+    def getMethodList(self) -> list[str]:
+        """Lists the module's methods."""
+        return sorted({binding.name for binding in self.bindings()})
+
+    @remote("m(s)")
+    def getMethodHelp(self, methodName: str) -> list:
+        """Describes a method: [[name, description, return type, parameter types], ...], one per overload."""
+        found = [
+            [binding.name, binding.description, binding.returns, binding.parameters]
+            for binding in self.bindings()
+            if binding.name == methodName
+        ]
+        if not found:
+            raise ServiceError(f"unknown method '{methodName}'")
+        return found
+
+    @remote("m()")
+    def getModuleHelp(self) -> list[str]:
+        """Describes the module: [name, description]."""
+        return [self.name, inspect.getdoc(type(self)) or ""]
+
+    @remote("s(s)")
+    def getUsage(self, methodName: str) -> str:
+        """Writes a method's overloads as text."""
+        return "\n".join(f"{row[2]} {row[0]}{row[3]}: {row[1]}" for row in self.getMethodHelp(methodName))
+
+    @remote("b()")
+    def ping(self) -> bool:
+        """Answers true."""
+        return True
+
+    @remote("s()")
+    def version(self) -> str:
+        """Returns the module's version."""
+        return NAOQI_VERSION
+
+
+def check_argument(kind: str, value: Any, argument: str) -> Any:
+    """`value` as Python holds wire type `kind`: f float, i int, s str, b bool, r bytes, [x] list, m anything.
+
+    libqi converts where it can and hands over the rest as it came, NaN included.
+
+    Raises:
+        ServiceError: It is not of that type, or a number is not finite; names `argument`.
+    """
+    if kind == "m":
+        return value
+    if kind in ("f", "d"):
+        return finite(value, argument)
+    if kind in _INT_RANGE:
+        low, high = _INT_RANGE[kind]
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
+        if not isinstance(value, int) or not low <= value <= high:
+            raise ServiceError(f"{argument} must be an integer, got {shown(value)}")
+        return int(value)
+    if kind == "b":
+        if not isinstance(value, bool | int | float):
+            raise ServiceError(f"{argument} must be true or false, got {shown(value)}")
+        return bool(value)
+    if kind == "s":
+        if not isinstance(value, str):
+            raise ServiceError(f"{argument} must be a string, got {shown(value)}")
+        return value
+    if kind == "r":
+        if not isinstance(value, bytes | bytearray):
+            raise ServiceError(f"{argument} must be a buffer, got {shown(value)}")
+        return value
+    if kind.startswith("["):
+        if not isinstance(value, list | tuple):
+            raise ServiceError(f"{argument} must be a list, got {shown(value)}")
+        return [check_argument(kind[1:-1], item, f"{argument}[{index}]") for index, item in enumerate(value)]
+    return value
+
+
+def octets(value: Any, argument: str) -> bytes | bytearray:
+    """The bytes of an argument that is declared as a dynamic value, "m".
+
+    Raw data arrives as it is. A Python client sends `bytes` as a string, which libqi's Python binding hands over
+    decoded where it is valid UTF-8, and else as the text of `repr(bytes)` (libqi-python 3.1.5, measured); both are
+    undone here.
+
+    Raises: ServiceError: It holds no bytes; names `argument`.
+    """
+    if isinstance(value, bytes | bytearray):
+        return value
+    if not isinstance(value, str):
+        raise ServiceError(f"{argument} must be a buffer, got {shown(value)}")
+    if value[:2] in ("b'", 'b"'):
+        with contextlib.suppress(ValueError, SyntaxError):
+            return ast.literal_eval(value)
+    return value.encode()
+
+
+def finite(value: Any, argument: str) -> float:
+    """`value` as a finite float.
+
+    Raises: ServiceError: It is no number, or NaN, or infinite; names `argument`.
+    """
+    if not isinstance(value, int | float):
+        raise ServiceError(f"{argument} must be a number, got {shown(value)}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ServiceError(f"{argument} must be a finite number, got {shown(value)}")
+    return number
+
+
+def within(value: float, low: float, high: float, argument: str) -> float:
+    """`value` if low <= value <= high.
+
+    Raises: ServiceError: It is not; names `argument`.
+    """
+    if not low <= value <= high:
+        raise ServiceError(f"{argument} must be between {low:g} and {high:g}, got {value:g}")
+    return value
+
+
+def one_of(value: Any, choices: Any, argument: str) -> Any:
+    """`value` if it is among `choices`.
+
+    Raises: ServiceError: It is not; names `argument` and the choices.
+    """
+    if not isinstance(value, str | int) or value not in choices:
+        names = [str(choice) for choice in choices]
+        known = ", ".join(names[:_CHOICES_SHOWN]) + (", ..." if len(names) > _CHOICES_SHOWN else "")
+        raise ServiceError(f"{argument} {shown(value)} is unknown; known: {known}")
+    return value
+
+
+def shown(value: Any) -> str:
+    """`value` as text short enough for an error message."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,1 @@
+"""What ALVideoDevice is made of."""

@@ -1,0 +1,248 @@
+"""ALVideoDevice: which cameras there are, and how they are set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from pepper_sim.naoqi.service import ServiceError, finite, remote, within
+from pepper_sim.naoqi.video.parameters import CAMERA_SELECT, CameraParameters, known_parameter
+from pepper_sim.naoqi.video.streams import Camera
+from pepper_sim.robot import Pepper
+
+_OV5640, _XTION = 3, 4
+_COLOUR_RATES, _DEPTH_RATES = 30, 30
+
+
+def robot_cameras(robot: Pepper) -> dict[int, Camera]:
+    """The cameras of `robot` by ALVideoDevice's index, with the field of view they are drawn with."""
+    rows = (
+        (0, "CameraTop", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
+        (1, "CameraBottom", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
+        (2, "CameraDepth", _XTION, "depth", (0, 1, 2, 7, 8), _DEPTH_RATES),
+    )
+    cameras = {}
+    for index, name, model, kind, resolutions, fps in rows:
+        fovy = math.radians(float(robot.world.model.camera(robot.prefix + name).fovy[0]))
+        fovx = 2.0 * math.atan(math.tan(fovy / 2.0) * 4.0 / 3.0)
+        cameras[index] = Camera(index, name, model, kind, resolutions, fps, fovx, fovy)
+    return cameras
+
+
+class VideoSettings:
+    """Camera part of ALVideoDevice.
+
+    Args:
+        camera_of: Subscription handle -> its camera; raises ServiceError for an unknown one.
+    """
+
+    def __init__(self, robot: Pepper, camera_of: Callable[[str], Camera]) -> None:
+        self.cameras = robot_cameras(robot)
+        self.parameters = {index: CameraParameters() for index in self.cameras}
+        self.active = 0
+        self._camera_of = camera_of
+        self._shut: set[int] = set()
+
+    def is_open(self, camera: Camera) -> bool:
+        """Whether the camera delivers pictures: nobody has shut or stopped it."""
+        return camera.index not in self._shut
+
+    # --- which cameras there are -------------------------------------------------------------------------------------
+
+    @remote("[i]()")
+    def getCameraIndexes(self) -> list[int]:
+        """Lists the cameras."""
+        return list(self.cameras)
+
+    @remote("s(i)")
+    def getCameraName(self, cameraIndex: int) -> str:
+        """Names a camera."""
+        return known_camera(self.cameras, cameraIndex).name
+
+    @remote("i(i)")
+    def getCameraModel(self, cameraIndex: int) -> int:
+        """Returns a camera's sensor id: 3 OV5640, 4 Xtion."""
+        return known_camera(self.cameras, cameraIndex).model
+
+    @remote("b()")
+    def hasDepthCamera(self) -> bool:
+        """Whether the robot has a depth camera."""
+        return True
+
+    @remote("i()")
+    def getActiveCamera(self) -> int:
+        """Returns the camera that calls without a camera use."""
+        return self.active
+
+    @remote("b(i)")
+    def setActiveCamera(self, activeCamera: int) -> bool:
+        """Sets the camera that calls without a camera use."""
+        self.active = known_camera(self.cameras, activeCamera).index
+        return True
+
+    @remote("f(i)")
+    def getHorizontalFOV(self, cameraIndex: int) -> float:
+        """Returns the horizontal field of view [rad]."""
+        return known_camera(self.cameras, cameraIndex).fovx
+
+    @remote("f(i)")
+    def getVerticalFOV(self, cameraIndex: int) -> float:
+        """Returns the vertical field of view [rad]."""
+        return known_camera(self.cameras, cameraIndex).fovy
+
+    @remote("i(i)")
+    def getResolution(self, cameraIndex: int) -> int:
+        """Returns the resolution a camera starts with: 2, VGA."""
+        known_camera(self.cameras, cameraIndex)
+        return 2
+
+    @remote("i(i)")
+    def getColorSpace(self, cameraIndex: int) -> int:
+        """Returns the native colour space: 9 YUV422, or 17 depth."""
+        return 17 if known_camera(self.cameras, cameraIndex).kind == "depth" else 9
+
+    @remote("i(i)")
+    def getFrameRate(self, cameraIndex: int) -> int:
+        """Returns the highest rate [1/s]."""
+        return known_camera(self.cameras, cameraIndex).max_fps
+
+    @remote("[f](i[f])")
+    def getAngularPositionFromImagePosition(self, cameraIndex: int, imagePosition: list[float]) -> list[float]:
+        """Turns normalised picture coordinates (0 to 1, from top left) into angles [yaw, pitch] [rad]."""
+        camera = known_camera(self.cameras, cameraIndex)
+        x, y = _pair(imagePosition, "imagePosition")
+        tan_x, tan_y = math.tan(camera.fovx / 2), math.tan(camera.fovy / 2)
+        return [math.atan((1 - 2 * x) * tan_x), math.atan((2 * y - 1) * tan_y)]
+
+    @remote("[f](i[f])")
+    def getImagePositionFromAngularPosition(self, cameraIndex: int, angularPosition: list[float]) -> list[float]:
+        """Turns angles [yaw, pitch] [rad] into normalised picture coordinates."""
+        camera = known_camera(self.cameras, cameraIndex)
+        yaw, pitch = (within(v, -1.5, 1.5, "angularPosition") for v in _pair(angularPosition, "angularPosition"))
+        tan_x, tan_y = math.tan(camera.fovx / 2), math.tan(camera.fovy / 2)
+        return [(1 - math.tan(yaw) / tan_x) / 2, (1 + math.tan(pitch) / tan_y) / 2]
+
+    # --- on and off --------------------------------------------------------------------------------------------------
+
+    @remote("b(i)")
+    def openCamera(self, cameraIndex: int) -> bool:
+        """Opens a camera. All are open at the start."""
+        self._shut.discard(known_camera(self.cameras, cameraIndex).index)
+        return True
+
+    @remote("b(i)")
+    def closeCamera(self, cameraIndex: int) -> bool:
+        """Shuts a camera: its pictures are None."""
+        self._shut.add(known_camera(self.cameras, cameraIndex).index)
+        return True
+
+    @remote("b(i)")
+    def isCameraOpen(self, cameraIndex: int) -> bool:
+        """Whether a camera is open."""
+        return self.is_open(known_camera(self.cameras, cameraIndex))
+
+    @remote("b(i)")
+    def startCamera(self, cameraIndex: int) -> bool:
+        """Starts a camera; the same as openCamera."""
+        return self.openCamera(cameraIndex)
+
+    @remote("b(i)")
+    def stopCamera(self, cameraIndex: int) -> bool:
+        """Stops a camera; the same as closeCamera."""
+        return self.closeCamera(cameraIndex)
+
+    @remote("b(i)")
+    def isCameraStarted(self, cameraIndex: int) -> bool:
+        """Whether a camera runs."""
+        return self.isCameraOpen(cameraIndex)
+
+    # --- parameters --------------------------------------------------------------------------------------------------
+
+    @remote("i(ii)")
+    def getParameter(self, cameraIndex: int, parameterId: int) -> int:
+        """Returns a parameter; 0xDEAD404 for one the camera does not have."""
+        return self.parameters[known_camera(self.cameras, cameraIndex).index].get(parameterId)
+
+    @remote("b(iii)")
+    def setParameter(self, cameraIndex: int, parameterId: int, newValue: int) -> bool:
+        """Sets a parameter; -1 restores its default."""
+        self.parameters[known_camera(self.cameras, cameraIndex).index].set(parameterId, newValue)
+        return True
+
+    @remote("m(ii)")
+    def getParameterRange(self, cameraIndex: int, parameterId: int) -> list[int]:
+        """Returns [lowest, highest] of a parameter."""
+        known_camera(self.cameras, cameraIndex)
+        parameter = known_parameter(parameterId)
+        return [parameter.low, parameter.high]
+
+    @remote("b(ii)")
+    def setParameterToDefault(self, cameraIndex: int, parameterId: int) -> bool:
+        """Restores a parameter's default."""
+        self.parameters[known_camera(self.cameras, cameraIndex).index].set_default(parameterId)
+        return True
+
+    @remote("b(i)")
+    def setAllParametersToDefault(self, cameraIndex: int) -> bool:
+        """Restores the defaults of all parameters."""
+        self.parameters[known_camera(self.cameras, cameraIndex).index].set_all_defaults()
+        return True
+
+    @remote("i(si)")
+    def getCameraParameter(self, name: str, parameterId: int) -> int:
+        """Returns a parameter of a subscription's camera."""
+        return self.getParameter(self._camera_of(name).index, parameterId)
+
+    @remote("b(sii)")
+    def setCameraParameter(self, name: str, parameterId: int, newValue: int) -> bool:
+        """Sets a parameter of a subscription's camera."""
+        return self.setParameter(self._camera_of(name).index, parameterId, newValue)
+
+    @remote("m(si)")
+    def getCameraParameterRange(self, name: str, parameterId: int) -> list[int]:
+        """Returns [lowest, highest] of a parameter of a subscription's camera."""
+        return self.getParameterRange(self._camera_of(name).index, parameterId)
+
+    @remote("b(si)")
+    def setCameraParameterToDefault(self, name: str, parameterId: int) -> bool:
+        """Restores a parameter's default for a subscription's camera."""
+        return self.setParameterToDefault(self._camera_of(name).index, parameterId)
+
+    @remote("b(s)")
+    def setAllCameraParametersToDefault(self, name: str) -> bool:
+        """Restores the defaults of all parameters of a subscription's camera."""
+        return self.setAllParametersToDefault(self._camera_of(name).index)
+
+    @remote("v(ii)")
+    def setParam(self, id: int, newValue: int) -> None:
+        """Sets a parameter of the active camera (old form); parameter 18 chooses that camera."""
+        if id == CAMERA_SELECT:
+            self.setActiveCamera(newValue)
+        else:
+            self.setParameter(self.active, id, newValue)
+
+    @remote("i(i)")
+    def getParam(self, id: int) -> int:
+        """Returns a parameter of the active camera (old form)."""
+        return self.active if id == CAMERA_SELECT else self.getParameter(self.active, id)
+
+    @remote("v(i)")
+    def setParamDefault(self, id: int) -> None:
+        """Restores a parameter's default for the active camera (old form)."""
+        if id == CAMERA_SELECT:
+            self.active = 0
+        else:
+            self.setParameterToDefault(self.active, id)
+
+
+def known_camera(cameras: Mapping[int, Camera], index: int) -> Camera:
+    """Raises: ServiceError: There is no such camera."""
+    if index not in cameras:
+        raise ServiceError(f"there is no camera {index}; cameras: {', '.join(map(str, cameras))}")
+    return cameras[index]
+
+
+def _pair(values: list[float], argument: str) -> tuple[float, float]:
+    if len(values) != 2:
+        raise ServiceError(f"{argument} must hold two numbers, got {len(values)}")
+    return finite(values[0], argument), finite(values[1], argument)

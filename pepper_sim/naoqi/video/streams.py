@@ -1,0 +1,179 @@
+"""Pictures for ALVideoDevice's subscribers: who shares a drawn feed, and when nobody looks.
+
+A feed is drawn only while somebody asks for its pictures: two seconds after the last request it is closed, and opened
+again by the next one, so that a forgotten subscription costs nothing.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import cv2
+import numpy as np
+
+from pepper_sim.naoqi.video.formats import DEPTH_SPACES, RESOLUTIONS, RGB_SPACES, convert_depth, convert_rgb
+from pepper_sim.robot import Pepper
+
+log = logging.getLogger(__name__)
+
+IDLE_TIME = 2.0
+"""A feed that nobody asked for so long [s] is closed."""
+_FIRST_PICTURE_TIMEOUT = 5.0
+_LATE = 1.0
+"""How much longer than a picture's period a reader waits for a fresh one [s]: drawing may be slower than asked."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera of the robot.
+
+    Args:
+        index: ALVideoDevice's number.
+        name: Name at the robot and on the wire.
+        model: ALVideoDevice's sensor id.
+        kind: "rgb" or "depth".
+        resolutions: Ids it can deliver.
+        max_fps: [1/s]
+        fovx, fovy: Field of view [rad].
+    """
+
+    index: int
+    name: str
+    model: int
+    kind: str
+    resolutions: tuple[int, ...]
+    max_fps: int
+    fovx: float
+    fovy: float
+
+    @property
+    def spaces(self) -> dict[int, int]:
+        """Colour space id -> layers."""
+        return DEPTH_SPACES if self.kind == "depth" else RGB_SPACES
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A converted picture: contiguous bytes, and the instant it shows [s since 1970]."""
+
+    data: np.ndarray
+    stamp: float
+
+
+@dataclass
+class Cursor:
+    """The last picture a reader got."""
+
+    feed: Any = None
+    sequence: int = 0
+
+
+@dataclass
+class _Shared:
+    """One feed and the conversions of its newest picture."""
+
+    feed: Any
+    used: float
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    sequence: int = 0
+    converted: dict[int, np.ndarray] = field(default_factory=dict)
+
+
+Key = tuple[str, int, int, bool, bool]
+"""Camera name, resolution id, pictures per second, flipped left to right, upside down."""
+
+
+class Streams:
+    """Feeds of the robot's cameras, shared by equal subscriptions."""
+
+    def __init__(self, robot: Pepper) -> None:
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._shared: dict[Key, _Shared] = {}
+
+    def read(self, camera: Camera, key: Key, space: int, cursor: Cursor) -> Shot | None:
+        """Wait for a picture newer than the reader's last one and convert it, once for all readers of this key.
+
+        Args:
+            cursor: The reader's own; moved on to the picture that is returned.
+        Returns:
+            None when no picture came in time.
+        Raises:
+            ValueError, RuntimeError: The camera cannot draw.
+        """
+        shared = self._open(camera, key)
+        image, period = shared.feed.image, 1.0 / key[2]
+        newest = image.peek()
+        after = cursor.sequence if cursor.feed is shared.feed else 0
+        if newest is not None and after == 0 and image.age() > period:
+            after = newest.sequence
+        picture = image.wait_newer(after, _FIRST_PICTURE_TIMEOUT if newest is None else period + _LATE)
+        shared.used = time.monotonic()
+        if picture is None:
+            return None
+        cursor.feed, cursor.sequence = shared.feed, picture.sequence
+        return Shot(self._convert(shared, camera, key, picture, space), picture.stamp)
+
+    def close_idle(self, idle_time: float = IDLE_TIME) -> None:
+        """Close the feeds that nobody asked for lately."""
+        limit = time.monotonic() - idle_time
+        with self._lock:
+            idle = [key for key, shared in self._shared.items() if shared.used < limit]
+            closing = [self._shared.pop(key) for key in idle]
+        for shared in closing:
+            shared.feed.close()
+
+    def close(self) -> None:
+        self.close_idle(idle_time=-1.0)
+
+    def open_feeds(self) -> int:
+        """How many feeds are drawn now."""
+        with self._lock:
+            return len(self._shared)
+
+    def _open(self, camera: Camera, key: Key) -> _Shared:
+        with self._lock:
+            shared = self._shared.get(key)
+            if shared is None:
+                width, height = drawn_size(key[1])
+                feed = self._robot.subscribe_camera(camera.name, width, height, float(key[2]), camera.kind)
+                shared = self._shared[key] = _Shared(feed, time.monotonic())
+            shared.used = time.monotonic()
+            return shared
+
+    def _convert(self, shared: _Shared, camera: Camera, key: Key, picture: Any, space: int) -> np.ndarray:
+        with shared.lock:
+            if picture.sequence > shared.sequence:
+                shared.sequence, shared.converted = picture.sequence, {}
+            data = shared.converted.get(space) if picture.sequence == shared.sequence else None
+            if data is None:
+                data = convert(_oriented(picture.pixels, key), camera, space)
+                if picture.sequence == shared.sequence:
+                    shared.converted[space] = data
+            return data
+
+
+def drawn_size(resolution: int) -> tuple[int, int]:
+    """The size at which a resolution is drawn [px]; the largest is drawn at half its size and enlarged."""
+    width, height = RESOLUTIONS[resolution]
+    return (width // 2, height // 2) if width > 1280 else (width, height)
+
+
+def _oriented(pixels: np.ndarray, key: Key) -> np.ndarray:
+    size = RESOLUTIONS[key[1]]
+    if size != drawn_size(key[1]):
+        pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_LINEAR)
+    if key[3] or key[4]:
+        pixels = cv2.flip(pixels, -1 if key[3] and key[4] else int(key[3]))
+    return pixels
+
+
+def convert(pixels: np.ndarray, camera: Camera, space: int) -> np.ndarray:
+    """A camera's picture in one of its colour spaces."""
+    if camera.kind == "depth":
+        return convert_depth(pixels, space, camera.fovy)
+    return convert_rgb(pixels, space)

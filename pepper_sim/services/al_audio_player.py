@@ -1,0 +1,249 @@
+"""ALAudioPlayer: playing WAV files of the robot's disk.
+
+A file is loaded under a number, then played, paused, moved in. Calls that play end with the sound.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import itertools
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from pepper_sim.disk import RobotDisk
+from pepper_sim.naoqi.service import Module, ServiceError, remote, within
+from pepper_sim.naoqi.tasks import Alarm, chained
+from pepper_sim.sound.room import Room, Sound, read_wave, sine
+
+MAX_FILES = 200
+_LOOPED_AHEAD = 3600.0
+
+
+@dataclass
+class _File:
+    samples: np.ndarray
+    rate: int
+    volume: float = 1.0
+    position: float = 0.0
+    sound: Sound | None = None
+    end: concurrent.futures.Future | None = None
+    loop: bool = False
+
+    @property
+    def length(self) -> float:
+        return len(self.samples) / self.rate
+
+
+class ALAudioPlayer(Module):
+    """Plays files."""
+
+    name = "ALAudioPlayer"
+
+    def __init__(self, room: Room, disk: RobotDisk, alarm: Alarm) -> None:
+        self._loudspeaker = room.loudspeaker
+        self._disk = disk
+        self._alarm = alarm
+        self._lock = threading.RLock()
+        self._files: dict[int, _File] = {}
+        self._numbers = itertools.count(1)
+        self._master = 1.0
+
+    # --- playing -----------------------------------------------------------------------------------------------------
+
+    @remote("i(s)")
+    def loadFile(self, fileName: str) -> int:
+        """Loads a file and returns its number."""
+        samples, rate = self._read(fileName)
+        with self._lock:
+            if len(self._files) >= MAX_FILES:
+                raise ServiceError(f"{MAX_FILES} files are loaded already")
+            number = next(self._numbers)
+            self._files[number] = _File(samples, rate)
+        return number
+
+    @remote("v(s)", "v(sff)")
+    def playFile(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
+        """Plays a file; ends with it."""
+        return self._play(_File(*self._read(fileName)), volume, pan, loop=False)
+
+    @remote("v(s)", "v(sff)")
+    def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
+        """Plays a file again and again until stopAll."""
+        number = self.loadFile(fileName)
+        return self._play(self._files[number], volume, pan, loop=True)
+
+    @remote("v(i)", "v(iff)")
+    def play(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
+        """Plays a loaded file from where it stands; ends with it."""
+        return self._play(self._file(taskId), volume, pan, loop=False)
+
+    @remote("v(i)", "v(iff)")
+    def playInLoop(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
+        """Plays a loaded file again and again until it is stopped."""
+        return self._play(self._file(taskId), volume, pan, loop=True)
+
+    @remote("v(i)")
+    def pause(self, id: int) -> None:
+        """Halts a file where it stands."""
+        self._halt(self._file(id))
+
+    @remote("v(i)", name="stop")
+    def stopFile(self, id: int) -> None:
+        """Halts a file and goes back to its beginning."""
+        file = self._file(id)
+        self._halt(file)
+        file.position = 0.0
+
+    @remote("v()")
+    def stopAll(self) -> None:
+        """Halts every file."""
+        with self._lock:
+            files = list(self._files.values())
+        for file in files:
+            self._halt(file)
+            file.position = 0.0
+
+    @remote("v(if)")
+    def goTo(self, playId: int, position: float) -> None:
+        """Moves to a position [s]; a playing file starts there at its next play."""
+        file = self._file(playId)
+        file.position = within(position, 0.0, file.length, "position")
+
+    @remote("f(i)")
+    def getCurrentPosition(self, playId: int) -> float:
+        """Returns the position in a file [s]."""
+        return _position(self._file(playId))
+
+    @remote("f(i)")
+    def getFileLength(self, playId: int) -> float:
+        """Returns the length of a file [s]."""
+        return self._file(playId).length
+
+    @remote("v(i)")
+    def unloadFile(self, id: int) -> None:
+        """Forgets a file."""
+        self._halt(self._file(id))
+        with self._lock:
+            self._files.pop(id, None)
+
+    @remote("v()")
+    def unloadAllFiles(self) -> None:
+        """Forgets all files."""
+        self.stopAll()
+        with self._lock:
+            self._files.clear()
+
+    @remote("[i]()")
+    def getLoadedFilesIds(self) -> list[int]:
+        """Lists the numbers of the loaded files."""
+        with self._lock:
+            return list(self._files)
+
+    @remote("v(iiif)")
+    def playSine(self, frequence: int, gain: int, pan: int, duration: float) -> concurrent.futures.Future:
+        """Plays a tone [Hz, 0 to 100, -1 to 1, s]; ends with it."""
+        within(frequence, 1, 20000, "frequence")
+        within(gain, 0, 100, "gain")
+        within(pan, -1, 1, "pan")
+        within(duration, 0.0, 600.0, "duration")
+        return self._play(_File(sine(frequence, duration, 48000, gain / 100.0), 48000), 1.0, 0.0, loop=False)
+
+    @remote("v(sff)")
+    def playWebStream(self, streamName: str, volume: float, pan: float) -> None:
+        """Plays a stream from the network. Pepper's NAOqi 2.5 does not fetch HTTP either."""
+        raise ServiceError("streams cannot be played on this robot")
+
+    # --- volumes -----------------------------------------------------------------------------------------------------
+
+    @remote("v(f)")
+    def setMasterVolume(self, volume: float) -> None:
+        """Sets the volume of all files, 0 to 1."""
+        self._master = within(volume, 0.0, 1.0, "volume")
+
+    @remote("f()")
+    def getMasterVolume(self) -> float:
+        """Returns the volume of all files."""
+        return self._master
+
+    @remote("v(if)")
+    def setVolume(self, id: int, volume: float) -> None:
+        """Sets the volume of a file, 0 to 1."""
+        self._file(id).volume = within(volume, 0.0, 1.0, "volume")
+
+    @remote("f(i)")
+    def getVolume(self, id: int) -> float:
+        """Returns the volume of a file."""
+        return self._file(id).volume
+
+    # --- sound sets: none is installed -------------------------------------------------------------------------------
+
+    @remote("[s]()")
+    def getInstalledSoundSetsList(self) -> list[str]:
+        """Lists the sound sets."""
+        return []
+
+    @remote("[s]()")
+    def getLoadedSoundSetsList(self) -> list[str]:
+        """Lists the loaded sound sets."""
+        return []
+
+    @remote("v(s)")
+    def loadSoundSet(self, setName: str) -> None:
+        """Loads a sound set; none is installed."""
+        raise ServiceError(f"sound set '{setName[:60]}' is not installed")
+
+    @remote("v(ss)", "v(s)")
+    def playSoundSetFile(self, soundSetName: str, fileName: str = "") -> None:
+        """Plays a sound of a set; none is installed."""
+        raise ServiceError(f"sound set '{soundSetName[:60]}' is not installed")
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _read(self, name: str) -> tuple[np.ndarray, int]:
+        path = self._disk.path(name)
+        if not path.is_file():
+            raise ServiceError(f"file '{name[:120]}' was not found")
+        return read_wave(path)
+
+    def _file(self, number: int) -> _File:
+        with self._lock:
+            if number not in self._files:
+                raise ServiceError(f"no file is loaded under the number {number}")
+            return self._files[number]
+
+    def _play(self, file: _File, volume: float, pan: float, *, loop: bool) -> concurrent.futures.Future:
+        within(volume, 0.0, 1.0, "volume")
+        within(pan, -1.0, 1.0, "pan")
+        with self._lock:
+            self._halt(file)
+            samples = file.samples[int(file.position * file.rate) :]
+            if loop and len(file.samples):
+                repeats = min(int(_LOOPED_AHEAD / file.length) + 1, int(2e7 / len(file.samples)) + 1)
+                samples = np.concatenate([samples, np.tile(file.samples, repeats)])
+            file.loop = loop
+            file.sound = self._loudspeaker.play(samples, file.rate, gain=volume * file.volume * self._master)
+            file.end = self._alarm.after(len(samples) / file.rate)
+            return chained(file.end, lambda _: None)
+
+    def _halt(self, file: _File) -> None:
+        with self._lock:
+            if file.sound is None:
+                return
+            file.position = _position(file)
+            self._loudspeaker.track.cut(file.sound)
+            file.sound = None
+            end, file.end = file.end, None
+        if end is not None:
+            end.cancel()
+
+
+def _position(file: _File) -> float:
+    if file.sound is None:
+        return file.position
+    played = file.position + time.monotonic() - file.sound.start
+    if file.loop and file.length:
+        return played % file.length
+    return played if played < file.length else 0.0

@@ -1,0 +1,43 @@
+"""ALAudioRecorder: recording the microphones into a file on the robot's disk."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pepper_sim.disk import RobotDisk
+from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
+from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
+from pepper_sim.sound.room import Room
+
+RATES = (16000, 48000)
+
+
+class ALAudioRecorder(Module):
+    """Records WAV files. Ogg is refused: nothing here writes it."""
+
+    name = "ALAudioRecorder"
+
+    def __init__(self, room: Room, disk: RobotDisk) -> None:
+        self._recorder = MicrophoneRecorder(room, disk)
+
+    def close(self) -> None:
+        self._recorder.close()
+
+    @remote("v(ssim)")
+    def startMicrophonesRecording(self, filename: str, type: str, samplerate: int, channels: Any) -> None:
+        """Records into a "wav" file; channels are flags of left, right, front and rear."""
+        one_of(type, ("wav",), "type")
+        one_of(samplerate, RATES, "samplerate")
+        if (
+            not isinstance(channels, list | tuple)
+            or len(channels) != 4
+            or not all(isinstance(flag, bool | int) for flag in channels)
+            or not any(channels)
+        ):
+            raise ServiceError(f"channels must be four flags, one of them set; got {shown(channels)}")
+        self._recorder.start(filename, samplerate, [bool(flag) for flag in channels])
+
+    @remote("v()")
+    def stopMicrophonesRecording(self) -> None:
+        """Ends the recording."""
+        self._recorder.stop()

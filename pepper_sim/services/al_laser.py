@@ -1,0 +1,36 @@
+"""ALLaser: settings of the head laser of older robots. Pepper's lasers in the base are always on and in ALMemory."""
+
+from __future__ import annotations
+
+from pepper_sim.naoqi.service import Module, one_of, remote, within
+
+
+class ALLaser(Module):
+    """Takes the settings of a laser; Pepper's own needs none."""
+
+    name = "ALLaser"
+
+    @remote("v()")
+    def laserON(self) -> None:
+        """Switches the laser on. It always is."""
+
+    @remote("v()")
+    def laserOFF(self) -> None:
+        """Switches the laser off. Pepper's stays on: the base's protection needs it."""
+
+    @remote("v(ff)")
+    def setOpeningAngle(self, angle_min: float, angle_max: float) -> None:
+        """Sets the scanned angle [rad]. Checked and ignored."""
+        within(angle_min, -2.1, 2.1, "angle_min")
+        within(angle_max, angle_min, 2.1, "angle_max")
+
+    @remote("v(ii)")
+    def setDetectingLength(self, length_min: int, length_max: int) -> None:
+        """Sets the range [mm]. Checked and ignored."""
+        within(length_min, 0, 5600, "length_min")
+        within(length_max, length_min, 5600, "length_max")
+
+    @remote("v(s)")
+    def setMode(self, mode: str) -> None:
+        """Sets the output's form. Checked and ignored."""
+        one_of(mode, ("X_Y", "LENGTH_ANGLE"), "mode")

@@ -1,0 +1,237 @@
+"""ALLeds: the lights of eyes, ears and shoulders.
+
+Every LED's state is in ALMemory; the simulated body shows the mean colour of the eyes and of the shoulders. Fades end
+with their duration. An LED that is told something new while it fades goes on from where it is.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import random
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from pepper_sim.naoqi.led_names import GROUPS, LEDS, RGB, channel
+from pepper_sim.naoqi.memory_keys import Reader
+from pepper_sim.naoqi.service import Module, ServiceError, finite, one_of, remote, shown, within
+from pepper_sim.naoqi.tasks import Alarm
+from pepper_sim.robot import Pepper
+
+MAX_GROUPS = 1000
+MAX_DURATION = 3600.0
+_MAX_STEPS = 100
+_GLOW_PERIOD = 0.05
+_SHOWN = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
+"""Light of the simulated body -> group of LEDs."""
+
+
+@dataclass(frozen=True)
+class _Fade:
+    """Intensity from `start` to `target` between two times."""
+
+    start: float
+    target: float
+    begin: float
+    end: float
+
+    def at(self, now: float) -> float:
+        if now >= self.end:
+            return self.target
+        share = (now - self.begin) / (self.end - self.begin)
+        return self.start + max(0.0, share) * (self.target - self.start)
+
+
+class ALLeds(Module):
+    """Switches and fades LEDs."""
+
+    name = "ALLeds"
+
+    def __init__(self, robot: Pepper, alarm: Alarm) -> None:
+        self._robot = robot
+        self._alarm = alarm
+        self._lock = threading.Lock()
+        self._fades = dict.fromkeys(LEDS, _Fade(1.0, 1.0, 0.0, 0.0))  # as after reset()
+        self._groups = {name: list(leds) for name, leds in GROUPS.items()}
+        self._random = random.Random(0)
+        self._changed = threading.Event()
+        self._changed.set()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._glow, name="leds", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closing.set()
+        self._changed.set()
+        self._thread.join(timeout=2.0)
+
+    def memory_keys(self) -> dict[str, Reader]:
+        """ALMemory keys of the LEDs."""
+        return {
+            f"Device/SubDeviceList/{led}/Actuator/Value": lambda _, led=led: self._fades[led].at(time.monotonic())
+            for led in LEDS
+        }
+
+    # --- switching ---------------------------------------------------------------------------------------------------
+
+    @remote("v(s)")
+    def on(self, name: str) -> None:
+        """Switches an LED or group fully on."""
+        self._set(self._leds(name), 1.0, 0.0)
+
+    @remote("v(s)")
+    def off(self, name: str) -> None:
+        """Switches an LED or group off."""
+        self._set(self._leds(name), 0.0, 0.0)
+
+    @remote("v(sf)")
+    def setIntensity(self, name: str, intensity: float) -> None:
+        """Sets the intensity of an LED or group, 0 to 1."""
+        self._set(self._leds(name), within(intensity, 0.0, 1.0, "intensity"), 0.0)
+
+    @remote("m(s)")
+    def getIntensity(self, name: str) -> float | list[float]:
+        """Returns the intensity of an LED, or the list of a group's."""
+        now = time.monotonic()
+        values = [self._fades[led].at(now) for led in self._leds(name)]
+        return values[0] if name in self._fades else values
+
+    @remote("v(s)")
+    def reset(self, name: str) -> None:
+        """Sets an LED or group to its default state: white, ears on."""
+        self._set(self._leds(name), 1.0, 0.0)
+
+    # --- fading ------------------------------------------------------------------------------------------------------
+
+    @remote("v(sff)")
+    def fade(self, name: str, intensity: float, duration: float) -> concurrent.futures.Future:
+        """Fades to an intensity, 0 to 1, within a time [s]; ends with it."""
+        return self._set(self._leds(name), within(intensity, 0.0, 1.0, "intensity"), _duration(duration))
+
+    @remote("v(sif)")
+    def fadeRGB(self, name: str, rgb: int, duration: float) -> concurrent.futures.Future:
+        """Fades to a colour 0xRRGGBB within a time [s]; ends with it."""
+        return self._colour(name, _split(rgb, "rgb"), duration)
+
+    @remote("v(ssf)", name="fadeRGB")
+    def fadeRGBByName(self, name: str, colorName: str, duration: float) -> concurrent.futures.Future:
+        """Fades to a named colour within a time [s]; ends with it."""
+        return self._colour(name, RGB[one_of(colorName, RGB, "colorName")], duration)
+
+    @remote("v(sffff)", name="fadeRGB")
+    def fadeRGBByParts(
+        self, name: str, red: float, green: float, blue: float, duration: float
+    ) -> concurrent.futures.Future:
+        """Fades to red, green and blue, 0 to 1, within a time [s]; ends with it."""
+        parts = tuple(within(value, 0.0, 1.0, part) for part, value in (("red", red), ("green", green), ("blue", blue)))
+        return self._colour(name, parts, duration)
+
+    @remote("v(smm)")
+    def fadeListRGB(self, name: str, rgbList: Any, timeList: Any) -> concurrent.futures.Future:
+        """Fades through colours 0xRRGGBB at times [s]; ends with the last. The way between is not shown."""
+        if not isinstance(rgbList, list | tuple) or not isinstance(timeList, list | tuple):
+            raise ServiceError(f"rgbList and timeList must be lists, got {shown(rgbList)} and {shown(timeList)}")
+        if len(rgbList) != len(timeList) or not 0 < len(rgbList) <= _MAX_STEPS:
+            raise ServiceError(f"rgbList and timeList must have the same length, 1 to {_MAX_STEPS}")
+        colours = [_split(colour, f"rgbList[{index}]") for index, colour in enumerate(rgbList)]
+        times = [finite(moment, f"timeList[{index}]") for index, moment in enumerate(timeList)]
+        return self._colour(name, colours[-1], max(times))
+
+    @remote("v(iff)")
+    def rotateEyes(self, rgb: int, timeForRotation: float, totalDuration: float) -> concurrent.futures.Future:
+        """Turns a colour around the eyes; ends after totalDuration [s]."""
+        within(timeForRotation, 0.01, MAX_DURATION, "timeForRotation")
+        return self._colour("FaceLeds", _split(rgb, "rgb"), totalDuration)
+
+    @remote("v(f)")
+    def randomEyes(self, duration: float) -> concurrent.futures.Future:
+        """Gives the eyes random colours; ends after a time [s]."""
+        colour = tuple(self._random.random() for _ in range(3))
+        return self._colour("FaceLeds", colour, duration)
+
+    @remote("v(f)")
+    def rasta(self, duration: float) -> concurrent.futures.Future:
+        """Shows green, yellow and red; ends after a time [s]."""
+        return self._colour("FaceLeds", RGB["yellow"], duration)
+
+    # --- groups ------------------------------------------------------------------------------------------------------
+
+    @remote("v(s[s])")
+    def createGroup(self, groupName: str, ledNames: list[str]) -> None:
+        """Makes a group of LEDs or groups."""
+        members = [led for name in ledNames for led in self._leds(name)]
+        with self._lock:
+            if len(self._groups) >= MAX_GROUPS:
+                raise ServiceError(f"there are {MAX_GROUPS} groups already")
+            self._groups[groupName] = members
+
+    @remote("[s]()")
+    def listGroups(self) -> list[str]:
+        """Lists the groups."""
+        return sorted(self._groups)
+
+    @remote("[s](s)")
+    def listGroup(self, groupName: str) -> list[str]:
+        """Lists the LEDs of a group."""
+        return list(self._groups[one_of(groupName, self._groups, "groupName")])
+
+    @remote("[s]()")
+    def listLEDs(self) -> list[str]:
+        """Lists the LEDs."""
+        return list(LEDS)
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _leds(self, name: str) -> list[str]:
+        name = name.removeprefix("Device/SubDeviceList/").removesuffix("/Actuator/Value")
+        if name in self._fades:
+            return [name]
+        if name not in self._groups:
+            raise ServiceError(f"name: unknown LED or group '{shown(name)[1:-1]}'")
+        return self._groups[name]
+
+    def _set(self, leds: list[str], target: float, duration: float) -> concurrent.futures.Future:
+        now = time.monotonic()
+        with self._lock:
+            for led in leds:
+                self._fades[led] = _Fade(self._fades[led].at(now), target, now, now + duration)
+        self._changed.set()
+        return self._alarm.after(duration)
+
+    def _colour(self, name: str, rgb: tuple[float, ...], duration: float) -> concurrent.futures.Future:
+        duration = _duration(duration)
+        leds = self._leds(name)
+        for index, part in enumerate(rgb):
+            self._set([led for led in leds if channel(led) == index], part, duration)
+        return self._alarm.after(duration)
+
+    def _glow(self) -> None:
+        """Show the lights on the body while they change."""
+        while not self._closing.is_set():
+            self._changed.wait()
+            self._changed.clear()
+            fading = True
+            while fading and not self._closing.is_set():
+                now = time.monotonic()
+                for part, group in _SHOWN.items():
+                    self._robot.set_light(part, *self._mean_colour(group, now))
+                fading = any(fade.end > now for fade in self._fades.values())
+                if fading:
+                    self._closing.wait(_GLOW_PERIOD)
+
+    def _mean_colour(self, group: str, now: float) -> list[float]:
+        parts: list[list[float]] = [[], [], []]
+        for led in GROUPS[group]:
+            parts[channel(led)].append(self._fades[led].at(now))
+        return [sum(part) / len(part) for part in parts]
+
+
+def _duration(value: float) -> float:
+    return within(value, 0.0, MAX_DURATION, "duration")
+
+
+def _split(rgb: Any, argument: str) -> tuple[float, float, float]:
+    if not isinstance(rgb, int) or not 0 <= rgb <= 0xFFFFFF:
+        raise ServiceError(f"{argument} must be a colour 0x000000 to 0xFFFFFF, got {shown(rgb)}")
+    return (rgb >> 16 & 255) / 255.0, (rgb >> 8 & 255) / 255.0, (rgb & 255) / 255.0

@@ -1,0 +1,350 @@
+"""ALMemory: the robot's blackboard of data and events.
+
+Keys of the body are computed from the robot's last snapshot when somebody reads them; everything else is what services
+and clients put there. `insertData` stores, `raiseEvent` stores and tells the subscribers.
+
+Source: NAOqi 2.8 documentation, ALMemory; behaviour of missing keys as naoqi_driver relies on it.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import qi
+
+from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.memory_keys import Reader
+from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+
+log = logging.getLogger(__name__)
+
+_HISTORY_LENGTH = 32
+_CALLBACK_FAILURES = 3
+_MAX_KEYS = 100_000
+"""More keys than this are refused: a client in a loop must not fill the memory."""
+
+
+class _Event:
+    """What `subscriber` answers: an object whose `signal` fires with the value."""
+
+    def __init__(self) -> None:
+        self.signal = qi.Signal("(m)")
+
+
+@dataclass
+class _Entry:
+    value: Any = None
+    stamp: float = 0.0
+    description: str = ""
+
+
+@dataclass
+class _Callback:
+    """A client's service that wants to be called: method(event, value, message or subscriber's name)."""
+
+    service: str
+    method: str
+    message: str | None
+    failures: int = 0
+
+
+@dataclass
+class _Topic:
+    event: _Event = field(default_factory=_Event)
+    callbacks: list[_Callback] = field(default_factory=list)
+    history: deque = field(default_factory=lambda: deque(maxlen=_HISTORY_LENGTH))
+    extractor: str = ""
+
+
+class ALMemory(Module):
+    """Data and events of the robot.
+
+    Args:
+        snapshot: Returns the robot's last snapshot.
+        body: Keys computed from it.
+        clients: Services of clients, called for `subscribeToEvent`.
+    """
+
+    name = "ALMemory"
+
+    def __init__(self, snapshot: Callable[[], Any], body: dict[str, Reader], clients: ClientServices) -> None:
+        self._snapshot = snapshot
+        self._body = body
+        self._clients = clients
+        self._lock = threading.Lock()
+        self._entries: dict[str, _Entry] = {}
+        self._topics: dict[str, _Topic] = {}
+        self._micro_events: set[str] = set()
+
+    # --- for the other services --------------------------------------------------------------------------------------
+
+    def store(self, key: str, value: Any) -> None:
+        """Write a value without raising an event."""
+        with self._lock:
+            self._entry(key).value = value
+            self._entries[key].stamp = time.time()
+
+    def read(self, key: str) -> Any:
+        """The value of a key; None when it is missing or void."""
+        reader = self._body.get(key)
+        if reader is not None:
+            return reader(self._snapshot())
+        entry = self._entries.get(key)
+        return entry.value if entry is not None else None
+
+    def announce(self, key: str, value: Any) -> None:
+        """Write a value and tell every subscriber, on other threads."""
+        self.store(key, value)
+        with self._lock:
+            topic = self._topics.setdefault(key, _Topic())
+            topic.history.append((value, time.time()))
+            callbacks = list(topic.callbacks)
+        topic.event.signal(value)
+        for callback in callbacks:
+            self._call_back(key, topic, callback, value)
+
+    def declare(self, events: Iterable[str], extractor: str = "") -> None:
+        """Make events known before they are first raised; until then their value is void, unless it is stored."""
+        with self._lock:
+            for event in events:
+                self._entry(event)
+                self._topics.setdefault(event, _Topic()).extractor = extractor
+
+    # --- data --------------------------------------------------------------------------------------------------------
+
+    @remote("m(s)", "m(si)")
+    def getData(self, key: str, duration: int = 0) -> Any:
+        """Returns a key's value. The second argument, a cache time, is ignored: values are always fresh."""
+        if not self._known(key):
+            raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+        return self.read(key)
+
+    @remote("m(m)")
+    def getListData(self, keyList: Any) -> list:
+        """Returns many values at once, all of one instant; None for a missing key."""
+        if not isinstance(keyList, list | tuple) or not all(isinstance(key, str) for key in keyList):
+            raise ServiceError(f"keyList must be a list of strings, got {shown(keyList)}")
+        snapshot = self._snapshot()
+        values = []
+        for key in keyList:
+            reader = self._body.get(key)
+            if reader is not None:
+                values.append(reader(snapshot))
+            else:
+                entry = self._entries.get(key)
+                values.append(entry.value if entry is not None else None)
+        return values
+
+    @remote("v(sm)")
+    def insertData(self, key: str, value: Any) -> None:
+        """Stores a value without raising an event. Keys of the body keep showing the body."""
+        self.store(key, value)
+
+    @remote("v(m)")
+    def insertListData(self, list: Any) -> None:
+        """Stores many values: [[key, value], ...]."""
+        pairs = _pairs(list)
+        for key, value in pairs:
+            self.store(key, value)
+
+    @remote("v(s)")
+    def removeData(self, key: str) -> None:
+        """Forgets a value."""
+        with self._lock:
+            if self._entries.pop(key, None) is None:
+                raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+
+    @remote("[s](s)")
+    def getDataList(self, filter: str) -> list[str]:
+        """Lists the keys that contain `filter`."""
+        return [key for key in self.getDataListName() if filter in key]
+
+    @remote("[s]()")
+    def getDataListName(self) -> list[str]:
+        """Lists all keys."""
+        with self._lock:
+            return sorted({*self._body, *self._entries, *self._topics})
+
+    @remote("s(s)")
+    def getType(self, key: str) -> str:
+        """Names the type of a key's value: Data, Event or MicroEvent."""
+        if key in self._micro_events:
+            return "MicroEvent"
+        if key in self._topics:
+            return "Event"
+        if self._known(key):
+            return "Data"
+        raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+
+    @remote("m(s)")
+    def getTimestamp(self, key: str) -> list:
+        """Returns [value, seconds, microseconds] of the last change."""
+        if not self._known(key):
+            raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+        snapshot = self._snapshot()
+        if key in self._body:
+            return [self._body[key](snapshot), *split_stamp(snapshot.stamp)]
+        entry = self._entries.get(key, _Entry())
+        return [entry.value, *split_stamp(entry.stamp)]
+
+    @remote("v(ss)")
+    def setDescription(self, name: str, description: str) -> None:
+        """Describes a key."""
+        with self._lock:
+            self._entry(name).description = description
+
+    @remote("m([s])")
+    def getDescriptionList(self, keylist: list[str]) -> list:
+        """Returns [[key, type, description], ...]."""
+        return [[key, self.getType(key), self._entries.get(key, _Entry()).description] for key in keylist]
+
+    # --- events ------------------------------------------------------------------------------------------------------
+
+    @remote("v(sm)")
+    def raiseEvent(self, name: str, value: Any) -> None:
+        """Stores a value and tells every subscriber."""
+        self.announce(name, value)
+
+    @remote("v(sm)")
+    def raiseMicroEvent(self, name: str, value: Any) -> None:
+        """Like raiseEvent; on a robot it is delivered once per value change."""
+        self._micro_events.add(name)
+        self.announce(name, value)
+
+    @remote("v(s)", "v(ss)")
+    def declareEvent(self, eventName: str, extractorName: str = "") -> None:
+        """Makes an event known before it is first raised."""
+        self.declare([eventName], extractorName)
+
+    @remote("o(s)")
+    def subscriber(self, eventName: str) -> Any:
+        """Returns an object whose signal `signal` fires with each value."""
+        with self._lock:
+            self._make_room(eventName)
+            return self._topics.setdefault(eventName, _Topic()).event
+
+    @remote("v(sss)")
+    def subscribeToEvent(self, name: str, callbackModule: str, callbackMethod: str) -> None:
+        """Calls callbackModule.callbackMethod(name, value, callbackModule) at each event."""
+        self._subscribe(name, _Callback(callbackModule, callbackMethod, None))
+
+    @remote("v(ssss)", name="subscribeToEvent")
+    def subscribeToEventWithMessage(
+        self, name: str, callbackModule: str, callbackMessage: str, callbackMethod: str
+    ) -> None:
+        """Calls callbackModule.callbackMethod(name, value, callbackMessage) at each event."""
+        self._subscribe(name, _Callback(callbackModule, callbackMethod, callbackMessage))
+
+    @remote("v(ssss)")
+    def subscribeToMicroEvent(self, name: str, callbackModule: str, callbackMessage: str, callbackMethod: str) -> None:
+        """Calls callbackModule.callbackMethod(name, value, callbackMessage) at each micro-event."""
+        self._subscribe(name, _Callback(callbackModule, callbackMethod, callbackMessage))
+
+    @remote("v(ss)")
+    def unsubscribeToEvent(self, name: str, callbackModule: str) -> None:
+        """Ends the calls to callbackModule."""
+        self._unsubscribe(name, callbackModule)
+
+    @remote("v(ss)")
+    def unsubscribeToMicroEvent(self, name: str, callbackModule: str) -> None:
+        """Ends the calls to callbackModule."""
+        self._unsubscribe(name, callbackModule)
+
+    @remote("[s]()")
+    def getEventList(self) -> list[str]:
+        """Lists the events."""
+        with self._lock:
+            return sorted(set(self._topics) - self._micro_events)
+
+    @remote("[s]()")
+    def getMicroEventList(self) -> list[str]:
+        """Lists the micro-events."""
+        return sorted(self._micro_events)
+
+    @remote("[s](s)")
+    def getSubscribers(self, name: str) -> list[str]:
+        """Lists the modules that an event calls."""
+        with self._lock:
+            return [callback.service for callback in self._topics.get(name, _Topic()).callbacks]
+
+    @remote("[s](s)")
+    def getExtractorEvent(self, extractorName: str) -> list[str]:
+        """Lists the events an extractor declares."""
+        with self._lock:
+            return sorted(name for name, topic in self._topics.items() if topic.extractor == extractorName)
+
+    @remote("m(s)")
+    def getEventHistory(self, key: str) -> list:
+        """Returns the last values: [[value, [seconds, microseconds], 0, 0], ...]."""
+        with self._lock:
+            history = list(self._topics.get(key, _Topic()).history)
+        return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _known(self, key: str) -> bool:
+        return key in self._body or key in self._entries
+
+    def _entry(self, key: str) -> _Entry:
+        self._make_room(key)
+        return self._entries.setdefault(key, _Entry())
+
+    def _make_room(self, key: str) -> None:
+        if key not in self._entries and len(self._entries) + len(self._topics) >= _MAX_KEYS:
+            raise ServiceError(f"the memory is full ({_MAX_KEYS} keys)")
+
+    def _subscribe(self, event: str, callback: _Callback) -> None:
+        if not self._clients.exists(callback.service):
+            raise ServiceError(f"callbackModule: cannot find service '{callback.service}'")
+        with self._lock:
+            topic = self._topics.setdefault(event, _Topic())
+            topic.callbacks = [known for known in topic.callbacks if known.service != callback.service]
+            topic.callbacks.append(callback)
+
+    def _unsubscribe(self, event: str, service: str) -> None:
+        with self._lock:
+            topic = self._topics.get(event)
+            before = list(topic.callbacks) if topic else []
+            kept = [known for known in before if known.service != service]
+            if len(kept) == len(before):
+                raise ServiceError(f"'{service}' has not subscribed to event '{event}'")
+            topic.callbacks = kept
+
+    def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
+        """Call a client's service and return at once. One that is gone, or fails three times in a row, is dropped."""
+
+        def done(call: concurrent.futures.Future) -> None:
+            error = None if call.cancelled() else call.exception()
+            callback.failures = callback.failures + 1 if error else 0
+            if callback.failures >= _CALLBACK_FAILURES or (error and not self._clients.exists(callback.service)):
+                self._drop(event, topic, callback, str(error))
+
+        message = callback.service if callback.message is None else callback.message
+        self._clients.call(callback.service, callback.method, event, value, message).add_done_callback(done)
+
+    def _drop(self, event: str, topic: _Topic, callback: _Callback, reason: str) -> None:
+        with self._lock:
+            if callback in topic.callbacks:
+                topic.callbacks.remove(callback)
+        log.warning("%s no longer hears %s: %s", callback.service, event, reason)
+
+
+def split_stamp(stamp: float) -> list[int]:
+    """[whole seconds, microseconds] of a time [s since 1970], as NAOqi writes time stamps."""
+    return [int(stamp), int(stamp % 1 * 1e6)]
+
+
+def _pairs(value: Any) -> list[tuple[str, Any]]:
+    if not isinstance(value, list | tuple):
+        raise ServiceError(f"list must be [[key, value], ...], got {shown(value)}")
+    for pair in value:
+        if not isinstance(pair, list | tuple) or len(pair) != 2 or not isinstance(pair[0], str):
+            raise ServiceError(f"list must be [[key, value], ...], got {shown(pair)} in it")
+    return [(key, item) for key, item in value]

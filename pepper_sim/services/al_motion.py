@@ -1,0 +1,46 @@
+"""ALMotion: everything that moves. Its methods live in motion_base, _joints, _stiffness, _frames, _config, _safety."""
+
+from __future__ import annotations
+
+import concurrent.futures
+from typing import Any
+
+from pepper_sim.body.postures import STAND
+from pepper_sim.naoqi.motion.base import MotionBase
+from pepper_sim.naoqi.motion.config import MotionConfig
+from pepper_sim.naoqi.motion.frames import MotionFrames
+from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.motion.reflexes import MotionSafety
+from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.service import Module, remote
+from pepper_sim.naoqi.tasks import MotionTasks, Workers
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import ALMemory
+
+_INIT_SPEED = 0.4
+
+
+class ALMotion(Module):
+    """Moves the robot: base, joints, stiffness."""
+
+    name = "ALMotion"
+
+    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers) -> None:
+        self.tasks = MotionTasks()
+        self.base = MotionBase(robot, workers, self.tasks)
+        self.joints = MotionJoints(robot, self.tasks)
+        self.stiffness = MotionStiffness(robot, memory, workers, self.tasks, self.joints)
+        self._others = (MotionFrames(robot), MotionConfig(robot, self.tasks), MotionSafety(robot, memory))
+
+    def parts(self) -> tuple[Any, ...]:
+        return (self, self.base, self.joints, self.stiffness, *self._others)
+
+    @remote("v()")
+    def moveInit(self) -> concurrent.futures.Future:
+        """Goes to the posture from which the robot drives; ends when it is there."""
+        return self.joints.go(STAND, _INIT_SPEED, "moveInit")
+
+    @remote("v()")
+    def walkInit(self) -> concurrent.futures.Future:
+        """Old name of moveInit."""
+        return self.moveInit()

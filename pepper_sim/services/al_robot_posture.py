@@ -1,0 +1,107 @@
+"""ALRobotPosture: named postures. Names: NAOqi 2.8 documentation, postures_pep."""
+
+from __future__ import annotations
+
+import concurrent.futures
+from collections.abc import Mapping
+
+from pepper_sim.body.postures import POSTURES
+from pepper_sim.naoqi.joint_names import HANDS
+from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.service import Module, one_of, remote, within
+from pepper_sim.naoqi.tasks import Workers
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import ALMemory
+
+FAMILIES = {"Stand": "Standing", "StandInit": "Standing", "StandZero": "Standing", "Crouch": "Crouching"}
+_TOLERANCE = 0.15
+"""A posture is recognised, and reached, when every joint but the hands is within this angle [rad]."""
+_SPEED_SHARE = 0.4
+"""Share of the joints' top speed at goToPosture's speed 1: fast, and still upright on three wheels."""
+_MAX_TRIES = 10
+
+
+class ALRobotPosture(Module):
+    """Goes to named postures and recognises them."""
+
+    name = "ALRobotPosture"
+
+    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers, joints: MotionJoints) -> None:
+        self._robot = robot
+        self._workers = workers
+        self._joints = joints
+        self._tries = 3
+        self._stops = 0
+        memory.declare(("PostureChanged", "PostureFamilyChanged"), self.name)
+
+    @remote("[s]()")
+    def getPostureList(self) -> list[str]:
+        """Lists the postures."""
+        return list(POSTURES)
+
+    @remote("[s]()")
+    def getPostureFamilyList(self) -> list[str]:
+        """Lists the families of postures."""
+        return sorted(set(FAMILIES.values()))
+
+    @remote("s()")
+    def getPosture(self) -> str:
+        """Names the posture the robot has, or "Unknown"."""
+        return recognise(self._robot.snapshot().joint_positions)
+
+    @remote("s()")
+    def getPostureFamily(self) -> str:
+        """Names the family of the posture the robot has, or "Unknown"."""
+        return FAMILIES.get(self.getPosture(), "Unknown")
+
+    @remote("b(sf)")
+    def goToPosture(self, postureName: str, speed: float) -> concurrent.futures.Future:
+        """Goes to a posture at a relative speed (0 to 1); true when the robot has it, after up to three tries."""
+        one_of(postureName, POSTURES, "postureName")
+        _check_speed(speed)
+        return self._workers.run(self._go, postureName, speed, self._tries, self._stops)
+
+    @remote("b(sf)")
+    def applyPosture(self, postureName: str, speed: float) -> concurrent.futures.Future:
+        """Moves the joints to a posture once; true when the robot has it."""
+        one_of(postureName, POSTURES, "postureName")
+        _check_speed(speed)
+        return self._workers.run(self._go, postureName, speed, 1, self._stops)
+
+    @remote("v()")
+    def stopMove(self) -> None:
+        """Ends goToPosture."""
+        self._stops += 1
+        self._robot.stop_joints()
+
+    @remote("v(i)")
+    def setMaxTryNumber(self, pMaxTryNumber: int) -> None:
+        """Sets how often goToPosture tries."""
+        self._tries = int(within(pMaxTryNumber, 1, _MAX_TRIES, "pMaxTryNumber"))
+
+    def _go(self, name: str, speed: float, tries: int, stops: int) -> bool:
+        for _ in range(tries):
+            if self._stops != stops or self._workers.closing.is_set():
+                return False
+            if not self._joints.go(POSTURES[name], speed * _SPEED_SHARE, "goToPosture").result():
+                return False  # another command took a joint
+            settled = self._workers.wait_until(
+                lambda: has_posture(self._robot.snapshot().joint_positions, POSTURES[name]), timeout=0.5
+            )
+            if settled:
+                return True
+        return False
+
+
+def has_posture(angles: Mapping[str, float], posture: Mapping[str, float]) -> bool:
+    """Whether all joints but the hands are where the posture wants them."""
+    return all(abs(angles[joint] - angle) <= _TOLERANCE for joint, angle in posture.items() if joint not in HANDS)
+
+
+def recognise(angles: Mapping[str, float]) -> str:
+    """The first posture of these joint angles, or "Unknown"."""
+    return next((name for name, posture in POSTURES.items() if has_posture(angles, posture)), "Unknown")
+
+
+def _check_speed(speed: float) -> None:
+    within(speed, 0.01, 1.0, "speed")

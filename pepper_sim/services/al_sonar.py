@@ -1,0 +1,51 @@
+"""ALSonar: events of near obstacles.
+
+The distances themselves are in ALMemory, fresh at any time: on Pepper the base's own protection keeps the sonars
+switched on. The left and right of the event names are those of NAO's two sonars; Pepper's front sonar raises both.
+"""
+
+from __future__ import annotations
+
+import threading
+
+from pepper_sim.naoqi.extractor import Extractor
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import ALMemory
+
+NEAR = 0.5
+"""An obstacle nearer than this is detected [m] (NAOqi 2.8 documentation, sonar)."""
+_PERIOD = 0.1
+
+
+class ALSonar(Extractor):
+    """Detects obstacles in front of the robot by ultrasound."""
+
+    name = "ALSonar"
+    events = ("SonarLeftDetected", "SonarRightDetected", "SonarLeftNothingDetected", "SonarRightNothingDetected")
+
+    def __init__(self, robot: Pepper, memory: ALMemory) -> None:
+        super().__init__(memory)
+        self._robot = robot
+        self._near: bool | None = None
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="sonar-events", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closing.set()
+        self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        while not self._closing.wait(_PERIOD):
+            if self.active:
+                self._look(float(self._robot.snapshot().sonar["Front"]))
+            else:
+                self._near = None
+
+    def _look(self, distance: float) -> None:
+        near = distance < NEAR
+        if near == self._near:
+            return
+        self._near = near
+        for side in ("Left", "Right"):
+            self.memory.announce(f"Sonar{side}{'Detected' if near else 'NothingDetected'}", distance)

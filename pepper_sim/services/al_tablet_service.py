@@ -1,0 +1,321 @@
+"""ALTabletService: the tablet on the chest.
+
+Pages and pictures are shown by `pepper_sim.tablet.tablet.Tablet`. What an Android box would add (Wi-Fi, keyboards,
+dialogs, videos) answers as a tablet on which nobody types and no video player is installed. Source: NAOqi 2.8
+documentation, ALTabletService; signatures as a robot's metaobject shows them.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from typing import Any
+
+import qi
+
+from pepper_sim.naoqi.service import NAOQI_VERSION, Service, one_of, remote, within
+from pepper_sim.tablet.tablet import Tablet
+
+log = logging.getLogger(__name__)
+
+_DEFAULT_SCALE = 1.34
+_ROBOT_SEEN_FROM_TABLET = "198.18.0.1"
+_NO_MAC_ADDRESS = "02:00:00:00:00:00"
+"""What Android answers to programs that may not know."""
+_WIFI_SECURITY = ("open", "wep", "wpa")
+
+
+class ALTabletService(Service):
+    """Shows pages and pictures on the tablet."""
+
+    name = "ALTabletService"
+
+    def __init__(self, tablet: Tablet) -> None:
+        self._tablet = tablet
+        self._scale = _DEFAULT_SCALE
+        self._brightness = 1.0
+        self._wifi = True
+        self.onTouch = qi.Signal("(ff)")
+        self.onTouchDown = qi.Signal("(ff)")
+        self.onTouchDownRatio = qi.Signal("(ffs)")
+        self.onTouchMove = qi.Signal("(ff)")
+        self.onTouchUp = qi.Signal("(ff)")
+        self.onJSEvent = qi.Signal("(s)")
+        self.onConsoleMessage = qi.Signal("(s)")
+        self.onPageStarted = qi.Signal("()")
+        self.onPageFinished = qi.Signal("()")
+        self.onLoadPageError = qi.Signal("(iss)")
+        self.onImageLoaded = qi.Signal("()")
+        self.onInputText = qi.Signal("(is)")
+        self.onWifiStatusChange = qi.Signal("(s)")
+        self.videoStarted = qi.Signal("()")
+        self.videoFinished = qi.Signal("()")
+        tablet.on_page_started = lambda: self.onPageStarted()
+        tablet.on_page_finished = lambda: self.onPageFinished()
+        tablet.on_load_error = lambda code, text, url: self.onLoadPageError(code, text, url)
+        tablet.on_image_loaded = lambda: self.onImageLoaded()
+
+    def close(self) -> None:
+        tablet = self._tablet
+        tablet.on_page_started = tablet.on_page_finished = tablet.on_image_loaded = lambda: None
+        tablet.on_load_error = lambda *_: None
+
+    # --- web view ----------------------------------------------------------------------------------------------------
+
+    @remote("b(s)")
+    def loadUrl(self, url: str) -> bool:
+        """Loads a page into the web view, shown or not; false when the address cannot be loaded."""
+        return bool(self._tablet.load_url(url))
+
+    @remote("b()", "b(s)")
+    def showWebview(self, url: str = "") -> bool:
+        """Shows the web view, after loading `url` if one is given."""
+        if url and not self._tablet.load_url(url):
+            return False
+        self._tablet.show_webview()
+        return True
+
+    @remote("b()")
+    def hideWebview(self) -> bool:
+        """Hides the web view; the page stays loaded."""
+        self._tablet.hide_webview()
+        return True
+
+    @remote("b()")
+    def cleanWebview(self) -> bool:
+        """Hides the web view; the next showWebview shows what is loaded then."""
+        self._tablet.hide_webview()
+        return True
+
+    @remote("v(b)")
+    def reloadPage(self, bypassCache: bool) -> None:
+        """Loads the page again."""
+        self._tablet.reload(bypassCache)
+
+    @remote("v(s)")
+    def executeJS(self, script: str) -> None:
+        """Runs a script in the page. The simulated web view has no script engine: ignored, with a line in the log."""
+        log.warning("executeJS is ignored: the simulated web view runs no script")
+
+    @remote("b(s)")
+    def loadApplication(self, name: str) -> bool:
+        """Loads a page that an application installed on the robot; none is installed: false."""
+        return False
+
+    @remote("f()")
+    def getOnTouchScaleFactor(self) -> float:
+        """Returns the web view's scale."""
+        return self._scale
+
+    @remote("v(f)")
+    def setOnTouchWebviewScaleFactor(self, scale: float) -> None:
+        """Sets the web view's scale. Kept."""
+        self._scale = within(scale, 0.1, 10.0, "scale")
+
+    # --- pictures ----------------------------------------------------------------------------------------------------
+
+    @remote("b(s)")
+    def showImage(self, url: str) -> bool:
+        """Shows a picture over everything else; false when the address cannot be loaded."""
+        return bool(self._tablet.show_image(url))
+
+    @remote("b(s)")
+    def showImageNoCache(self, url: str) -> bool:
+        """Shows a picture, fetched anew. Pictures are always fetched."""
+        return bool(self._tablet.show_image(url))
+
+    @remote("b(s)")
+    def preLoadImage(self, url: str) -> bool:
+        """Fetches a picture for later. There is no cache to put it in: true when the address looks right."""
+        return url.startswith(("http://", "https://"))
+
+    @remote("v()")
+    def hideImage(self) -> None:
+        """Hides the picture."""
+        self._tablet.hide_image()
+
+    @remote("v()")
+    def pauseGif(self) -> None:
+        """Pauses an animated picture. Pictures are shown still."""
+
+    @remote("v()")
+    def resumeGif(self) -> None:
+        """Resumes an animated picture. Pictures are shown still."""
+
+    @remote("v()")
+    def hide(self) -> None:
+        """Hides picture and web view."""
+        self._tablet.hide_image()
+        self._tablet.hide_webview()
+
+    @remote("b(s)")
+    def setBackgroundColor(self, color: str) -> bool:
+        """Sets the colour behind pictures, "#RRGGBB"; false when it is not one."""
+        if not re.fullmatch(r"#[0-9A-Fa-f]{6}", color):
+            return False
+        self._tablet.set_background(color)
+        return True
+
+    # --- video: there is no player -----------------------------------------------------------------------------------
+
+    @remote("b(s)")
+    def playVideo(self, url: str) -> bool:
+        """Plays a video; there is no player: false."""
+        return False
+
+    @remote("b()")
+    def pauseVideo(self) -> bool:
+        """Pauses the video; none plays: false."""
+        return False
+
+    @remote("b()")
+    def resumeVideo(self) -> bool:
+        """Resumes the video; none plays: false."""
+        return False
+
+    @remote("b()")
+    def stopVideo(self) -> bool:
+        """Stops the video; none plays: false."""
+        return False
+
+    @remote("i()")
+    def getVideoLength(self) -> int:
+        """Returns the video's length [ms]; none plays: -1."""
+        return -1
+
+    @remote("i()")
+    def getVideoPosition(self) -> int:
+        """Returns the position in the video [ms]; none plays: -1."""
+        return -1
+
+    # --- dialogs: nobody types ---------------------------------------------------------------------------------------
+
+    @remote("v(ssss)", "v(ssssi)", "v(sssssi)")
+    def showInputDialog(self, type: str, title: str, ok: str, cancel: str, value: Any = "", limit: Any = 0) -> None:
+        """Asks the user for text. Nobody answers."""
+
+    @remote("v(sss)", "v(ssssi)")
+    def showInputTextDialog(self, title: str, ok: str, cancel: str, value: str = "", limit: int = 0) -> None:
+        """Asks the user for text. Nobody answers."""
+
+    @remote("v()")
+    def hideDialog(self) -> None:
+        """Closes the dialog."""
+
+    @remote("v(fsi)")
+    def showAlertView(self, opacity: float, color: str, delay: int) -> None:
+        """Lays a colour over the screen for a time [ms]. Not shown."""
+
+    # --- network -----------------------------------------------------------------------------------------------------
+
+    @remote("s()")
+    def getWifiStatus(self) -> str:
+        """Returns IDLE, SCANNING, DISCONNECTED or CONNECTED."""
+        return "CONNECTED" if self._wifi else "DISCONNECTED"
+
+    @remote("v()")
+    def enableWifi(self) -> None:
+        """Switches the tablet's Wi-Fi on."""
+        self._set_wifi(True)
+
+    @remote("v()")
+    def disableWifi(self) -> None:
+        """Switches the tablet's Wi-Fi off. Pages load all the same: they come over the machine's own network."""
+        self._set_wifi(False)
+
+    @remote("b(s)")
+    def connectWifi(self, ssid: str) -> bool:
+        """Joins a network; true."""
+        self._set_wifi(True)
+        return True
+
+    @remote("b()")
+    def disconnectWifi(self) -> bool:
+        """Leaves the network; true."""
+        self._set_wifi(False)
+        return True
+
+    @remote("b(sss)")
+    def configureWifi(self, security: str, ssid: str, key: str) -> bool:
+        """Makes a network known; security is "open", "wep" or "wpa". The key is not kept."""
+        one_of(security, _WIFI_SECURITY, "security")
+        return True
+
+    @remote("b(s)")
+    def forgetWifi(self, ssid: str) -> bool:
+        """Forgets a network; none is kept: false."""
+        return False
+
+    @remote("s()")
+    def getWifiMacAddress(self) -> str:
+        """Returns the hardware address."""
+        return _NO_MAC_ADDRESS
+
+    @remote("s()")
+    def robotIp(self) -> str:
+        """Returns the robot's address as seen from the tablet."""
+        return _ROBOT_SEEN_FROM_TABLET
+
+    # --- the box -----------------------------------------------------------------------------------------------------
+
+    @remote("f()")
+    def getBrightness(self) -> float:
+        """Returns the brightness, 0 to 1."""
+        return self._brightness
+
+    @remote("b(f)")
+    def setBrightness(self, brightness: float) -> bool:
+        """Sets the brightness, 0 to 1. Kept."""
+        self._brightness = within(brightness, 0.0, 1.0, "brightness")
+        return True
+
+    @remote("v(b)")
+    def turnScreenOn(self, enable: bool) -> None:
+        """Switches the screen. Off hides everything."""
+        if not enable:
+            self.hide()
+
+    @remote("v()")
+    def goToSleep(self) -> None:
+        """Turns the screen off."""
+        self.hide()
+
+    @remote("v()")
+    def wakeUp(self) -> None:
+        """Turns the screen on."""
+
+    @remote("v()")
+    def resetTablet(self) -> None:
+        """Starts Android's interface afresh: nothing is shown."""
+        self.hide()
+
+    @remote("b(i)")
+    def setVolume(self, volume: int) -> bool:
+        """Sets the tablet's own volume, 0 to 15. Documented to answer false always."""
+        within(volume, 0, 15, "volume")
+        return False
+
+    @remote("b(s)")
+    def setTabletLanguage(self, language: str) -> bool:
+        """Sets the language of Android's own texts. There are none: true."""
+        return True
+
+    @remote("[s]()")
+    def getAvailableKeyboards(self) -> list[str]:
+        """Lists the keyboards."""
+        return []
+
+    @remote("b(s)")
+    def setKeyboard(self, keyboardId: str) -> bool:
+        """Chooses a keyboard; there is none: false."""
+        return False
+
+    @remote("s()")
+    def version(self) -> str:
+        """Returns the service's version."""
+        return NAOQI_VERSION
+
+    def _set_wifi(self, on: bool) -> None:
+        if on != self._wifi:
+            self._wifi = on
+            self.onWifiStatusChange(self.getWifiStatus())

@@ -1,0 +1,307 @@
+"""ALVideoDevice: the cameras.
+
+A client subscribes for a camera, a size, a colour space and a rate, and then asks for pictures:
+
+    getImageRemote -> [width, height, layers, colour space, seconds, microseconds, pixels (raw), camera,
+                       left, top, right, bottom angle [rad]]
+
+Each call waits for a picture that this subscriber has not had, at most about a period; the time stamp is the instant
+shown. A client that dies leaves its subscription behind, as on the robot; it ends after five minutes without a call.
+Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as ros-naoqi/naoqi_driver checks them.
+
+The service runs on `wire_peer.WirePeer`, which can answer a list with raw and int32 in it; its methods may block.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.video.formats import RESOLUTIONS
+from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
+from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
+from pepper_sim.robot import Pepper
+from pepper_sim.services.al_memory import split_stamp
+
+log = logging.getLogger(__name__)
+
+MAX_INSTANCES = 8
+"""Subscriptions that may share a name; the next one is refused."""
+FORGET_AFTER = 300.0
+"""A subscription that was not used for so long [s] ends."""
+_HOUSEKEEPING = 1.0
+
+
+@dataclass
+class _Eye:
+    """One camera of a subscription, and its last picture."""
+
+    camera: Camera
+    resolution: int
+    space: int
+    cursor: Cursor = field(default_factory=Cursor)
+
+
+@dataclass
+class _Subscription:
+    name: str
+    eyes: list[_Eye]
+    fps: int
+    used: float = field(default_factory=time.monotonic)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+class ALVideoDevice(Module):
+    """Pictures of the robot's cameras for any number of clients."""
+
+    name = "ALVideoDevice"
+
+    def __init__(self, robot: Pepper) -> None:
+        self.settings = VideoSettings(robot, self._eye)
+        self._streams = Streams(robot)
+        self._lock = threading.Lock()
+        self._subscriptions: dict[str, _Subscription] = {}
+        self._closing = threading.Event()
+        self._keeper = threading.Thread(target=self._keep_house, name="video-housekeeping", daemon=True)
+        self._keeper.start()
+
+    def parts(self) -> tuple[Any, ...]:
+        return (self, self.settings)
+
+    def close(self) -> None:
+        self._closing.set()
+        self._keeper.join(timeout=2.0)
+        self._streams.close()
+
+    # --- subscriptions -----------------------------------------------------------------------------------------------
+
+    @remote("s(siiii)")
+    def subscribeCamera(self, name: str, cameraIndex: int, resolution: int, colorSpace: int, fps: int) -> str:
+        """Subscribes to a camera and returns the handle for the other calls; "" when that is not possible."""
+        return self._subscribe(name, [(cameraIndex, resolution, colorSpace)], fps)
+
+    @remote("s(s[i][i][i]i)")
+    def subscribeCameras(
+        self, name: str, cameraIndexes: list[int], resolutions: list[int], colorSpaces: list[int], fps: int
+    ) -> str:
+        """Subscribes to several cameras with one handle, for getImagesRemote."""
+        if not len(cameraIndexes) == len(resolutions) == len(colorSpaces) or not cameraIndexes:
+            raise ServiceError("cameraIndexes, resolutions and colorSpaces must have the same length, at least 1")
+        return self._subscribe(name, list(zip(cameraIndexes, resolutions, colorSpaces, strict=True)), fps)
+
+    @remote("s(siii)")
+    def subscribe(self, name: str, resolution: int, colorSpace: int, fps: int) -> str:
+        """Subscribes to the active camera (old form)."""
+        return self._subscribe(name, [(self.settings.active, resolution, colorSpace)], fps)
+
+    @remote("b(s)")
+    def unsubscribe(self, nameId: str) -> bool:
+        """Ends a subscription; false when there is none of that handle."""
+        with self._lock:
+            return self._subscriptions.pop(nameId, None) is not None
+
+    @remote("b(s)")
+    def unsubscribeAllInstances(self, id: str) -> bool:
+        """Ends all subscriptions made under a name; false when there is none."""
+        with self._lock:
+            handles = [handle for handle, known in self._subscriptions.items() if id in (handle, known.name)]
+            for handle in handles:
+                del self._subscriptions[handle]
+        return bool(handles)
+
+    @remote("[s]()")
+    def getSubscribers(self) -> list[str]:
+        """Lists the handles in use."""
+        with self._lock:
+            return list(self._subscriptions)
+
+    # --- pictures ----------------------------------------------------------------------------------------------------
+
+    @remote("m(s)")
+    def getImageRemote(self, name: str) -> list | None:
+        """Returns the next picture of a subscription; None for an unknown handle or when the camera is shut."""
+        subscription = self._use(name)
+        return self._image(subscription, subscription.eyes[0]) if subscription is not None else None
+
+    @remote("m(s)")
+    def getImagesRemote(self, name: str) -> list | None:
+        """Returns the next picture of each camera of a subscription."""
+        subscription = self._use(name)
+        return [self._image(subscription, eye) for eye in subscription.eyes] if subscription is not None else None
+
+    @remote("m(s)")
+    def getDirectRawImageRemote(self, name: str) -> list | None:
+        """Returns the next picture in the camera's native form; here that of the subscription."""
+        return self.getImageRemote(name)
+
+    @remote("m(s)")
+    def getImageLocal(self, name: str) -> None:
+        """Hands out a pointer; only for modules in the robot's own process."""
+        raise ServiceError("can only be called by a module on the robot; use getImageRemote")
+
+    @remote("b(s)")
+    def releaseImage(self, name: str) -> bool:
+        """Gives a picture back. Nothing is held for remote clients."""
+        return self._use(name) is not None
+
+    @remote("b(s)")
+    def releaseImages(self, name: str) -> bool:
+        """Gives pictures back. Nothing is held for remote clients."""
+        return self._use(name) is not None
+
+    @remote("b(s)")
+    def releaseDirectRawImage(self, name: str) -> bool:
+        """Gives a picture back. Nothing is held for remote clients."""
+        return self._use(name) is not None
+
+    # --- a subscription's own settings -------------------------------------------------------------------------------
+
+    @remote("b(si)")
+    def setResolution(self, name: str, resolution: int) -> bool:
+        """Changes the size of a subscription's pictures."""
+        for eye in self._eyes(name):
+            if resolution not in eye.camera.resolutions:
+                raise ServiceError(_unknown("resolution", resolution, eye.camera.resolutions, eye.camera))
+        for eye in self._eyes(name):
+            eye.resolution = resolution
+        return True
+
+    @remote("b(si)")
+    def setColorSpace(self, name: str, colorSpace: int) -> bool:
+        """Changes the colour space of a subscription's pictures."""
+        for eye in self._eyes(name):
+            if colorSpace not in eye.camera.spaces:
+                raise ServiceError(_unknown("colorSpace", colorSpace, eye.camera.spaces, eye.camera))
+        for eye in self._eyes(name):
+            eye.space = colorSpace
+        return True
+
+    @remote("b(si)")
+    def setFrameRate(self, name: str, frameRate: int) -> bool:
+        """Changes a subscription's pictures per second."""
+        subscription = self._require(name)
+        if not 1 <= frameRate <= max(eye.camera.max_fps for eye in subscription.eyes):
+            raise ServiceError(f"frameRate {frameRate} is not possible")
+        subscription.fps = frameRate
+        return True
+
+    @remote("i(s)")
+    def getResolution(self, name: str) -> int:
+        """Returns the resolution id of a subscription."""
+        return self._eyes(name)[0].resolution
+
+    @remote("i(s)")
+    def getColorSpace(self, name: str) -> int:
+        """Returns the colour space id of a subscription."""
+        return self._eyes(name)[0].space
+
+    @remote("i(s)")
+    def getFrameRate(self, name: str) -> int:
+        """Returns a subscription's pictures per second."""
+        return self._require(name).fps
+
+    @remote("b(si)")
+    def setActiveCamera(self, name: str, cameraIndex: int) -> bool:
+        """Points a subscription at another camera."""
+        camera = known_camera(self.settings.cameras, cameraIndex)
+        eye = self._eyes(name)[0]
+        if eye.resolution not in camera.resolutions or eye.space not in camera.spaces:
+            raise ServiceError(f"{camera.name} cannot deliver resolution {eye.resolution} in colour space {eye.space}")
+        eye.camera = camera
+        return True
+
+    @remote("i(s)")
+    def getActiveCamera(self, name: str) -> int:
+        """Returns the camera of a subscription."""
+        return self._eyes(name)[0].camera.index
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _subscribe(self, name: str, wanted: list[tuple[int, int, int]], fps: int) -> str:
+        problem = self._problem(name, wanted, fps)
+        if problem:
+            log.warning("subscription '%s' refused: %s", shown(name)[1:-1], problem)
+            return ""
+        eyes = [_Eye(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
+        with self._lock:
+            for number in range(1, MAX_INSTANCES + 1):
+                handle = name if number == 1 else f"{name}_{number}"
+                if handle not in self._subscriptions:
+                    self._subscriptions[handle] = _Subscription(
+                        name, eyes, min(fps, min(e.camera.max_fps for e in eyes))
+                    )
+                    return handle
+        log.warning("subscription '%s' refused: %d of this name exist already", name, MAX_INSTANCES)
+        return ""
+
+    def _problem(self, name: str, wanted: list[tuple[int, int, int]], fps: int) -> str | None:
+        """Why a subscription is not possible. A robot answers an empty handle and writes the reason to its log."""
+        if not name or len(name) > 200:
+            return "a name of 1 to 200 characters is needed"
+        if fps < 1:
+            return f"{fps} pictures per second are not possible"
+        for index, resolution, space in wanted:
+            camera = self.settings.cameras.get(index)
+            if camera is None:
+                return f"there is no camera {index}"
+            if resolution not in camera.resolutions:
+                return _unknown("resolution", resolution, camera.resolutions, camera)
+            if space not in camera.spaces:
+                return _unknown("colour space", space, camera.spaces, camera)
+        return None
+
+    def _use(self, handle: str) -> _Subscription | None:
+        with self._lock:
+            subscription = self._subscriptions.get(handle)
+        if subscription is not None:
+            subscription.used = time.monotonic()
+        return subscription
+
+    def _require(self, handle: str) -> _Subscription:
+        subscription = self._use(handle)
+        if subscription is None:
+            raise ServiceError(f"there is no subscription '{shown(handle)[1:-1]}'")
+        return subscription
+
+    def _eyes(self, handle: str) -> list[_Eye]:
+        return self._require(handle).eyes
+
+    def _eye(self, handle: str) -> Camera:
+        return self._eyes(handle)[0].camera
+
+    def _image(self, subscription: _Subscription, eye: _Eye) -> list | None:
+        camera = eye.camera
+        if not self.settings.is_open(camera):
+            return None
+        with subscription.lock:  # two calls under one handle get two pictures
+            flips = self.settings.parameters[camera.index].flips
+            key = (camera.name, eye.resolution, subscription.fps, *flips)
+            shot = self._streams.read(camera, key, eye.space, eye.cursor)
+        if shot is None:
+            return None
+        width, height = RESOLUTIONS[eye.resolution]
+        head = [width, height, camera.spaces[eye.space], eye.space, *split_stamp(shot.stamp), shot.data]
+        return [*head, camera.index, camera.fovx / 2, camera.fovy / 2, -camera.fovx / 2, -camera.fovy / 2]
+
+    def _keep_house(self) -> None:
+        while not self._closing.wait(_HOUSEKEEPING):
+            self._streams.close_idle()
+            self.forget_unused(FORGET_AFTER)
+
+    def forget_unused(self, age: float) -> None:
+        """End the subscriptions that were not used for `age` seconds."""
+        limit = time.monotonic() - age
+        with self._lock:
+            unused = [handle for handle, known in self._subscriptions.items() if known.used < limit]
+            for handle in unused:
+                del self._subscriptions[handle]
+        for handle in unused:
+            log.warning("subscription '%s' ended: not used for %.0f s", handle, age)
+
+
+def _unknown(what: str, value: int, known: Any, camera: Camera) -> str:
+    return f"{what} {value} is not possible with {camera.name}; possible: {', '.join(map(str, known))}"

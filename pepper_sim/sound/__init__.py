@@ -1,0 +1,1 @@
+"""What the robot plays, says and hears. No NAOqi words."""

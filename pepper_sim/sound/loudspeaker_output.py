@@ -1,0 +1,116 @@
+"""What the simulated loudspeaker plays, where a person can hear it: a sound device, a WAV file."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import wave
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from pepper_sim.sound.room import FULL_SCALE, Track
+
+log = logging.getLogger(__name__)
+
+RATE = 48000
+PERIOD = 0.01
+"""Seconds of sound in one piece: what it adds to the delay."""
+LEAD = 0.02
+"""Seconds in advance at the sound device: this thread shares its processor with physics, which may hold it up."""
+PATIENCE = 0.0
+"""Seconds of delay accepted on top, for a busy machine."""
+MAX_LAG = 0.5
+"""A longer pause of this process is left out of the sound [s]."""
+
+
+class LoudspeakerOutput:
+    """Renders a track in real time, from construction until `close`.
+
+    Args:
+        track: What is played; see `Loudspeaker.track`.
+        device: See `telepresence.audio.devices`; "none" opens none. A device that is missing is tried again.
+        record: Everything from the start on, silence included, goes into this WAV file: mono, 48 kHz, 16 bits. It is
+            whole whenever it is read.
+    Raises:
+        OSError: The file cannot be written.
+    """
+
+    def __init__(self, track: Track, device: str = "none", record: Path | None = None) -> None:
+        self._track = track
+        self._stream, self._file = _open(record) if record else (None, None)
+        self.record_start = time.monotonic()
+        """When the file's first sample was played [s, monotonic]."""
+        self._sink = _Sink(device) if device != "none" else None
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="loudspeaker-output", daemon=True)
+        if self._file or self._sink:
+            self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join(timeout=2.0)
+        if self._sink is not None:
+            self._sink.close()
+        self._end_record()
+
+    def __enter__(self) -> LoudspeakerOutput:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        count, at = int(RATE * PERIOD), self.record_start
+        while not self._stop.wait(max(0.0, at + PERIOD - time.monotonic())):
+            late = time.monotonic() - at - PERIOD
+            if late > MAX_LAG and self._file is None:
+                at += late
+            samples = self._track.render(at, count, RATE)
+            at += PERIOD
+            pcm = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype("<i2")
+            if self._sink is not None:
+                self._sink.push(pcm)
+            if self._file is not None:
+                try:
+                    self._file.writeframes(pcm.tobytes())
+                except OSError as error:
+                    log.error("the loudspeaker's record ends: %s", error)
+                    self._end_record()
+
+    def _end_record(self) -> None:
+        if self._file is not None and self._stream is not None:
+            self._file.close()  # it leaves the stream open, which it did not open
+            self._stream.close()
+        self._file = self._stream = None
+
+
+def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # Unbuffered: a reader finds everything but the last few milliseconds, and so does who kills this process.
+    stream = path.open("wb", buffering=0)
+    file = wave.open(stream, "wb")
+    file.setnchannels(1)
+    file.setsampwidth(2)
+    file.setframerate(RATE)
+    file.writeframes(b"")
+    return stream, file
+
+
+class _Sink:
+    """Blocks of int16 samples, mono, to a sound device."""
+
+    def __init__(self, device: str) -> None:
+        # Loaded only for a robot that shall be heard: a simulator needs no GStreamer.
+        from telepresence.audio.loudspeaker import Loudspeaker
+
+        self._loudspeaker = Loudspeaker(device, RATE, LEAD, PATIENCE, name="loudspeaker of the simulated robot").start()
+
+    def push(self, samples: np.ndarray) -> None:
+        self._loudspeaker.push(np.repeat(samples, 2).tobytes())
+
+    def close(self) -> None:
+        self._loudspeaker.close()

@@ -1,0 +1,198 @@
+"""Speech: text to samples by espeak-ng, and a voice that says one text after the other in real time. No NAOqi words."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import io
+import logging
+import re
+import shutil
+import subprocess
+import threading
+import time
+import wave
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pepper_sim.sound.room import Loudspeaker, write_wave
+
+log = logging.getLogger(__name__)
+
+SPEAKER = "espeak-ng"
+WORDS_PER_MINUTE = 175
+"""espeak-ng's own default; speed 100 %."""
+_SYNTHESIS_TIMEOUT = 20.0
+_SILENT_RATE = 16000
+_MIN_SPEED, _MAX_SPEED = 20.0, 400.0
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a text is said: espeak-ng's voice, speed [%], pitch [%], loudness 0 to 1."""
+
+    voice: str = "en-us"
+    speed: float = 100.0
+    pitch: float = 100.0
+    volume: float = 1.0
+
+
+@dataclass
+class Utterance:
+    """A text in the queue; `future` is done when it has been said: true, or false when it was interrupted."""
+
+    text: str
+    manner: Manner
+    future: concurrent.futures.Future = field(default_factory=concurrent.futures.Future)
+
+
+def synthesise(text: str, manner: Manner) -> tuple[np.ndarray, int]:
+    """Speak into memory.
+
+    Returns:
+        Samples (float32, mono) and their rate. Without espeak-ng silence of the length the text would take.
+    """
+    if shutil.which(SPEAKER) is None:
+        return _silence(text, manner)
+    words_per_minute = WORDS_PER_MINUTE * min(max(manner.speed, _MIN_SPEED), _MAX_SPEED) / 100.0
+    pitch = min(max(50.0 * manner.pitch / 100.0, 0.0), 99.0)
+    command = [
+        SPEAKER,
+        "-v",
+        manner.voice,
+        "-s",
+        f"{words_per_minute:.0f}",
+        "-p",
+        f"{pitch:.0f}",
+        "--stdin",
+        "--stdout",
+    ]
+    try:
+        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=_SYNTHESIS_TIMEOUT, check=True)
+        return _read_wave(done.stdout)
+    except (subprocess.SubprocessError, OSError, wave.Error, EOFError) as error:
+        log.warning("%s could not speak: %s", SPEAKER, error)
+        return _silence(text, manner)
+
+
+def _read_wave(data: bytes) -> tuple[np.ndarray, int]:
+    """Samples of a WAV stream. espeak-ng writes to a pipe, so the length in the header is not the true one."""
+    with wave.open(io.BytesIO(data)) as reader:
+        rate = reader.getframerate()
+    start = data.index(b"data") + 8
+    samples = np.frombuffer(data[start : start + (len(data) - start) // 2 * 2], "<i2")
+    return samples.astype(np.float32) / 32768.0, rate
+
+
+def _silence(text: str, manner: Manner) -> tuple[np.ndarray, int]:
+    seconds = 60.0 * max(1, len(text.split())) / (WORDS_PER_MINUTE * manner.speed / 100.0)
+    return np.zeros(int(seconds * _SILENT_RATE), np.float32), _SILENT_RATE
+
+
+class Voice:
+    """Says texts one after the other through a loudspeaker.
+
+    `on_begin(text)`, `on_word(word, position)`, `on_end(interrupted)` come from the voice's thread. Words are told at
+    times in proportion to their letters.
+
+    Args:
+        last_spoken: WAV file that always holds what was said last.
+    """
+
+    def __init__(self, loudspeaker: Loudspeaker, last_spoken: Path) -> None:
+        self.last_spoken = last_spoken
+        self.on_begin: Callable[[str], None] = lambda text: None
+        self.on_word: Callable[[str, int], None] = lambda word, position: None
+        self.on_end: Callable[[bool], None] = lambda interrupted: None
+        self._loudspeaker = loudspeaker
+        self._changed = threading.Condition()
+        self._queue: deque[Utterance] = deque()
+        self._current: Utterance | None = None
+        self._interrupt = threading.Event()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
+        self._thread.start()
+
+    def say(self, text: str, manner: Manner) -> concurrent.futures.Future:
+        """Queue a text; see Utterance. Cancelling the future takes it out of the queue."""
+        utterance = Utterance(text, manner)
+        with self._changed:
+            if self._closed:
+                utterance.future.set_result(False)
+                return utterance.future
+            self._queue.append(utterance)
+            self._changed.notify()
+        return utterance.future
+
+    def waiting(self) -> int:
+        """How many texts are being said or wait."""
+        with self._changed:
+            return len(self._queue) + (self._current is not None)
+
+    def stop(self) -> None:
+        """Fall silent: what is being said and what waits ends with False."""
+        with self._changed:
+            dropped = list(self._queue)
+            self._queue.clear()
+            if self._current is not None:
+                self._interrupt.set()
+        for utterance in dropped:
+            _finish(utterance, False)
+
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self.stop()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._queue or self._closed)
+                if not self._queue:
+                    return
+                utterance = self._current = self._queue.popleft()
+                self._interrupt.clear()
+            said = False
+            try:
+                if not utterance.future.cancelled():
+                    said = self._speak(utterance)
+            except Exception:
+                log.exception("a text could not be said")
+            with self._changed:
+                self._current = None
+            _finish(utterance, said)
+
+    def _speak(self, utterance: Utterance) -> bool:
+        samples, rate = synthesise(utterance.text, utterance.manner)
+        write_wave(self.last_spoken, samples, rate)
+        self.on_begin(utterance.text)
+        sound = self._loudspeaker.play(samples, rate, gain=utterance.manner.volume)
+        for moment, word, position in _words(utterance.text, len(samples) / rate):
+            if self._wait_until(sound.start + moment):
+                break
+            self.on_word(word, position)
+        interrupted = self._wait_until(sound.end)
+        if interrupted:
+            self._loudspeaker.track.cut(sound)
+        self.on_end(interrupted)
+        return not interrupted
+
+    def _wait_until(self, moment: float) -> bool:
+        """Wait; true when interrupted."""
+        return self._interrupt.wait(max(0.0, moment - time.monotonic()))
+
+
+def _finish(utterance: Utterance, said: bool) -> None:
+    if utterance.future.set_running_or_notify_cancel():
+        utterance.future.set_result(said)
+
+
+def _words(text: str, duration: float) -> list[tuple[float, str, int]]:
+    """(seconds from the start, word, position of its first letter) of every word."""
+    found = [(match.group(), match.start()) for match in re.finditer(r"\w[\w'’-]*", text)]
+    return [(duration * position / max(1, len(text)), word, position) for word, position in found]

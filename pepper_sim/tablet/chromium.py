@@ -1,0 +1,154 @@
+"""The tablet's web view by Debian's Chromium: script, style sheets and all, at the tablet's own 1280x800.
+
+Costs about half a processor core and 500 MB while it shows video, against a twentieth of a core for the built-in view.
+The browser starts with the first page and serves all later ones.
+"""
+
+from __future__ import annotations
+
+import base64
+import logging
+import threading
+import time
+from typing import Any
+
+from pepper_sim.tablet.devtools import BrowserError, DevTools
+from pepper_sim.tablet.http_fetch import BAD_URL, CONNECT, HOST_LOOKUP, IO, REDIRECT_LOOP, TIMEOUT, UNKNOWN, USER_AGENT
+from pepper_sim.tablet.screen import HEIGHT, PERIOD, WIDTH, Layer
+from pepper_sim.tablet.web_page import draw_error_page
+from pepper_sim.tablet.web_view import Events
+
+log = logging.getLogger(__name__)
+
+_CODES = {
+    "net::ERR_NAME_NOT_RESOLVED": HOST_LOOKUP,
+    "net::ERR_CONNECTION_REFUSED": CONNECT,
+    "net::ERR_ADDRESS_UNREACHABLE": CONNECT,
+    "net::ERR_CONNECTION_RESET": IO,
+    "net::ERR_EMPTY_RESPONSE": IO,
+    "net::ERR_TIMED_OUT": TIMEOUT,
+    "net::ERR_CONNECTION_TIMED_OUT": TIMEOUT,
+    "net::ERR_TOO_MANY_REDIRECTS": REDIRECT_LOOP,
+    "net::ERR_INVALID_URL": BAD_URL,
+}
+
+
+class Chromium:
+    """Opens pages in one browser, one at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._tools: DevTools | None = None
+        self._view: ChromiumView | None = None
+        self._answered = 0.0
+        self._pause = threading.Event()  # set: no pauses any more
+
+    def open(self, url: str, layer: Layer, events: Events) -> ChromiumView:
+        view = ChromiumView(self, url, layer, events)
+        with self._lock:
+            self._view = view
+        view.start()
+        return view
+
+    def close(self) -> None:
+        self._pause.set()
+        with self._lock:
+            tools, self._tools = self._tools, None
+            self._view = None
+        if tools is not None:
+            tools.close()
+
+    def tools(self, view: ChromiumView) -> DevTools | None:
+        """The running browser, started if need be; None when `view` is no longer the current one.
+
+        Raises:
+            BrowserError: It does not start.
+        """
+        with self._lock:
+            if self._view is not view:
+                return None
+            if self._tools is not None and not self._tools.alive:
+                self._tools.close()
+                self._tools = None
+            if self._tools is None:
+                self._tools = self._start()
+            return self._tools
+
+    def _start(self) -> DevTools:
+        tools = DevTools(self._handle)
+        tools.call("Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False)
+        tools.call("Emulation.setUserAgentOverride", userAgent=USER_AGENT)
+        tools.call("Page.enable")
+        tools.call("Page.startScreencast", format="jpeg", quality=80, maxWidth=WIDTH, maxHeight=HEIGHT)
+        return tools
+
+    def _handle(self, method: str, params: dict[str, Any]) -> None:
+        """An event of the browser, on its reader's thread."""
+        view, tools = self._view, self._tools
+        if method == "Page.screencastFrame":
+            if view is not None:
+                view.show(base64.b64decode(params["data"]))
+            # Chromium sends no further picture before this answer: keeping it back keeps the rate down.
+            self._pause.wait(max(0.0, self._answered + PERIOD - time.monotonic()))
+            self._answered = time.monotonic()
+            if tools is not None:
+                tools.post("Page.screencastFrameAck", sessionId=params["sessionId"])
+        elif method == "Page.loadEventFired" and view is not None:
+            view.loaded()
+
+
+class ChromiumView:
+    """One page in the browser, shown in `layer` until cancelled."""
+
+    def __init__(self, browser: Chromium, url: str, layer: Layer, events: Events) -> None:
+        self._browser = browser
+        self._url = url
+        self._layer = layer
+        self._events = events
+        self._cancelled = False
+        self._committed = False
+        self._finished = False
+        self._thread = threading.Thread(target=self._run, name="tablet-page", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Show nothing of this page any more; the browser keeps it until the next."""
+        self._cancelled = True
+
+    def join(self, timeout: float) -> bool:
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def show(self, jpeg: bytes) -> None:
+        if self._committed and not self._cancelled:
+            self._layer.put(jpeg)
+
+    def loaded(self) -> None:
+        if self._committed and not self._finished and not self._cancelled:
+            self._finished = True
+            self._events.finished()
+
+    def _run(self) -> None:
+        try:
+            self._events.started()
+            tools = self._browser.tools(self)
+            if tools is None or self._cancelled:
+                return
+            self._committed = True  # the load event may come before the reply
+            error = tools.call("Page.navigate", url=self._url).get("errorText")
+            if error:
+                self._committed = False
+                self._fail(_CODES.get(error, UNKNOWN), error)
+        except BrowserError as error:
+            log.error("the tablet's browser: %s", error)
+            self._fail(UNKNOWN, str(error))
+        except Exception:
+            log.exception("the tablet's view of %s failed", self._url)
+
+    def _fail(self, code: int, text: str) -> None:
+        if not self._cancelled:
+            self._layer.put(draw_error_page(self._url, text))
+            self._events.failed(code, text, self._url)

@@ -1,0 +1,185 @@
+"""The glass of the tablet: the newest content of its layers, letterboxed, at most fifteen times a second."""
+
+from __future__ import annotations
+
+import logging
+import struct
+import threading
+import time
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+from telepresence.video.draw_text import text_width, write
+from telepresence.video.images import LatestImage
+
+log = logging.getLogger(__name__)
+
+WIDTH, HEIGHT = 640, 400  # half of the 1280x800 of Pepper's tablet
+PERIOD = 1.0 / 15.0
+"""Seconds between two pictures."""
+MAX_PIXELS = 16_000_000
+"""Larger pictures are refused before they are decoded: a few kilobytes can claim any size."""
+
+
+class Layer:
+    """What one page or image wants to show. Its owner puts, the screen takes the newest.
+
+    `put` takes an encoded JPEG or PNG (decoded only when it is shown) or a drawn (400, 640, 3) RGB array. `note` is a
+    line that lies over the picture, None for no note."""
+
+    def __init__(self, content: bytes | np.ndarray | None = None) -> None:
+        self.content = content
+        self.note: str | None = None
+        self.on_change: Callable[[], None] = lambda: None
+
+    def put(self, content: bytes | np.ndarray, note: str | None = None) -> None:
+        self.content, self.note = content, note
+        self.on_change()
+
+    def set_note(self, note: str | None) -> None:
+        self.note = note
+        self.on_change()
+
+
+class Screen:
+    """Draws the top layer from a thread of its own.
+
+    Args:
+        show: Gets each new picture, (400, 640, 3) uint8 RGB, or None when the screen turns dark.
+    """
+
+    def __init__(self, show: Callable[[np.ndarray | None], None]) -> None:
+        self.image = LatestImage()
+        self._show = show
+        self._background = (0, 0, 0)
+        self._layer: Layer | None = None
+        self._changed = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="tablet-screen", daemon=True)
+        self._thread.start()
+
+    def set_layer(self, layer: Layer | None) -> None:
+        """Show this layer from now on; None: dark."""
+        old, self._layer = self._layer, layer
+        if old is not None:
+            old.on_change = lambda: None
+        if layer is not None:
+            layer.on_change = self._changed.set
+        self._changed.set()
+
+    def set_background(self, colour: tuple[int, int, int]) -> None:
+        """RGB beside and behind pictures."""
+        self._background = colour
+        self._changed.set()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._changed.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while True:
+            self._changed.wait()
+            if self._stop.is_set():
+                return
+            begin = time.monotonic()
+            self._changed.clear()
+            try:
+                self._draw()
+            except Exception:
+                log.exception("the tablet's screen could not be drawn")
+            self._stop.wait(PERIOD - (time.monotonic() - begin))
+
+    def _draw(self) -> None:
+        layer = self._layer
+        if layer is None:
+            self._show(None)
+            self.image.put(np.zeros((HEIGHT, WIDTH, 3), np.uint8))
+            return
+        content, note = layer.content, layer.note
+        if isinstance(content, bytes):
+            try:
+                picture = letterbox(decode(content, self._background), self._background)
+            except ValueError as error:
+                log.debug("the tablet shows no new picture: %s", error)
+                return
+        elif content is not None:
+            picture = content.copy()
+        else:
+            picture = np.full((HEIGHT, WIDTH, 3), self._background, np.uint8)
+        if note:
+            _add_note(picture, note)
+        picture.flags.writeable = False  # it has two owners now
+        self._show(picture)
+        self.image.put(picture)
+
+
+def encoded_size(data: bytes) -> tuple[int, int]:
+    """Width and height that a JPEG or PNG file claims.
+
+    Raises:
+        ValueError: It is neither, or ends before it says so.
+    """
+    if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
+        return struct.unpack(">II", data[16:24])
+    position = 2
+    if data.startswith(b"\xff\xd8"):
+        while position + 9 <= len(data):
+            if data[position] != 0xFF:
+                break
+            marker = data[position + 1]
+            if marker == 0xFF:  # fill byte
+                position += 1
+            elif 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):  # start of frame, ITU-T T.81 table B.1
+                height, width = struct.unpack(">HH", data[position + 5 : position + 9])
+                return width, height
+            else:
+                position += 2 + struct.unpack(">H", data[position + 2 : position + 4])[0]
+    raise ValueError(f"neither a JPEG nor a PNG picture: {len(data)} bytes that begin with {data[:8]!r}")
+
+
+def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
+    """A JPEG or PNG file as (height, width, 3) uint8 RGB, transparent parts over `background`.
+
+    Raises:
+        ValueError: Neither of both, damaged, or more than `MAX_PIXELS`.
+    """
+    width, height = encoded_size(data)
+    if not 0 < width * height <= MAX_PIXELS:
+        raise ValueError(f"a picture of {width}x{height} pixels; at most {MAX_PIXELS} pixels are decoded")
+    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if pixels is None:
+        raise ValueError(f"a damaged picture of {len(data)} bytes")
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    if pixels.ndim == 2:
+        return cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGB)
+    if pixels.shape[2] == 4:
+        alpha = pixels[:, :, 3:].astype(np.float32) / 255.0
+        rgb = pixels[:, :, 2::-1] * alpha + np.array(background, np.float32) * (1.0 - alpha)
+        return (rgb + 0.5).astype(np.uint8)
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+
+
+def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
+    """The whole picture, as large as it fits, in the middle of a (400, 640, 3) screen."""
+    height, width = pixels.shape[:2]
+    scale = min(WIDTH / width, HEIGHT / height)
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    if size != (width, height):
+        pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+    left, top = (WIDTH - size[0]) // 2, (HEIGHT - size[1]) // 2
+    screen = np.full((HEIGHT, WIDTH, 3), background, np.uint8)
+    screen[top : top + size[1], left : left + size[0]] = pixels
+    return screen
+
+
+def _add_note(picture: np.ndarray, note: str) -> None:
+    """A dark band at the foot with one line, the picture dimmed above it: it is not live."""
+    np.multiply(picture, 0.45, out=picture, casting="unsafe")
+    picture[HEIGHT - 48 :] = picture[HEIGHT - 48 :] // 3
+    while text_width(note, 12) > WIDTH - 40:
+        note = note[:-5] + "..."
+    write(picture, note, WIDTH // 2, HEIGHT - 30, 12, (255, 255, 255), align=0.5)

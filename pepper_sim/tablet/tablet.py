@@ -1,0 +1,191 @@
+"""The tablet on Pepper's chest, as far as an application can tell: a web view, a picture viewer, a screen.
+
+On the robot it is an Android box of its own with a 1280x800 screen; here the screen is 640x400, the size of its texture
+in the simulated world. This file knows no NAOqi; ALTabletService is in front of it.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pepper_sim.tablet.http_fetch import LoadError, check_url
+from pepper_sim.tablet.screen import Layer, Screen
+from pepper_sim.tablet.web_view import BuiltInBrowser, Events
+from telepresence.video.images import LatestImage
+
+log = logging.getLogger(__name__)
+
+_COLOUR = re.compile(r"#([0-9A-Fa-f]{2})([0-9A-Fa-f]{2})([0-9A-Fa-f]{2})")
+_WHITE = np.full((400, 640, 3), 255, np.uint8)
+
+
+def _ignore(*_: Any) -> None:
+    """The default of every callback."""
+
+
+class Tablet:
+    """A screen that shows the latest of: the web view, an image, nothing.
+
+    Addresses are really fetched, in the background. The owner may set the callbacks `on_page_started()`,
+    `on_page_finished()`, `on_load_error(code, text, url)` (code of android.webkit.WebViewClient) and
+    `on_image_loaded()`; they come from the tablet's threads.
+
+    Args:
+        show: Gets every new picture of the screen, (400, 640, 3) uint8 RGB, at most 15 per second, always from the same
+            thread; None when it turns dark.
+        browser: "built-in": finds the page's picture and follows it, without script. "chromium": Debian's browser
+            without a window, for a page as it really looks; costs some 500 MB.
+    """
+
+    def __init__(self, show: Callable[[np.ndarray | None], None] = _ignore, browser: str = "built-in") -> None:
+        self.url: str | None = None
+        self.on_page_started: Callable[[], None] = _ignore
+        self.on_page_finished: Callable[[], None] = _ignore
+        self.on_load_error: Callable[[int, str, str], None] = _ignore
+        self.on_image_loaded: Callable[[], None] = _ignore
+        self._browser = _make_browser(browser)
+        self._image_viewer = BuiltInBrowser()
+        self._lock = threading.Lock()
+        self._page = Layer(_WHITE)
+        self._page_view: Any = None
+        self._image_view: Any = None
+        self._image_layer: Layer | None = None
+        self._webview_shown = False
+        self._ending: list[Any] = []  # views that were told to end and have not yet
+        self._closed = False
+        self._screen = Screen(show)
+
+    @property
+    def image(self) -> LatestImage:
+        """What the screen shows now, (400, 640, 3) uint8 RGB; black when dark."""
+        return self._screen.image
+
+    @property
+    def visible(self) -> bool:
+        """Whether the web view is shown (an image may cover it)."""
+        return self._webview_shown
+
+    def load_url(self, url: str) -> bool:
+        """Load a page into the web view, shown or not; whether the address can be loaded at all.
+
+        What becomes of it is told by the callbacks. Only http and https are accepted."""
+        with self._lock:
+            if self._closed or not self._acceptable(url):
+                return False
+            self.url = url
+            self._load()
+            return True
+
+    def reload(self, bypass_cache: bool = False) -> None:
+        """Load the page again. There is no cache that could be bypassed."""
+        with self._lock:
+            if self.url is not None and not self._closed:
+                self._load()
+
+    def show_webview(self) -> None:
+        with self._lock:
+            self._webview_shown = True
+            self._drop_image()
+            self._screen.set_layer(self._page)
+
+    def hide_webview(self) -> None:
+        """The page stays loaded."""
+        with self._lock:
+            self._webview_shown = False
+            self._screen.set_layer(self._image_layer)
+
+    def show_image(self, url: str) -> bool:
+        """Cover the screen with a JPEG or PNG from this address; whether it can be loaded at all."""
+        with self._lock:
+            if self._closed or not self._acceptable(url):
+                return False
+            layer = Layer(self._image_layer.content if self._image_layer else None)
+            self._drop_image()
+            events = Events(_ignore, lambda: self.on_image_loaded(), lambda *error: self.on_load_error(*error))
+            self._image_layer = layer
+            self._image_view = self._image_viewer.open(url, layer, events)
+            self._screen.set_layer(layer)
+            return True
+
+    def hide_image(self) -> None:
+        with self._lock:
+            self._drop_image()
+            self._screen.set_layer(self._page if self._webview_shown else None)
+
+    def set_background(self, colour: str) -> None:
+        """The colour beside pictures, as "#RRGGBB".
+
+        Raises:
+            ValueError: It is written otherwise.
+        """
+        match = _COLOUR.fullmatch(colour)
+        if match is None:
+            raise ValueError(f"a colour is written #RRGGBB, not {colour!r}")
+        red, green, blue = (int(part, 16) for part in match.groups())
+        self._screen.set_background((red, green, blue))
+
+    def close(self) -> None:
+        """Turn the screen off and end every thread and connection."""
+        with self._lock:
+            self._closed = True
+            self._drop_image()
+            self._end(self._page_view)
+            self._page_view = None
+            ending, self._ending = self._ending, []
+        deadline = time.monotonic() + 10.0
+        for view in ending:
+            if not view.join(max(0.0, deadline - time.monotonic())):
+                log.warning("a page of the tablet does not end; it waits for a name server")
+        self._browser.close()
+        self._screen.close()
+
+    def __enter__(self) -> Tablet:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _acceptable(self, url: str) -> bool:
+        try:
+            check_url(url)
+        except LoadError as error:
+            log.warning("the tablet does not load %.200r: %s", url, error)
+            return False
+        return True
+
+    def _load(self) -> None:
+        self._end(self._page_view)
+        page = Layer(self._page.content)  # the page before stays until this one has something to show
+        events = Events(
+            lambda: self.on_page_started(), lambda: self.on_page_finished(), lambda *error: self.on_load_error(*error)
+        )
+        self._page = page
+        if self._webview_shown and self._image_layer is None:
+            self._screen.set_layer(page)
+        self._page_view = self._browser.open(self.url, page, events)
+
+    def _drop_image(self) -> None:
+        self._end(self._image_view)
+        self._image_view = self._image_layer = None
+
+    def _end(self, view: Any) -> None:
+        if view is not None:
+            view.cancel()
+            self._ending = [old for old in [*self._ending, view] if not old.join(0)]
+
+
+def _make_browser(name: str) -> Any:
+    if name == "built-in":
+        return BuiltInBrowser()
+    if name == "chromium":
+        from pepper_sim.tablet.chromium import Chromium
+
+        return Chromium()
+    raise ValueError(f'the tablet\'s browser is "built-in" or "chromium", not {name!r}')

@@ -1,0 +1,183 @@
+"""What is known about the place: obstacles in the odometry frame, fed by scans, bumps and driving."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .messages import Odometry
+from .moving_obstacles import Movers
+from .obstacle_memory import Moment, ObstacleMemory
+from .plane import from_base, into_base, squared_lengths
+from .pose_history import PoseHistory
+from .robot_profile import NARROW, RangeSource, RobotProfile
+from .scan import Scan, together
+from .sonar import Echo, Echoes
+from .timeouts import Health, SourceWatch
+
+STANDSTILL_AGES = 0.2
+"""Memory ages this fast while the robot stands."""
+LONGEST_TICK = 0.25
+"""A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
+OVERRUN = 0.03
+"""What is remembered farther inside the outline than this isn't there: the robot is [m]."""
+FASTEST = 2.0
+"""Odometry that moves faster than this has been reset [m/s]."""
+BUMP_WIDTH = math.radians(45.0)
+"""A bumper without direction was hit within this of the direction of motion [rad]."""
+BUMP_SPACING = math.radians(11.25)
+BUMP_KNOWN = 0.08
+"""A bump is put down to a known obstacle that is nearer to the outline than this [m]."""
+BUMP_OUTSIDE = 0.01
+"""The thing that was hit begins this far outside the outline [m]."""
+
+
+class Surroundings:
+    """Everything the gate remembers about where it is."""
+
+    def __init__(self, profile: RobotProfile) -> None:
+        self._profile = profile
+        self.poses = PoseHistory()
+        self._memory = ObstacleMemory(profile.limits.memory)
+        self._echoes = Echoes()
+        self._movers = Movers()
+        self._waiting: dict[str, tuple[float, Scan]] = {}
+        self._clock = 0.0
+
+    def put(self, name: str, stamp: float, scan: Scan) -> None:
+        """Keep a scan (base_link) until the pose of its stamp is known; a newer one replaces it."""
+        self._waiting[name] = stamp, scan
+
+    def move(self, dt: float, odometry: Odometry) -> bool:
+        """Advance to now. False if the odometry has jumped: everything remembered is then dropped."""
+        last = self.poses.newest
+        if last is not None:
+            passed = max(odometry.stamp - last.stamp, dt, 0.0)
+            if math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST * min(passed, LONGEST_TICK):
+                self.forget()
+                self.poses.add(odometry)
+                return False
+        before = self.poses.moved
+        self.poses.add(odometry)
+        moving = self.poses.moved > before + 0.01 * dt
+        self._clock += min(max(dt, 0.0), LONGEST_TICK) * (1.0 if moving else STANDSTILL_AGES)
+        return True
+
+    def forget(self) -> None:
+        """Drop all memory."""
+        self.poses.clear()
+        self._memory.clear()
+        self._echoes.clear()
+        self._movers.clear()
+        self._waiting.clear()
+
+    def look(self, now: float, watches: dict[str, SourceWatch]) -> None:
+        """Take in the scans that wait, and drop what stale cones said."""
+        pose = self.poses.newest
+        position = np.array([pose.x, pose.y])
+        moment = Moment(now, self._clock, self.poses.driven)
+        beams: list[Scan] = []
+        cones: list[tuple[RangeSource, Scan]] = []
+        for name, (stamp, scan) in self._waiting.items():
+            watch = watches[name]
+            watch.compare(stamp, scan, self.poses.moved)
+            if watch.health(now) is Health.FROZEN:
+                continue
+            placed = scan.seen_from(*self.poses.at(stamp))
+            if watch.source.cone:
+                cones.append((watch.source, placed))
+                continue
+            if watch.source.spread <= NARROW:
+                self._movers.look(name, stamp, placed, position, self._memory)
+            beams.append(placed)
+        self._waiting.clear()
+        if beams:
+            self._memory.integrate(together(beams), position, moment)
+        for source, scan in cones:
+            self._echoes.look(source, scan, self._memory.points)
+        self._memory.limit(position, moment)
+        self._drop_overrun(pose, position)
+        for name, watch in watches.items():
+            if watch.source.cone and watch.health(now) is not Health.LIVE:
+                self._echoes.forget(name)
+
+    def bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
+        """Remember what a bumper has felt.
+
+        Args:
+            now: [s].
+            bearing: Where the bumper says it was, in base_link [rad]; None if it doesn't tell.
+            motion: Where the robot was driving [rad]; None if it stood.
+        Returns:
+            Bearing of the contact [rad]; None if nothing is known about it.
+        """
+        pose = self.poses.newest
+        if pose is None:
+            return bearing
+        exact = bearing is not None
+        if not exact:
+            known = self._touching(pose)
+            if known is not None or motion is None:
+                return known
+            bearing = motion
+        width = BUMP_SPACING if exact else BUMP_WIDTH
+        bearings = bearing + np.arange(-width, width + 1e-6, BUMP_SPACING)
+        reach = self._profile.outline.reach(bearings) + BUMP_OUTSIDE
+        felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+        lifetime = self._profile.limits.bumper_memory
+        if exact:
+            # Round a corner of the outline lies another side, which would bar the way straight back.
+            ahead = math.copysign(1.0, math.cos(bearing))
+            felt = felt[self._profile.outline.measure(felt)[1][:, 0] * ahead >= 0.0]
+        moment = Moment(now, self._clock, self.poses.driven)
+        self._memory.add(from_base(felt, pose.x, pose.y, pose.theta), moment, lifetime)
+        return bearing
+
+    def _drop_overrun(self, pose: Odometry, position: np.ndarray) -> None:
+        """Take back what is remembered where the robot stands."""
+        outline = self._profile.outline
+        inside = squared_lengths(self._memory.points - position) < outline.outer_radius**2
+        if inside.any():
+            which = np.flatnonzero(inside)
+            distance = outline.measure(into_base(self._memory.points[which], pose.x, pose.y, pose.theta))[0]
+            inside[which] = distance < -OVERRUN
+            self._memory.drop(inside)
+
+    def _touching(self, pose: Odometry) -> float | None:
+        """Bearing of the known obstacle that may have been hit."""
+        if not len(self._memory):
+            return None
+        distance, normals, _ = self._profile.outline.measure(into_base(self._memory.points, pose.x, pose.y, pose.theta))
+        nearest = int(distance.argmin())
+        if distance[nearest] > BUMP_KNOWN:
+            return None
+        return math.atan2(normals[nearest, 1], normals[nearest, 0])
+
+    def obstacles(self, now: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Known obstacles in base_link now.
+
+        Returns:
+            points: (n, 2) [m].
+            drift: (n,) how far odometry may have misplaced them [m].
+            velocities: (n, 2) how they move over the floor [m/s].
+        """
+        pose, limits = self.poses.newest, self._profile.limits
+        drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
+        moving, velocity = self._movers.now(now)
+        points = np.concatenate([self._memory.points, moving])
+        velocities = np.zeros((len(points), 2))
+        velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)
+        return (
+            into_base(points, pose.x, pose.y, pose.theta),
+            np.concatenate([drift, np.zeros(len(points) - len(drift))]),
+            velocities,
+        )
+
+    def echoes(self) -> list[Echo]:
+        """Unexplained readings of wide cones in base_link now."""
+        pose = self.poses.newest
+        return [
+            Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
+            for echo in self._echoes
+        ]

@@ -1,0 +1,127 @@
+"""What one tick knows: obstacles around the outline, and how fast each direction may be driven at all."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .braking import Guard
+from .known_obstacles import Surroundings
+from .latches import BumperLatch
+from .messages import SECTORS, in_words
+from .obstacles import Obstacles
+from .robot_profile import RobotProfile
+from .timeouts import Health, SourceWatch
+
+_BEARINGS = np.arange(SECTORS) * math.tau / SECTORS
+_UNIT = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)])
+"""Middle of each sector as columns (2, 72)."""
+CLOSED_BESIDE = 6
+"""Sectors to either side of one whose sensor is silent that are closed with it: the robot is wide."""
+
+
+class View:
+    """The surroundings at one instant, in base_link.
+
+    Attributes:
+        obstacles: That can limit something.
+        caps: (72,) fastest driving that sensors and latches permit, obstacles aside [m/s].
+        bumped: A bumper is latched.
+        usable: Some range source is live, and none sends what can't be used.
+        complaint: The first sensor that is not, as a sentence; empty if all are.
+    """
+
+    def __init__(
+        self,
+        profile: RobotProfile,
+        watches: dict[str, SourceWatch],
+        place: Surroundings,
+        bumper: BumperLatch,
+        now: float,
+        theta: float,
+    ) -> None:
+        self._profile = profile
+        self.obstacles = Obstacles.around(profile, *place.obstacles(now))
+        for echo in place.echoes():
+            self.obstacles = self.obstacles.with_echo(echo, profile)
+        self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, watches, now)
+        self.bumped = bumper.latched
+        if bumper.latched:
+            self.caps = np.minimum(self.caps, profile.limits.escape_speed)
+            normal = bumper.normal(theta)
+            if normal is not None:
+                self.obstacles = self.obstacles.with_contact(normal)
+
+    def guard(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> Guard:
+        """As `Obstacles.guard`."""
+        return self.obstacles.guard(self._profile.limits, self._profile.outline, room, turns)
+
+    def allowed(self) -> np.ndarray:
+        """(72,) speed allowed straight into each sector [m/s]."""
+        return np.minimum(self.guard().speed_towards(_UNIT), self.caps)
+
+    def why(self, sector: int) -> str:
+        """Why the cap of a sector is low."""
+        if self.complaint and not self._blind[sector]:
+            return self.complaint if self.caps[sector] == 0.0 else f"{self.complaint} Slower without it."
+        return "Slow: no sensor looks there." if self._blind[sector] else "Fastest that the sensors there are good for."
+
+    def tightest(self, vx: float, vy: float) -> int | None:
+        """Index of the obstacle that limits driving along (vx, vy) most; None if none is on that side."""
+        speed, room = math.hypot(vx, vy), self.obstacles.room
+        if not len(room) or speed == 0.0:
+            return None
+        share = self.obstacles.normals @ np.array([vx / speed, vy / speed])
+        ahead = share > 0.01
+        if not ahead.any():
+            return None
+        return int(np.where(ahead, room / np.where(ahead, share, 1.0), math.inf).argmin())
+
+    def bearing(self, index: int) -> float:
+        """Bearing of obstacle `index` [rad]."""
+        x, y = self.obstacles.points[index]
+        return math.atan2(y, x)
+
+    def describe(self, index: int) -> str:
+        """Obstacle `index` as a pilot says it: how far and where."""
+        gap = max(0.0, float(self.obstacles.room[index]) + self._profile.limits.margin_beside)
+        return f"{gap:.2f} m {in_words(self.bearing(index))}"
+
+
+def _sensor_caps(
+    profile: RobotProfile, watches: dict[str, SourceWatch], now: float
+) -> tuple[np.ndarray, np.ndarray, bool, str]:
+    """Caps by what the sensors are good for; sectors that none serves; whether they are usable; the first complaint."""
+    caps = np.zeros(SECTORS)
+    served = np.zeros(SECTORS, bool)
+    watched = np.zeros(SECTORS, bool)
+    complaint = ""
+    usable = refused = False
+    beams = np.zeros(SECTORS, bool)
+    for watch in watches.values():
+        if not watch.source.cone:
+            beams |= watch.source.sectors
+    doubtful = min(profile.limits.unseen_speed, profile.limits.escape_speed)
+    for watch in watches.values():
+        source = watch.source
+        served |= source.sectors
+        health = watch.health(now)
+        if health is Health.LIVE:
+            usable = True
+            # A cone tells that something is there, hardly that nothing is: it doesn't stand in for beams.
+            own = source.sectors & ~beams if source.cone else source.sectors
+            seen = own & watch.watched(now)
+            caps[own] = np.maximum(caps[own], doubtful)
+            caps[seen] = np.maximum(caps[seen], source.speed)
+            watched |= own
+        elif not complaint or health is Health.REFUSED:
+            complaint = watch.complaint(now)
+        refused |= health is Health.REFUSED
+    caps[~served] = profile.limits.unseen_speed
+    closed = served & ~watched
+    if closed.any():
+        for _ in range(CLOSED_BESIDE):
+            closed = closed | np.roll(closed, 1) | np.roll(closed, -1)
+        caps[closed] = 0.0
+    return np.minimum(caps, profile.limits.max_speed), ~served, usable and not refused, complaint

@@ -1,0 +1,170 @@
+"""From the pilot's command to the velocity that may go out: caps, swing, turning, obstacles, ramp, and the words."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .braking import turning_rate
+from .careful_scan import BodySwing
+from .gate_state import Verdict
+from .messages import SECTORS, Command, Decision, State, in_words, sector_of
+from .pose_history import TURN_ARM
+from .robot_profile import RobotProfile
+from .tick_state import View
+
+CUT = 0.98
+"""Less than this share of a velocity left means that something has cut it."""
+FREE_WAY = 0.10
+"""A direction in which this fast is allowed is offered to a blocked pilot [m/s]."""
+
+
+class Drive:
+    """Shapes commands tick by tick; remembers what went out last.
+
+    Attributes:
+        heading: Direction of the last driving that went out, base_link [rad], and when [s]; None before the first.
+    """
+
+    def __init__(self, profile: RobotProfile) -> None:
+        self._limits = profile.limits
+        self._swing = BodySwing(profile.swing) if profile.swing else None
+        self._verdict = Verdict()
+        self._top_turn = profile.top_turn
+        self._speed = self._turn = self._output_turn = 0.0
+        self.heading: tuple[float, float] | None = None
+
+    def forget_heading(self) -> None:
+        """The body's heading is the pilot's, whatever it was swung to."""
+        if self._swing:
+            self._swing.forget()
+
+    def halt(self, state: State, reason: str, command_age: float, view: View | None) -> Decision:
+        """Zero, and why."""
+        self._speed = self._turn = self._output_turn = 0.0
+        self.forget_heading()
+        if view is None:
+            return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
+        return Decision(0.0, 0.0, 0.0, state, reason, view.allowed(), view.obstacles.gap, command_age=command_age)
+
+    def decide(
+        self, now: float, dt: float, command: Command, command_age: float, theta: float, view: View, careful: bool
+    ) -> Decision:
+        """What is left of a command.
+
+        Args:
+            now: [s].
+            dt: Time since the last tick, for the ramps [s].
+            command: Valid and in time.
+            command_age: [s].
+            theta: Heading in the odometry frame [rad].
+            view: Of now.
+            careful: Swing the body while driving.
+        """
+        limits = self._limits
+        vx, vy = shorten(command.vx, command.vy, limits.max_speed)
+        wanted_turn = _clamp(command.wz, limits.escape_turn if view.bumped else limits.max_turn)
+        pilot_turn = _rise(self._turn, wanted_turn, limits.acceleration_turn * dt)
+        turn, offset, scanning = pilot_turn, 0.0, False
+        if self._swing:
+            scanning = careful and not view.bumped and (vx, vy) != (0.0, 0.0)
+            offset = self._swing.offset(theta)
+            turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
+            vx, vy = _rotate(vx, vy, -offset)
+
+        safe_turn, room = turning_rate(
+            turn, view.obstacles.room, view.obstacles.levers, limits.reaction, limits.braking_turn
+        )
+        turned = safe_turn / turn if turn else 1.0
+        capped, cause = _cap(vx, vy, view)
+        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
+        self._output_turn = safe_turn
+        free = view.guard(room, turns).nearest_allowed(*capped)
+        given, second_cause = (free, "") if free == capped else _cap(*free, view)
+        if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
+            cause = ""
+        elif second_cause:
+            cause = second_cause
+
+        asked = math.hypot(math.hypot(vx, vy), TURN_ARM * wanted_turn)
+        state = self._verdict.judge(now, asked, math.hypot(math.hypot(*given), TURN_ARM * wanted_turn * turned))
+        if view.bumped:
+            state, cause = State.BUMPED, "A bumper was hit: only away from it, slowly, until it is reset."
+        index = view.tightest(vx, vy) if state is not State.CLEAR else None
+        reason = self._explain(state, cause, math.hypot(*given), view, index)
+
+        given = shorten(*given, self._speed + limits.acceleration * dt)
+        self._speed, self._turn = math.hypot(*given), pilot_turn * turned
+        if self._speed > 0.0:
+            self.heading = now, math.atan2(given[1], given[0])
+        sector = None if index is None else sector_of(view.bearing(index))
+        return Decision(
+            given[0],
+            given[1],
+            safe_turn,
+            state,
+            reason,
+            view.allowed(),
+            view.obstacles.gap,
+            sector,
+            command_age,
+            scanning,
+            offset,
+        )
+
+    def _explain(self, state: State, cause: str, speed: float, view: View, index: int | None) -> str:
+        if state is State.CLEAR:
+            return "Free."
+        if cause:
+            return cause
+        if index is None:
+            if state is State.BLOCKED:
+                return "An obstacle is in the way of turning."
+            return f"Slowed to {speed:.2f} m/s beside an obstacle."
+        if state is State.BLOCKED:
+            return f"Blocked by an obstacle {view.describe(index)}. {_offer(view.allowed())}"
+        return f"Slowed to {speed:.2f} m/s by an obstacle {view.describe(index)}."
+
+
+def _cap(vx: float, vy: float, view: View) -> tuple[tuple[float, float], str]:
+    """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
+    speed = math.hypot(vx, vy)
+    if speed == 0.0:
+        return (0.0, 0.0), ""
+    sector = sector_of(math.atan2(vy, vx))
+    cap = float(view.caps[sector])
+    return shorten(vx, vy, cap), view.why(sector) if cap < speed else ""
+
+
+def shorten(vx: float, vy: float, longest: float) -> tuple[float, float]:
+    """The same direction, no longer than `longest` [m/s]."""
+    length = math.hypot(vx, vy)
+    if length <= longest:
+        return vx, vy
+    scale = max(longest, 0.0) / length
+    return vx * scale, vy * scale
+
+
+def _clamp(value: float, size: float) -> float:
+    return max(-size, min(size, value))
+
+
+def _rise(last: float, wanted: float, step: float) -> float:
+    """`wanted`, but its size grows by no more than `step`; falling is immediate."""
+    if last * wanted <= 0.0:
+        return _clamp(wanted, step)
+    return _clamp(wanted, max(abs(last), 0.0) + step)
+
+
+def _rotate(x: float, y: float, angle: float) -> tuple[float, float]:
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def _offer(allowed: np.ndarray) -> str:
+    """The main directions that are free, for a pilot who is blocked."""
+    names = [in_words(eighth * math.tau / 8) for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
+    sectors = [eighth * SECTORS // 8 for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
+    free = [name for name, sector in zip(names, sectors) if allowed[sector] >= FREE_WAY]  # noqa: B905 Python 3.9
+    return f"Free: {', '.join(free)}." if free else "Turn to look for a way out."

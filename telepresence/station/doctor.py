@@ -1,0 +1,200 @@
+"""`./stack doctor [ADDRESS]`: what is installed, built and reachable; what is wrong and how to mend it.
+
+Needs nothing but Debian's Python, because it is asked when the rest does not work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import email.utils
+import http.client
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.parse
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+NAOQI_PORT = 9559
+WEB_PORTS = (80, 8080)
+"""A Robotino's, real and simulated."""
+ROUND_TRIPS = 10
+SLOW = 0.15
+"""A connection that takes longer [s] leaves a pilot too far behind the picture."""
+WRONG_CLOCK = 5.0
+Finding = tuple[bool, str, str]
+"""(all is well, what was looked at, what to do about it)"""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="./stack doctor", description="What works here, and how to mend the rest.")
+    parser.add_argument("address", nargs="?", help="also check the way to a robot: host or host:port (default 9559)")
+    arguments = parser.parse_args()
+    well = True
+    for check in (system, programs, environment, workspace, rendering, ports, master):
+        well = report(check) and well
+    if arguments.address:
+        well = report(lambda: robot(arguments.address)) and well
+    print("\nAll is well." if well else "\nMend what is marked with an x, then ask again.")
+    return 0 if well else 1
+
+
+def report(check: Callable[[], Iterator[Finding]]) -> bool:
+    well = True
+    for fine, what, cure in check():
+        print(f"  {'✓' if fine else 'x'} {what}" + ("" if fine else f"\n      -> {cure}"))
+        well = well and fine
+    return well
+
+
+def system() -> Iterator[Finding]:
+    release = dict(line.split("=", 1) for line in Path("/etc/os-release").read_text().splitlines() if "=" in line)
+    name = release.get("PRETTY_NAME", "?").strip('"')
+    supported = release.get("ID") == "debian" and release.get("VERSION_ID", "").strip('"') == "12"
+    yield supported, f"operating system: {name}", "use Debian 12: the only one with both rospy and qi for its Python"
+
+
+def programs() -> Iterator[Finding]:
+    for program in ("roslaunch", "roscore", "catkin_make", "xterm", "tmux", "Xvfb", "espeak-ng"):
+        yield shutil.which(program) is not None, f"program {program}", "run:  ./stack build"
+
+
+def environment() -> Iterator[Finding]:
+    python = ROOT / ".venv/bin/python"
+    if not python.exists():
+        yield False, "virtual environment .venv", "run:  ./stack build"
+        return
+    for module in ("rospy", "numpy", "mujoco", "qi", "cv2", "flask", "gevent", "PyQt5.QtWidgets"):
+        answer = subprocess.run([python, "-c", f"import {module}"], capture_output=True, text=True, timeout=120)
+        reason = (answer.stderr.strip().splitlines() or [""])[-1]
+        yield answer.returncode == 0, f"Python module {module}", f"{reason}; run:  rm -r .venv; ./stack build"
+
+
+def workspace() -> Iterator[Finding]:
+    stamp = ROOT / "catkin_ws/devel/built"
+    yield stamp.exists(), "catkin workspace built", "run:  ./stack build"
+    if stamp.exists():
+        here = stamp.read_text().startswith(f"{ROOT} ")
+        yield here, "catkin workspace built in this folder", "the checkout was moved; run:  ./stack build"
+
+
+def rendering() -> Iterator[Finding]:
+    python = ROOT / ".venv/bin/python"
+    code = (
+        "import os; os.environ.setdefault('MUJOCO_GL', 'egl'); import mujoco;"
+        "model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><geom size=\".1\"/></worldbody></mujoco>');"
+        "data = mujoco.MjData(model); mujoco.mj_forward(model, data); renderer = mujoco.Renderer(model, 48, 64);"
+        "renderer.update_scene(data); assert renderer.render().max() > 0"
+    )
+    try:
+        answer = subprocess.run([python, "-c", code], capture_output=True, text=True, timeout=120, cwd="/tmp")
+    except OSError as error:
+        yield False, "pictures without a screen (EGL)", f"{error}; run:  ./stack build"
+        return
+    reason = (answer.stderr.strip().splitlines() or [""])[-1]
+    yield answer.returncode == 0, "pictures without a screen (EGL)", f"{reason}; install libegl1 and libgl1-mesa-dri"
+
+
+def ports() -> Iterator[Finding]:
+    for port, argument in ((NAOQI_PORT, "nao_port"), (10002, "page_port")):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(("127.0.0.1", port))
+                free = True
+            except OSError:
+                free = False
+        yield free, f"port {port} is free", f"a stack runs already, or pass another one with {argument}:=<port>"
+
+
+def master() -> Iterator[Finding]:
+    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    place = urllib.parse.urlparse(uri)
+    try:
+        socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0).close()
+        print(f"  ✓ ROS master: answers at {uri}")
+    except OSError:
+        print(f"  - ROS master: none at {uri}; ./stack up starts one")
+    name = socket.gethostname()
+    try:
+        socket.getaddrinfo(name, None)
+        resolves = True
+    except OSError:
+        resolves = bool(os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME"))
+    yield resolves, f"host name {name} resolves, or ROS_IP is set", "run:  . ./env.sh  (it sets ROS_IP=127.0.0.1)"
+
+
+def robot(address: str) -> Iterator[Finding]:
+    """The way to a robot: name, port, round trip, our own address towards it, and its clock."""
+    host, _, port = address.partition(":")
+    number = int(port) if port.isdigit() else NAOQI_PORT
+    try:
+        times = sorted(connect_time(host, number) for _ in range(ROUND_TRIPS))
+    except (socket.gaierror, UnicodeError):
+        cure = f"nobody knows the name '{host}'; press the chest button for the address"
+        yield False, f"robot at {host}:{number}", cure
+        return
+    except ConnectionRefusedError:
+        cure = "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead, a Robotino on 80"
+        yield False, f"robot at {host}:{number}", cure
+        return
+    except OSError as error:
+        yield False, f"robot at {host}:{number}", f"{error}; is it switched on, and in this network? Try:  ping {host}"
+        return
+    yield True, f"robot at {host}:{number} accepts connections", ""
+    middle = times[len(times) // 2]
+    yield (
+        middle < SLOW,
+        f"round trip {middle * 1e3:.1f} ms, slowest of {len(times)} {times[-1] * 1e3:.1f} ms",
+        "too slow to drive well: use a cable or 5 GHz, or see docs/remote.md",
+    )
+    yield from towards(host, number)
+    if number in WEB_PORTS:
+        yield from robot_clock(host, number)
+    print(
+        "    On the robot's own computer:  python3 robot_system.py  (copy telepresence/station/robot_computer.py there)"
+    )
+
+
+def connect_time(host: str, port: int) -> float:
+    """Seconds that opening a connection takes: one round trip. Raises OSError."""
+    begin = time.monotonic()
+    socket.create_connection((host, port), timeout=3.0).close()
+    return time.monotonic() - begin
+
+
+def towards(host: str, port: int) -> Iterator[Finding]:
+    """Which of our addresses the robot sees; ROS nodes elsewhere must be able to call back to ROS_IP."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((host, port))  # a datagram socket sends nothing yet
+        ours = probe.getsockname()[0]
+    announced = os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME") or ""
+    local = ours.startswith("127.")
+    fine = local or not announced.startswith(("127.", "localhost"))
+    what = f"this machine is {ours} to the robot" + (f", and ROS_IP is {announced}" if announced else "")
+    yield fine, what, f"ROS nodes on other machines cannot call back:  export ROS_IP={ours}"
+
+
+def robot_clock(host: str, port: int) -> Iterator[Finding]:
+    """The robot's clock, by the date of its web server's answer (whole seconds)."""
+    try:
+        with urllib.request.urlopen(f"http://{host}:{port}/", timeout=3.0) as answer:
+            date = answer.headers.get("Date")
+    except urllib.error.HTTPError as error:
+        date = error.headers.get("Date")
+    except (OSError, http.client.HTTPException) as error:
+        yield False, f"web server at {host}:{port}", f"{error}; a Robotino answers there: is its restapid running?"
+        return
+    if date:
+        ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+        yield abs(ahead) < WRONG_CLOCK, f"robot's clock: {ahead:+.0f} s", "set it: pictures and commands carry times"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""The picture of a virtual display as a web page on loopback, to look at the window where there is no screen.
+
+Look only: nothing a browser sends reaches the display.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import threading
+from pathlib import Path
+
+import cv2
+import flask
+
+from telepresence.station.virtual_display import grab
+from telepresence.video.images import LatestImage
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers, WebServer
+
+PERIOD = 0.1  # seconds between pictures while somebody looks
+PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Operator's window</title>
+<style>html, body { margin: 0; height: 100%; background: #15181d; }
+img { width: 100%; height: 100%; object-fit: contain; }</style>
+<img src="screen.mjpeg" alt="The window appears here when it opens."></html>"""
+
+
+def create_app(stream: MjpegStream) -> flask.Flask:
+    """`/` is the page, `/screen.mjpeg` its picture."""
+    app = flask.Flask(__name__)
+
+    @app.get("/")
+    def page() -> str:
+        return PAGE
+
+    @app.get("/screen.mjpeg")
+    def screen() -> flask.Response:
+        try:
+            viewing = stream.view(advance=True, address=flask.request.remote_addr or "")
+        except TooManyViewers as error:
+            return flask.Response(f"{error}\n", 503, mimetype="text/plain")
+        return flask.Response(viewing, content_type=CONTENT_TYPE, headers={"Cache-Control": "no-store"})
+
+    return app
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m telepresence.station.screen_page", description=__doc__)
+    parser.add_argument("folder", type=Path, help="where Xvfb's option -fbdir writes the screen")
+    parser.add_argument("--port", type=int, default=10003, help="on loopback; default 10003")
+    arguments = parser.parse_args()
+    stop = threading.Event()
+    for request in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(request, lambda *_: stop.set())
+    image = LatestImage()
+    stream = MjpegStream(image)
+    with WebServer(create_app(stream), port=arguments.port) as server:
+        print(f"listening on {server.url}", flush=True)
+        while not stop.wait(PERIOD):
+            if stream.viewers:
+                image.put(cv2.imencode(".jpg", grab(arguments.folder), [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes())
+
+
+if __name__ == "__main__":
+    main()

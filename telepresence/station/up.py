@@ -1,0 +1,248 @@
+"""`./stack up`: robots, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
+
+Starts roscore (and brings it back when it dies), a virtual display where there is no real one, and roslaunch with the
+launch file of the robot. Ctrl-C ends all of it, and nothing stays behind, nor when this program is killed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import xml.etree.ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+from telepresence.station import processes
+from telepresence.station.master_keeper import MasterKeeper
+from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.virtual_display import VirtualDisplay, display_answers
+
+LAUNCH = Path(__file__).resolve().parents[2] / "launch"
+SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
+PAGE_PORT, SCREEN_PORT = 10002, 10003
+
+
+@dataclass(frozen=True)
+class Wire:
+    """How a robot is reached: launch arguments for address and port, the scheme, the usual ports."""
+
+    name: str
+    address: str
+    port: str
+    scheme: str
+    simulated_port: int
+    real_port: int
+
+
+PEPPER = Wire("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
+ROBOTINO = Wire("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
+STATIONS: dict[str, tuple[Wire, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
+"""What `up` can be asked for, and the robots in it. Others of the launch files have wires of their own making."""
+RUN_ID_PATIENCE = 3.0
+"""Seconds that a roscore that is just starting has until it sets its run_id."""
+LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
+
+
+def main(argv: list[str] | None = None) -> int:
+    arguments = parse(sys.argv[1:] if argv is None else argv)
+    stop = threading.Event()
+
+    def request_stop(_signal: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    signal.signal(signal.SIGINT, request_stop)
+    signal.signal(signal.SIGTERM, request_stop)
+    signal.signal(signal.SIGHUP, request_stop)
+    processes.adopt_orphans()
+    try:
+        return run(arguments, stop)
+    except RuntimeError as error:
+        print(f"stack up: {error}", file=sys.stderr)
+        return 1
+    finally:
+        processes.end_descendants()
+
+
+def parse(argv: list[str]) -> argparse.Namespace:
+    """The robot and the launch arguments.
+
+    Raises:
+        SystemExit: With a usage line, for an unknown robot or an argument that is not name:=value.
+    """
+    robots = sorted(path.stem for path in LAUNCH.glob("*.launch"))
+    parser = argparse.ArgumentParser(
+        prog="./stack up",
+        description="Bring up a robot, real or simulated, with everything that drives it.",
+        epilog="Launch arguments and their defaults:  ./stack exec roslaunch --ros-args launch/pepper.launch",
+    )
+    parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
+    parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
+    found = parser.parse_args(argv)
+    if ":=" in found.robot:
+        found.settings.insert(0, found.robot)
+        found.robot = "pepper"
+    if found.robot not in robots:
+        parser.error(f"there is no robot '{found.robot}'; known: {', '.join(robots)}")
+    for setting in found.settings:
+        name, sign, _ = setting.partition(":=")
+        if not sign or not name.isidentifier():
+            parser.error(f"'{setting}' is not of the form name:=value")
+    found.settings = dict(setting.split(":=", 1) for setting in found.settings)
+    return found
+
+
+def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
+    """Bring everything up and wait until `stop` is set or roslaunch ends.
+
+    Raises:
+        RuntimeError: A port is taken or a part does not start; the text says which and what to do.
+    """
+    settings = arguments.settings
+    simulated = settings.get("sim", "true").lower() in ("true", "1")
+    window = "gui" in launch_arguments(arguments.robot) and settings.get("gui", "true").lower() in ("true", "1")
+    wires = STATIONS.get(arguments.robot, ())
+    require_known(arguments.robot, settings)
+    if simulated:
+        for wire in wires:
+            require_loopback(settings, wire.address)
+            port = port_setting(settings, wire.port, wire.simulated_port)
+            require_free(port, wire.port, f"the simulated {wire.name}")
+    if PEPPER in wires:
+        require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
+    screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
+
+    master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    keeper = screen = display = None
+    try:
+        if window and not display_answers(os.environ.get("DISPLAY")):
+            require_free(screen_port, "screen_port", "the picture of the window")
+            display = VirtualDisplay()
+            os.environ["DISPLAY"] = display.name
+            screen = serve_screen(display, screen_port)
+        # roslaunch reads its files while roscore starts.
+        launch = processes.start(
+            ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
+            + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"],
+            tied=True,
+        )
+        if master_answers(master_uri, timeout=1.0):
+            require_roscore(master_uri, stop)
+            print(f"Using the ROS master that runs at {master_uri}")
+        else:
+            keeper = MasterKeeper(master_uri)
+        print(banner(arguments.robot, settings, master_uri, simulated, display, screen_port), flush=True)
+        while not stop.wait(0.2):
+            if launch.poll() is not None:
+                print("roslaunch ended", file=sys.stderr)
+                return launch.returncode or 1
+        print("\nEnding everything ...", flush=True)
+        processes.end(launch, patience=8.0)
+        return 0
+    finally:
+        if screen is not None:
+            processes.end(screen, patience=2.0)
+        if keeper is not None:
+            keeper.close()
+        if display is not None:
+            display.close()
+
+
+def launch_arguments(robot: str) -> set[str]:
+    """Names of the arguments that a person can give to the launch file."""
+    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
+    return {argument.get("name", "") for argument in file.getroot().iterfind("arg") if argument.get("value") is None}
+
+
+def require_known(robot: str, settings: dict[str, str]) -> None:
+    """Raises RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself says
+    nothing to the former and starts a simulator that ends at once with the latter."""
+    known = sorted(launch_arguments(robot) | {"screen_port"})
+    for name in settings:
+        if name not in known:
+            raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
+    scenes = sorted(path.stem for path in SCENES.glob("*.xml"))
+    for name in ("scene", "terrain"):
+        if settings.get(name, scenes[0]) not in scenes:
+            raise RuntimeError(f"there is no {name} '{settings[name]}'; there are: {', '.join(scenes)}")
+
+
+def require_loopback(settings: dict[str, str], name: str) -> None:
+    """Raises RuntimeError when the drivers would drive a real robot while a simulated one starts beside it."""
+    address = settings.get(name, "127.0.0.1")
+    if address not in ("127.0.0.1", "localhost"):
+        raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
+
+
+def require_roscore(uri: str, stop: threading.Event) -> None:
+    """Raises RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
+    deadline = time.monotonic() + RUN_ID_PATIENCE
+    while master_proxy(uri, timeout=1.0).getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
+        if time.monotonic() > deadline:
+            raise RuntimeError(
+                f"the ROS master at {uri} is a bare rosmaster, without the run_id that roscore gives it and that "
+                "roslaunch waits for. Run roscore instead, or:  rosparam set /run_id $(uuidgen)"
+            )
+
+
+def require_free(port: int, argument: str, purpose: str) -> None:
+    """Raises RuntimeError when somebody listens on the loopback port already."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            raise RuntimeError(
+                f"port {port}, wanted for {purpose}, is taken: another ./stack up may be running. "
+                f"Choose another one with {argument}:=<port>"
+            ) from None
+
+
+def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
+    """A web server for the picture of the display, in a process of its own; looking must not slow driving."""
+    return processes.start(
+        ["nice", sys.executable, "-m", "telepresence.station.screen_page", str(display.folder), "--port", str(port)],
+        tied=True,
+        stdout=subprocess.DEVNULL,
+    )
+
+
+def port_setting(settings: dict[str, str], name: str, default: int) -> int:
+    """The port that the person chose. Raises RuntimeError when it is none."""
+    text = settings.get(name, str(default))
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 65536):
+        raise RuntimeError(f"{name}:={text} is not a port: a number from 1 to 65535 is needed")
+    return int(text)
+
+
+def banner(
+    robot: str,
+    settings: dict[str, str],
+    master_uri: str,
+    simulated: bool,
+    display: VirtualDisplay | None,
+    screen_port: int,
+) -> str:
+    """What runs where, for the person at the terminal."""
+    wires = STATIONS.get(robot, ())
+    lines = [""]
+    for wire in wires:
+        usual, kind = (wire.simulated_port, "simulated") if simulated else (wire.real_port, "real")
+        address, port = settings.get(wire.address, "127.0.0.1"), settings.get(wire.port, usual)
+        lines.append(f"  robot        {wire.name}, {kind}, {wire.scheme}://{address}:{port}")
+    lines.append(f"  ROS master   {master_uri}")
+    if PEPPER in wires:
+        lines.append(f"  tablet page  http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/")
+    if display is not None:
+        lines += [
+            f"  window       http://127.0.0.1:{screen_port}/",
+            f"               There is no display here, so the window is on a virtual one ({display.name}).",
+        ]
+    lines += ["", "  Ctrl-C ends all of it.", ""]
+    return "\n".join(lines)

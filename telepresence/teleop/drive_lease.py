@@ -1,0 +1,373 @@
+"""Who may drive: one pilot at a time, by a lease. No ROS, no clock: the time is an argument.
+
+Every window joins under a name, and signs what it sends with a key that follows from the account's key and two fresh
+random numbers; neither a watcher nor a program that only listens can send as somebody else, or send again what was sent
+before. The pilot's window renews the lease with every message; a second of silence frees the robot. Whenever the pilot
+changes, the robot gets a zero first.
+
+Keyboards and gamepads that publish velocities beside the windows rank last: they drive while no window does. Messages
+and services: telepresence_msgs/msg and telepresence_msgs/srv.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import math
+import secrets
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+LEASE = 1.0
+"""Seconds without a sign of life after which the pilot's lease ends."""
+COMMAND_AGE = 0.3
+"""Seconds that a velocity holds. Windows repeat it every 0.05 s."""
+LATE = 0.5
+"""Seconds that a command may be older than the quickest one of its window: a network that comes back delivers all that
+was under way."""
+DRIFT = 1e-3
+"""How much two clocks may part, seconds per second."""
+ZEROS_TIME = 0.3
+"""Seconds for which zero is repeated after a stop, so that latched keyboards hear it and let go."""
+OTHER_TIME = 0.5
+"""Seconds for which another program's velocity counts as driving."""
+FORGOTTEN = 30.0
+"""Seconds of silence after which a window is forgotten."""
+MOST_WINDOWS = 32
+NONCE = 16
+"""Bytes of a random number, and of a proof."""
+PILOT, WATCHER = "pilot", "watcher"
+
+
+class Velocity(NamedTuple):
+    """Of the robot's base: forward, left [m/s], counter-clockwise [rad/s]."""
+
+    vx: float
+    vy: float
+    wz: float
+
+
+ZERO = Velocity(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Account:
+    """Somebody who may join. Of two pilots the higher rank may take the robot from the other.
+
+    Args:
+        key: Known to the window and here only; empty when names are not checked.
+    """
+
+    name: str
+    role: str
+    rank: int = 0
+    key: bytes = field(default=b"", repr=False)
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a window sends, ten times a second or more while it drives and four times otherwise.
+
+    Args:
+        number: Counts up.
+        sent: The window's own clock [s].
+        velocity: None when nothing is held.
+        hold: Why this window would not let anybody drive now; empty when it would.
+    """
+
+    number: int
+    sent: float
+    velocity: Velocity | None
+    hold: str
+    proof: bytes = b""
+
+
+class Reply(NamedTuple):
+    """Whether it was done; if not, a sentence for the person who asked."""
+
+    ok: bool
+    reason: str = ""
+
+
+class Joined(NamedTuple):
+    """A place among the windows. `session` names it, `nonce` goes into its key; both empty when refused."""
+
+    session: str
+    nonce: bytes
+    reason: str = ""
+
+
+def session_key(account_key: bytes, window_nonce: bytes, lease_nonce: bytes) -> bytes:
+    """The key with which a window signs from now on."""
+    return hmac.digest(account_key, b"telepresence drive lease" + window_nonce + lease_nonce, hashlib.sha256)
+
+
+def sign_command(key: bytes, command: Command) -> bytes:
+    """The proof that belongs into the command."""
+    velocity = command.velocity or ZERO
+    body = struct.pack("<Id?3d", command.number, command.sent, command.velocity is not None, *velocity)
+    return hmac.digest(key, b"command" + body + command.hold.encode(), hashlib.sha256)[:NONCE]
+
+
+def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
+    """The proof for `DriveLease.ask`."""
+    body = struct.pack("<I", number) + action.encode() + b"\0" + to.encode()
+    return hmac.digest(key, b"request" + body, hashlib.sha256)[:NONCE]
+
+
+@dataclass(eq=False)
+class _Window:
+    """A window that has joined."""
+
+    session: str
+    account: Account
+    node: str
+    key: bytes = field(repr=False)
+    heard: float
+    number: int = 0
+    """Of its last command; `asked` of its last request: the two come by different ways."""
+    asked: int = 0
+    offset: float = math.inf
+    """Least difference seen between our clock and its own."""
+    measured: float = 0.0
+    hold: str = ""
+    proven: bool = False
+    """It has shown that it knows the account's key."""
+
+
+@dataclass(frozen=True)
+class State:
+    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now; `present`
+    are names with roles, `windows` the nodes of their windows."""
+
+    pilot: str = ""
+    window: str = ""
+    asking: str = ""
+    stopped_by: str = ""
+    hold: str = ""
+    other: str = ""
+    velocity: Velocity = ZERO
+    present: tuple[str, ...] = ()
+    windows: tuple[str, ...] = ()
+
+
+class DriveLease:
+    """The arbiter.
+
+    Args:
+        find_account: The account of a name, or None.
+    """
+
+    def __init__(self, find_account: Callable[[str], Account | None]) -> None:
+        self._find_account = find_account
+        self._windows: dict[str, _Window] = {}
+        self._pilot: _Window | None = None
+        self._asking: _Window | None = None
+        self._stopped_by = ""
+        self._velocity, self._velocity_at = ZERO, -math.inf
+        self._zeros_until = -math.inf
+        self._other, self._other_at = "", -math.inf
+        self._held = False
+        self.refused = 0
+        """Messages that were not obeyed: unknown, forged, repeated, late, not finite, not by the pilot."""
+
+    def join(self, name: str, node: str, nonce: bytes, now: float) -> Joined:
+        """A window wants a place under this name. Whether it may carry the name shows with its first signed message."""
+        account = self._find_account(name)
+        if account is None:
+            return Joined("", b"", f"This robot knows nobody called {name!r}. Sign in with a name it knows.")
+        if len(nonce) != NONCE:
+            return Joined("", b"", f"The random number must have {NONCE} bytes, not {len(nonce)}.")
+        self._forget(now)
+        if len(self._windows) >= MOST_WINDOWS:
+            return Joined("", b"", f"There are {MOST_WINDOWS} windows already. Close one and wait {FORGOTTEN:.0f} s.")
+        session, own_nonce = secrets.token_hex(8), secrets.token_bytes(NONCE)
+        key = session_key(account.key, nonce, own_nonce)
+        self._windows[session] = _Window(session, account, node, key, now)
+        return Joined(session, own_nonce)
+
+    def hear(self, session: str, command: Command, now: float) -> Velocity | None:
+        """A window's command; what the robot must be told at once, None for nothing."""
+        window = self._windows.get(session)
+        if window is None or not self._is_genuine(window, command, now):
+            self.refused += 1
+            return None
+        window.hold = command.hold
+        if window is self._pilot and command.hold and not self._held:
+            self._zeros_until = now + ZEROS_TIME
+        self._held = bool(self._pilot is not None and self._pilot.hold)
+        if command.velocity is None:
+            return None
+        if window is not self._pilot or self._stopped_by or (self._held and any(command.velocity)):
+            self.refused += 1
+            return None
+        self._zeros_until = -math.inf
+        return self._give(command.velocity, now)
+
+    def ask(self, session: str, number: int, action: str, to: str, proof: bytes, now: float) -> Reply:
+        """A signed request: take, release, give (to the node of a window; empty: to who asks), keep, stop, reset_stop,
+        leave."""
+        window = self._windows.get(session)
+        if window is None:
+            return Reply(False, "This robot does not know this window any more; it joins again by itself.")
+        genuine = hmac.compare_digest(proof, sign_request(window.key, number, action, to))
+        if not genuine:
+            self.refused += 1
+            return Reply(False, f"The robot knows another password for {window.account.name}. Sign in again.")
+        if number <= window.asked:
+            self.refused += 1
+            return Reply(False, "A later request was here first. Ask again.")
+        window.asked, window.heard, window.proven = number, now, True
+        actions = {
+            "take": lambda: self._take(window, now),
+            "release": lambda: self._release(window, now),
+            "give": lambda: self._hand_over(window, to, now),
+            "keep": lambda: self._keep(window),
+            "stop": lambda: self._stop(window, now),
+            "reset_stop": lambda: self._reset_stop(window),
+            "leave": lambda: self._leave(window, now),
+        }
+        if action not in actions:
+            return Reply(False, f"There is no {action!r}; there are {', '.join(actions)}.")
+        return actions[action]()
+
+    def hear_other(self, node: str, velocity: Velocity, now: float) -> Velocity | None:
+        """A velocity that another program has sent past the lease; what must be sent against it, None for nothing."""
+        if not any(velocity):
+            return None
+        self._other, self._other_at = node, now
+        return ZERO if self._hold_reason() else None
+
+    def lost(self, node: str, now: float) -> Velocity | None:
+        """The connection of a window has closed: it was killed, or the network broke. What it drove ends at once, not
+        `COMMAND_AGE` later; its lease goes on, in case that it comes back. What the robot must be told, None for
+        nothing."""
+        if self._pilot is None or self._pilot.node != node or not any(self._velocity):
+            return None
+        self._zeros_until = now + ZEROS_TIME
+        return self._give(ZERO, now)
+
+    def tick(self, now: float) -> Velocity | None:
+        """To be called 20 times a second or more; what the robot must be told, None for nothing."""
+        pilot = self._pilot
+        if pilot is not None and now - pilot.heard > LEASE:
+            self._set_pilot(None, now)
+        if any(self._velocity) and now - self._velocity_at > COMMAND_AGE:
+            return self._give(ZERO, now)
+        return self._give(ZERO, now) if now < self._zeros_until else None
+
+    def state(self, now: float) -> State:
+        """What is the case at `now` [s]."""
+        pilot, asking = self._pilot, self._asking
+        here = (w for w in self._windows.values() if w.proven and now - w.heard <= LEASE)
+        present = sorted((f"{w.account.name} ({w.account.role})", w.node) for w in here)
+        return State(
+            pilot=pilot.account.name if pilot else "",
+            window=pilot.node if pilot else "",
+            asking=asking.account.name if asking and now - asking.heard <= LEASE else "",
+            stopped_by=self._stopped_by,
+            hold=self._hold_reason(),
+            other=self._other if now - self._other_at <= OTHER_TIME else "",
+            velocity=self._velocity,
+            present=tuple(name for name, _ in present),
+            windows=tuple(node for _, node in present),
+        )
+
+    # --- what may be asked for ---
+
+    def _take(self, window: _Window, now: float) -> Reply:
+        pilot = self._pilot
+        if window.account.role != PILOT:
+            return Reply(False, f"{window.account.name} may watch, not drive.")
+        if pilot is None or pilot.account.name == window.account.name or window.account.rank > pilot.account.rank:
+            if pilot is not window:
+                self._set_pilot(window, now)
+            return Reply(True)
+        self._asking = window
+        return Reply(False, f"{pilot.account.name} drives and has been asked to hand over.")
+
+    def _release(self, window: _Window, now: float) -> Reply:
+        if window is not self._pilot:
+            return Reply(False, "You do not have the robot.")
+        self._set_pilot(None, now)
+        return Reply(True)
+
+    def _hand_over(self, window: _Window, to: str, now: float) -> Reply:
+        if window is not self._pilot:
+            return Reply(False, "You do not have the robot.")
+        takers = [w for w in self._windows.values() if w.node == to] if to else [self._asking] * bool(self._asking)
+        taker = next((w for w in takers if w.proven and now - w.heard <= LEASE), None)
+        if taker is None:
+            return Reply(False, f"{to or 'Who asked'} is not here any more.")
+        if taker.account.role != PILOT:
+            return Reply(False, f"{taker.account.name} may watch, not drive.")
+        self._set_pilot(taker, now)
+        return Reply(True)
+
+    def _keep(self, window: _Window) -> Reply:
+        if window is not self._pilot:
+            return Reply(False, "You do not have the robot.")
+        self._asking = None
+        return Reply(True)
+
+    def _stop(self, window: _Window, now: float) -> Reply:
+        self._stopped_by = self._stopped_by or window.account.name
+        self._velocity, self._velocity_at = ZERO, now
+        self._zeros_until = now + ZEROS_TIME
+        return Reply(True)
+
+    def _reset_stop(self, window: _Window) -> Reply:
+        pilot = self._pilot
+        if window.account.role != PILOT:
+            return Reply(False, f"{window.account.name} may stop the robot; only a pilot lets it go again.")
+        if pilot is not None and pilot is not window and window.account.rank <= pilot.account.rank:
+            return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
+        self._stopped_by = ""
+        return Reply(True)
+
+    def _leave(self, window: _Window, now: float) -> Reply:
+        if window is self._pilot:
+            self._set_pilot(None, now)
+        if window is self._asking:
+            self._asking = None
+        del self._windows[window.session]
+        return Reply(True)
+
+    # --- parts ---
+
+    def _is_genuine(self, window: _Window, command: Command, now: float) -> bool:
+        if command.number <= window.number:
+            return False
+        if not hmac.compare_digest(command.proof, sign_command(window.key, command)):
+            return False
+        if not all(map(math.isfinite, (command.sent, *(command.velocity or ZERO)))):
+            return False
+        window.number, window.proven = command.number, True
+        drift = DRIFT * max(0.0, now - window.measured)
+        window.offset, window.measured = min(window.offset + drift, now - command.sent), now
+        if now - command.sent - window.offset > LATE:
+            return False
+        window.heard = now
+        return True
+
+    def _set_pilot(self, window: _Window | None, now: float) -> None:
+        self._pilot, self._asking = window, None
+        self._held = bool(window is not None and window.hold)
+        self._velocity, self._velocity_at = ZERO, now
+        self._zeros_until = now + ZEROS_TIME
+
+    def _give(self, velocity: Velocity, now: float) -> Velocity:
+        self._velocity, self._velocity_at = velocity, now
+        return velocity
+
+    def _hold_reason(self) -> str:
+        if self._stopped_by:
+            return f"{self._stopped_by} has pressed the red stop."
+        return self._pilot.hold if self._pilot is not None else ""
+
+    def _forget(self, now: float) -> None:
+        for window in list(self._windows.values()):
+            if now - window.heard > FORGOTTEN and window is not self._pilot:
+                del self._windows[window.session]

@@ -1,0 +1,350 @@
+"""The newest JPEG of a `LatestImage` to any number of viewers over HTTP, by gevent and without monkey patching.
+
+A picture is encoded once and handed to every viewer. Nobody queues: a viewer that is slow skips pictures, and the small
+send buffer of `listener` keeps the ones already under way few, hence young.
+
+Two layouts of multipart/x-mixed-replace:
+
+    plain    --B, Content-Type, Content-Length, X-Timestamp, JPEG, --B, ...
+    advance  --B, Content-Type, JPEG, --B, Content-Type, (the next JPEG later) ...
+
+Programs read the plain layout's part to its end at once. Browsers paint a part when the headers of the next one are
+there (Chromium to this day: its issue 527446; ustreamer has an option `advance_headers` for it): for them the plain
+layout is one picture late.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import gevent
+import gevent.event
+import gevent.socket
+from gevent import pywsgi
+
+from telepresence.video.images import LatestImage, Picture
+
+log = logging.getLogger(__name__)
+
+BOUNDARY = b"picture"
+CONTENT_TYPE = "multipart/x-mixed-replace; boundary=" + BOUNDARY.decode()
+_DELIMITER = b"\r\n--" + BOUNDARY + b"\r\n"
+_NEXT_PART = _DELIMITER + b"Content-Type: image/jpeg\r\n\r\n"
+
+SEND_BUFFER = 65536
+"""Bytes asked for in the kernel per viewer (Linux doubles it): at 640x480 a reader of 600 kB/s sees pictures 0.4 s old
+instead of 5.6 s with default buffers, and a fast one still gets 6 MB/s at 20 ms round trip."""
+NO_PICTURE_TIMEOUT = 10.0
+"""Seconds after which a response without a first picture is ended; the viewer asks again."""
+
+
+class TooManyViewers(RuntimeError):
+    """The limit of viewers, of all or of one address, is reached."""
+
+
+class MjpegStream:
+    """Multipart responses and long polls for one source of JPEG pictures.
+
+    All methods but the properties belong to the thread whose gevent hub answers the requests; the pictures may come
+    from any thread. While nobody watches, a new picture costs nothing here.
+
+    Args:
+        image: Holds complete JPEG files as `bytes`.
+        max_viewers: Streams open at the same time.
+        max_viewers_per_address: Of these, for one client address.
+        resend_period: A picture that has no successor is sent again after this time [s]: it shows who is gone, and
+            browsers that paint late get to paint it.
+    """
+
+    def __init__(
+        self,
+        image: LatestImage,
+        *,
+        max_viewers: int = 64,
+        max_viewers_per_address: int = 64,
+        resend_period: float = 1.0,
+    ) -> None:
+        self.image = image
+        self.resend_period = resend_period
+        self._max_viewers = max_viewers
+        self._max_per_address = max_viewers_per_address
+        # Weak: a response that fails before it reaches the server is never closed.
+        self._viewings: weakref.WeakSet[Viewing] = weakref.WeakSet()
+        self._parts: dict[bool, tuple[int, bytes]] = {}
+        self._waiting = 0
+        self._changed = gevent.event.Event()
+        self._lock = threading.Lock()  # guards _watcher against a writer's thread
+        self._watcher: Any = None
+
+    @property
+    def viewers(self) -> int:
+        """Streams that are open now."""
+        return len(self._viewings)
+
+    def stalled(self, viewer: str) -> float | None:
+        """Seconds since the stream with this name last took a picture; None when there is no such stream.
+
+        At most `resend_period` for a viewer that keeps up. A page uses it to find out that its own stream is dead."""
+        now = time.monotonic()
+        ages = [now - viewing.progress for viewing in self._viewings if viewing.name == viewer]
+        return min(ages, default=None)
+
+    def view(self, *, advance: bool = False, address: str = "", name: str = "") -> Viewing:
+        """The body of one endless response of type `CONTENT_TYPE`; its `close()` must be called, as WSGI demands.
+
+        Args:
+            advance: Layout for browsers (see above).
+            address: The client's, for the limit per address.
+            name: Chosen by the client, for `stalled`.
+        Raises:
+            TooManyViewers: Answer 503.
+        """
+        if len(self._viewings) >= self._max_viewers:
+            raise TooManyViewers(f"{self._max_viewers} viewers are watching already, which is the limit")
+        if sum(viewing.address == address for viewing in self._viewings) >= self._max_per_address:
+            raise TooManyViewers(f"{address} has {self._max_per_address} streams open already, which is the limit")
+        viewing = Viewing(self, advance, address, name)
+        self._viewings.add(viewing)
+        return viewing
+
+    def newer(self, sequence: int, timeout: float) -> Picture | None:
+        """Wait up to `timeout` seconds for a picture other than number `sequence`; None when none came."""
+        deadline = time.monotonic() + timeout
+        with self._attached():
+            while True:
+                changed = self._changed  # taken before the look, so that no put falls between the two
+                picture = self.image.peek()
+                if picture is not None and picture.sequence != sequence:
+                    return picture
+                left = deadline - time.monotonic()
+                if left <= 0 or not changed.wait(left):
+                    return None
+
+    def part(self, picture: Picture, advance: bool) -> bytes:
+        """One part as it goes over the wire, built once for all viewers."""
+        sequence, part = self._parts.get(advance, (0, b""))
+        if sequence != picture.sequence:
+            if advance:
+                part = picture.pixels + _NEXT_PART
+            else:
+                head = b"Content-Type: image/jpeg\r\nContent-Length: %d\r\nX-Timestamp: %.6f\r\n\r\n"
+                part = head % (len(picture.pixels), picture.stamp) + picture.pixels + _DELIMITER
+            self._parts[advance] = picture.sequence, part
+        return part
+
+    def forget(self, viewing: Viewing) -> None:
+        """For the viewing that is closed."""
+        self._viewings.discard(viewing)
+
+    @contextmanager
+    def _attached(self) -> Iterator[None]:
+        """Listen to the pictures while at least one greenlet waits for them."""
+        if self._waiting == 0:
+            watcher = gevent.get_hub().loop.async_()
+            watcher.start(self._wake)
+            self._watcher = watcher
+            self.image.add_listener(self._notify)
+        self._waiting += 1
+        try:
+            yield
+        finally:
+            self._waiting -= 1
+            if self._waiting == 0:
+                self.image.remove_listener(self._notify)
+                with self._lock:
+                    watcher, self._watcher = self._watcher, None
+                watcher.stop()
+                watcher.close()
+
+    def _notify(self) -> None:  # on the writer's thread
+        with self._lock:
+            if self._watcher is not None:
+                self._watcher.send()
+
+    def _wake(self) -> None:  # in the hub
+        changed, self._changed = self._changed, gevent.event.Event()
+        changed.set()
+
+
+class Viewing:
+    """The body of one viewer's response: an iterator that waits for the newest picture."""
+
+    def __init__(self, stream: MjpegStream, advance: bool, address: str, name: str) -> None:
+        self.address = address
+        self.name = name
+        self.progress = time.monotonic()
+        self._stream = stream
+        self._advance = advance
+        self._greeted = False
+        self._sequence = 0
+
+    def __iter__(self) -> Viewing:
+        return self
+
+    def __next__(self) -> bytes:
+        self.progress = time.monotonic()  # the server asks for more once the socket has taken the part before
+        if not self._greeted:  # the response's headers leave with it, before there is a picture
+            self._greeted = True
+            return (_NEXT_PART if self._advance else _DELIMITER).lstrip()
+        stream = self._stream
+        timeout = stream.resend_period if self._sequence else NO_PICTURE_TIMEOUT
+        picture = stream.newer(self._sequence, timeout) or stream.image.peek()
+        if picture is None:
+            raise StopIteration
+        self._sequence = picture.sequence
+        return stream.part(picture, self._advance)
+
+    def close(self) -> None:
+        self._stream.forget(self)
+
+
+def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:
+    """A listening TCP socket whose connections hold little unsent data and do not wait to fill packets.
+
+    Args:
+        address: Of one interface; "0.0.0.0" or "::" for all of them.
+        port: 0 picks a free one.
+    Raises:
+        OSError: The port is taken or the address is not this machine's; the text names both.
+    """
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # Accepted connections inherit both. Without TCP_NODELAY the body of a long poll waits for its header's ACK.
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, send_buffer)
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        listening.bind((address, port))
+        listening.listen(1024)  # a burst waits in the queue instead of being asked to come again
+    except OSError as error:
+        listening.close()
+        raise OSError(error.errno, f"cannot listen on {address}, port {port}: {error.strerror}") from error
+    return listening
+
+
+FIRST_REQUEST_TIMEOUT = 1.0
+"""Seconds that a new connection has for the first line of its request: one that only occupies a place is soon gone."""
+
+
+class _Handler(pywsgi.WSGIHandler):
+    """Gives up on a peer that takes or sends nothing for a while, without a traceback: that is daily life."""
+
+    timeout = 10.0
+
+    def __init__(self, sock: Any, address: Any, server: Any, rfile: Any = None) -> None:
+        sock.settimeout(min(FIRST_REQUEST_TIMEOUT, self.timeout))
+        super().__init__(sock, address, server, rfile)
+
+    def read_requestline(self) -> str:
+        line = super().read_requestline()
+        self.socket.settimeout(self.timeout)
+        return line
+
+    def handle_error(self, t: Any, v: Any, tb: Any) -> None:
+        if issubclass(t, OSError):
+            self.close_connection = True
+            log.info("dropped %s: %s", self.client_address[0], v)
+        else:
+            super().handle_error(t, v, tb)
+
+    def _handle_client_error(self, ex: BaseException) -> Any:
+        return None if isinstance(ex, OSError) else super()._handle_client_error(ex)
+
+
+class WebServer:
+    """Answers a WSGI application from a thread of its own, one greenlet per connection.
+
+    The port is bound by the constructor; `start()` begins to answer. The application must not block: a native lock or
+    a computation in it holds up every viewer.
+
+    Args:
+        application: WSGI callable, for example a Flask object.
+        address, port, send_buffer: See `listener`.
+        timeout: A connection that takes or sends nothing for this long [s] is closed.
+        max_connections: Further ones wait until another has closed.
+    """
+
+    def __init__(
+        self,
+        application: Callable[..., Any],
+        address: str = "127.0.0.1",
+        port: int = 0,
+        *,
+        timeout: float = 10.0,
+        send_buffer: int = SEND_BUFFER,
+        max_connections: int = 256,
+    ) -> None:
+        self._socket = listener(address, port, send_buffer)
+        self.address, self.port = self._socket.getsockname()[:2]
+        if address in ("0.0.0.0", "::"):
+            log.warning("port %d is open to every network of this machine; give the address of one", self.port)
+        self._application = application
+        self._max_connections = max_connections
+        self._handler = type("Handler", (_Handler,), {"timeout": timeout})
+        self._ready = threading.Event()
+        self._lock = threading.Lock()  # guards _stopper against close() from another thread
+        self._stopper: Any = None
+        self._thread = threading.Thread(target=self._run, name=f"web-server-{self.port}", daemon=True)
+
+    @property
+    def url(self) -> str:
+        """http://address:port/"""
+        return f"http://[{self.address}]:{self.port}/" if ":" in self.address else f"http://{self.address}:{self.port}/"
+
+    def start(self) -> WebServer:
+        self._thread.start()
+        if not self._ready.wait(timeout=5.0):
+            raise RuntimeError(f"the web server on port {self.port} did not start; the log says why")
+        return self
+
+    def close(self) -> None:
+        """Close the port and every connection; at most about a second."""
+        with self._lock:
+            if self._stopper is not None:
+                self._stopper.send()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5.0)
+        self._socket.close()
+
+    def __enter__(self) -> WebServer:
+        return self.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        hub = gevent.get_hub()
+        stop = gevent.event.Event()
+        stopper = hub.loop.async_()
+        stopper.start(stop.set)
+        with self._lock:
+            self._stopper = stopper
+        try:
+            server = pywsgi.WSGIServer(
+                gevent.socket.socket(fileno=self._socket.detach()),
+                self._application,
+                spawn=self._max_connections,
+                log=None,
+                error_log=log,
+                handler_class=self._handler,
+                environ={"SERVER_NAME": self.address},  # else pywsgi asks the name server for it
+            )
+            server.start()
+            self._ready.set()
+            stop.wait()
+            server.stop(timeout=0.1)  # a stream has no end of its own
+        except Exception:
+            log.exception("the web server on port %d failed", self.port)
+        finally:
+            with self._lock:
+                self._stopper = None
+            stopper.stop()
+            stopper.close()
+            hub.destroy(destroy_loop=True)

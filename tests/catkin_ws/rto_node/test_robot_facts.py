@@ -1,0 +1,32 @@
+import math
+
+import pytest
+from rto_node import robot_facts
+
+from robotino_sim.kinematics import GEAR, motor_speeds
+
+READINGS = [0.41, 0.1, 0.2, 0.41, 0.3, 0.41, 0.05, 0.41, 0.25]
+
+
+def test_guide_points():
+    points = robot_facts.guide_points(READINGS)
+    assert points[0] == pytest.approx((0.61, 0.0, 0.05))
+    assert points[1] == pytest.approx((0.3 * math.cos(0.698), 0.3 * math.sin(0.698), 0.05))
+    assert robot_facts.ranges_of_guide_points([p[:2] for p in points]) == pytest.approx(READINGS)
+
+
+def test_ring_scan_turns_counter_clockwise_from_minus_160_degrees():
+    ranges = robot_facts.ring_scan(READINGS)
+    angles = [robot_facts.SCAN_START + i * robot_facts.RING_STEP for i in range(9)]
+    assert angles[0] == pytest.approx(math.radians(-160)) and angles[-1] == pytest.approx(math.radians(160))
+    for i, reading in enumerate(READINGS):
+        bearing = math.remainder(math.radians(40.0 * i), math.tau)
+        index = min(range(9), key=lambda k: abs(math.remainder(angles[k] - bearing, math.tau)))
+        assert ranges[index] == (math.inf if reading == 0.41 else pytest.approx(reading + 0.2264))
+
+
+@pytest.mark.parametrize("velocity", [(0.2, 0, 0), (0, 0.3, 0), (0, 0, 1), (0.1, -0.2, 0.5)])
+def test_wheels_turn_as_the_robots_own_equations_say(velocity):
+    """32 motor turns are one of the wheel."""
+    expected = [rpm / GEAR * math.tau / 60.0 for rpm in motor_speeds(*velocity)]
+    assert robot_facts.wheel_speeds(*velocity) == pytest.approx(expected)

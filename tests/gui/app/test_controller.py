@@ -1,0 +1,264 @@
+"""What the buttons do and the indicators say."""
+
+import time
+
+import numpy as np
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+
+from gui.app.controller import Attach, Controller
+from gui.driving.coordinator import STOP_REPEATS
+from gui.ros.picture import Picture
+from gui.terminal.commands import KEYBOARD, SECOND_NAME
+from gui.window import OperatorWindow, style_sheet
+from telepresence.teleop.drive_lease import PILOT, Account
+
+ZERO = (0.0, 0.0, 0.0)
+RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
+
+
+@pytest.fixture
+def open_window(qt, link, terminal, spin):
+    opened = []
+
+    def open_one(attach=Attach.AUTO):
+        window = OperatorWindow(terminal)
+        window.address.setText("192.168.1.10")
+        window.controller = Controller(window, link, terminal, attach)
+        window.controller.admit(Account("anna", PILOT))
+        window.show_on_screen()
+        opened.append(window)
+        spin(window.isActiveWindow, "the window is active")
+        return window
+
+    yield open_one
+    for window in opened:
+        window.close()
+        window.deleteLater()
+
+
+def picture(age=0.0, encoding="rgb8", channels=3):
+    return Picture(np.full((48, 64, channels), 99, np.uint8), encoding, time.time(), time.monotonic() - age)
+
+
+def click(button):
+    QTest.mouseClick(button, Qt.LeftButton)
+
+
+def test_without_a_master_the_window_says_what_to_do(open_window):
+    window = open_window()
+    assert "No ROS master answers at http://127.0.0.1:11311" in window.status.message
+    assert "Roscore start" in window.status.message
+    assert window.status.chip("master") == ("No ROS master", "bad")
+
+
+def test_roscore_start_types_roscore_into_its_own_window(open_window, terminal):
+    click(open_window().roscoreButton)
+    assert terminal.lines == [("roscore", "roscore")]
+
+
+def test_roscore_start_beside_a_running_master_only_says_so(open_window, terminal, link):
+    window = open_window(Attach.NEVER)
+    link.become(master=True)
+    click(window.roscoreButton)
+    assert terminal.lines == [] and "already" in window.status.message
+
+
+def test_session_start_types_the_launch_with_both_addresses(open_window, terminal):
+    window = open_window()
+    window.address.setText("127.0.0.1")
+    click(window.sessionButton)
+    assert terminal.lines == [
+        (
+            "session",
+            "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 sign_in:=false",
+        )
+    ]
+    assert terminal.has_keyboard
+
+
+def test_a_wrong_address_is_marked_and_explained(open_window, terminal):
+    window = open_window()
+    window.address.setText("192.168.1.")
+    click(window.sessionButton)
+    assert terminal.lines == []
+    assert window.address.property("invalid") and "host name" in window.status.message
+    window.address.setText("127.0.0.1")
+    assert not window.address.property("invalid")
+
+
+def test_running_programs_are_joined(open_window, link, terminal):
+    window = open_window()
+    link.become(master=True, joined=True)
+    assert not link.watching and terminal.lines == []
+    link.become(**RUNNING)
+    assert link.watching and window.feedButton.isChecked()
+    assert terminal.lines == [("session", KEYBOARD)]
+    link.become(master=False)
+    link.become(**RUNNING)
+    assert terminal.lines == [("session", KEYBOARD)], "joined once"
+
+
+def test_running_programs_are_left_alone_when_asked(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    assert not link.watching and terminal.lines == []
+    assert "Press Robot feed" in window.status.message
+
+
+def test_attach_needs_only_a_master(open_window, link, terminal):
+    open_window(Attach.ALWAYS)
+    link.become(master=True)
+    assert terminal.lines == [("session", KEYBOARD)]
+
+
+def test_programs_started_by_the_button_are_not_joined_again(open_window, link, terminal):
+    window = open_window()
+    click(window.sessionButton)
+    link.become(**RUNNING)
+    assert len(terminal.lines) == 1
+
+
+def test_session_start_beside_running_programs_starts_the_keyboard(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.sessionButton)
+    assert terminal.lines == [("session", KEYBOARD)]
+
+
+def test_a_keyboard_that_runs_elsewhere_is_not_thrown_out(open_window, link, terminal):
+    open_window()
+    link.become(**RUNNING, keyboard=True)
+    assert terminal.lines == [("session", f"{KEYBOARD} {SECOND_NAME}")]
+
+
+def test_robot_feed_switches_the_picture_on_and_off(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    assert link.watching
+    link.picture.emit(picture())
+    assert window.status.chip("picture") == ("Picture", "good")
+    click(window.feedButton)
+    assert not link.watching and window.video.age() == float("inf")
+    assert window.status.chip("picture") == ("Feed off", "off")
+
+
+def test_a_lost_picture_stops_the_pad_and_is_said(open_window, link, spin):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    window.setFocus()
+    QTest.keyPress(window, Qt.Key_W)
+    assert link.driven[-1] == (0.2, 0.0, 0.0)
+    link.picture.emit(picture(age=3.0))
+    spin(lambda: link.driven[-1] == ZERO, "the pad stops")
+    assert window.status.chip("picture") == ("Picture lost", "bad")
+    count = len(link.driven)
+    QTest.keyPress(window, Qt.Key_A)
+    assert len(link.driven) == count and "picture is lost" in window.status.message
+    link.picture.emit(picture())
+    QTest.keyPress(window, Qt.Key_S)
+    assert link.driven[-1] == (-0.2, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("state", [{}, {"master": True}, {"master": True, "joined": True}])
+def test_the_pad_says_why_it_cannot_drive(open_window, link, state):
+    window = open_window(Attach.NEVER)
+    link.become(**state)
+    QTest.keyPress(window, Qt.Key_W)
+    assert link.driven == [] and "Press " in window.status.message
+
+
+def test_a_lost_master_stops_the_pad(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    QTest.keyPress(window, Qt.Key_W)
+    link.become()
+    assert link.driven[-1] == ZERO
+
+
+def test_stop_sends_zero_for_a_while_and_interrupts_the_session(open_window, link, terminal, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.stopButton)
+    assert set(link.driven) == {ZERO} and terminal.interrupted == ["session"]
+    spin(lambda: link.sent.count(("zero",)) == STOP_REPEATS, "zero is repeated")
+    QTest.qWait(250)
+    assert link.sent.count(("zero",)) == STOP_REPEATS and set(link.driven) == {ZERO}
+
+
+def test_driving_after_stop_is_not_overruled_by_its_zeros(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.stopButton)
+    count = len(link.driven)
+    QTest.keyPress(window, Qt.Key_W)
+    QTest.qWait(250)
+    assert ZERO not in link.driven[count:]
+
+
+def test_the_terminal_taking_the_keyboard_stops_the_pad(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    QTest.keyPress(window, Qt.Key_W)
+    terminal.take_keyboard()
+    assert link.driven[-1] == ZERO
+    assert window.status.chip("keys") == ("Keys: terminal", "good")
+
+
+def test_what_the_terminal_refuses_is_said(open_window, terminal):
+    window = open_window()
+    terminal.refused.emit("roslaunch runs in the terminal's window 'session'.")
+    assert window.status.message.startswith("roslaunch runs")
+
+
+def test_a_picture_that_cannot_be_shown_is_said(open_window, link):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture(encoding="yuv422", channels=2))
+    assert "yuv422" in window.status.message
+
+
+def test_a_click_on_a_button_leaves_the_space_bar_to_the_pad(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    QTest.keyPress(window.focusWidget() or window, Qt.Key_Space)
+    assert set(link.driven) == {ZERO} and window.feedButton.isChecked()
+
+
+def test_fits_a_small_screen(open_window):
+    window = open_window()
+    assert window.minimumSizeHint().width() <= 1280 and window.minimumSizeHint().height() <= 720
+    window.resize(1280, 720)
+    assert (window.width(), window.height()) == (1280, 720)
+
+
+def test_an_unknown_theme_names_the_known_ones():
+    with pytest.raises(ValueError, match=r"known: .*dark"):
+        style_sheet("pink")
+
+
+def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, link, spin):
+    window = open_window()
+    link.become(**RUNNING)
+    views = window.controller.views
+
+    def late(seconds):
+        def told():
+            views._cap.note_command(seconds, time.monotonic())
+            return window.controller.driving._share == (1.0 if seconds < 0.5 else 0.5 if seconds < 1.0 else 0.0)
+
+        spin(told, f"{seconds} s are noticed")
+
+    QTest.keyPress(window, Qt.Key_W)
+    assert link.driven[-1] == pytest.approx((0.2, 0.0, 0.0))
+    late(0.7)
+    spin(lambda: link.driven[-1] == pytest.approx((0.1, 0.0, 0.0)), "half speed")
+    late(1.2)
+    assert link.driven[-1] == ZERO and "late" in window.controller.driving.hub.block
+    late(0.1)
+    assert not window.controller.driving.hub.block
+    QTest.keyRelease(window, Qt.Key_W)

@@ -1,0 +1,198 @@
+"""Driving by held keys and buttons."""
+
+import itertools
+import math
+
+import pytest
+from PyQt5.QtCore import QEvent, Qt
+from PyQt5.QtGui import QKeyEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+from gui.driving.drive_pad import MOVES, SPEED, TURN, DrivePad, velocity_of
+
+ZERO = (0.0, 0.0, 0.0)
+FORWARD = (SPEED, 0.0, 0.0)
+
+
+@pytest.fixture
+def window(qt, spin):
+    window = QWidget()
+    layout = QVBoxLayout(window)
+    window.pad, window.field = DrivePad(), QLineEdit()
+    layout.addWidget(window.pad)
+    layout.addWidget(window.field)
+    window.sent = []
+    window.pad.velocity.connect(lambda *velocity: window.sent.append(velocity))
+    window.show()
+    window.activateWindow()
+    window.setFocus()
+    spin(window.isActiveWindow, "the window is active")
+    yield window
+    window.close()
+    window.deleteLater()
+
+
+def press(window, key, modifiers=Qt.NoModifier):
+    QTest.keyPress(QApplication.focusWidget() or window, key, modifiers)
+
+
+def release(window, key):
+    QTest.keyRelease(QApplication.focusWidget() or window, key)
+
+
+def repeat(window, key):
+    """What the keyboard sends while a key is held."""
+    for kind in (QEvent.KeyRelease, QEvent.KeyPress):
+        QApplication.sendEvent(window, QKeyEvent(kind, key, Qt.NoModifier, "", True))
+
+
+@pytest.mark.parametrize(
+    ("key", "velocity"),
+    [
+        (Qt.Key_W, (SPEED, 0, 0)),
+        (Qt.Key_S, (-SPEED, 0, 0)),
+        (Qt.Key_A, (0, SPEED, 0)),
+        (Qt.Key_D, (0, -SPEED, 0)),
+        (Qt.Key_Q, (0, 0, TURN)),
+        (Qt.Key_E, (0, 0, -TURN)),
+        (Qt.Key_Up, (SPEED, 0, 0)),
+        (Qt.Key_Down, (-SPEED, 0, 0)),
+        (Qt.Key_Left, (0, 0, TURN)),
+        (Qt.Key_Right, (0, 0, -TURN)),
+    ],
+)
+def test_keys(window, spin, key, velocity):
+    press(window, key)
+    assert window.sent == [velocity]
+    release(window, key)
+    spin(lambda: window.sent[-1] == ZERO, "the release sends zero")
+
+
+def test_held_is_repeated_and_released_is_zero_once_and_then_quiet(window, spin, qt):
+    press(window, Qt.Key_W)
+    spin(lambda: len(window.sent) >= 4, "the command is repeated")
+    release(window, Qt.Key_W)
+    spin(lambda: window.sent[-1] == ZERO, "the release sends zero")
+    QTest.qWait(300)
+    assert window.sent.count(ZERO) == 1 and window.sent[-1] == ZERO
+
+
+def test_auto_repeat_is_not_a_release(window, spin):
+    press(window, Qt.Key_W)
+    for _ in range(5):
+        repeat(window, Qt.Key_W)
+    spin(lambda: len(window.sent) >= 4, "the command is repeated")
+    assert set(window.sent) == {FORWARD}
+
+
+def test_a_torn_auto_repeat_is_not_a_release_either(window, spin):
+    press(window, Qt.Key_W)
+    release(window, Qt.Key_W)
+    press(window, Qt.Key_W)
+    spin(lambda: len(window.sent) >= 4, "the command is repeated")
+    assert set(window.sent) == {FORWARD}
+
+
+def test_the_mouse_drives(window, spin):
+    cap = next(cap for cap in window.pad.findChildren(QPushButton) if "W" in cap.text())
+    QTest.mousePress(cap, Qt.LeftButton)
+    spin(lambda: len(window.sent) >= 3, "the command is repeated")
+    QTest.mouseRelease(cap, Qt.LeftButton)
+    assert window.sent[-1] == ZERO and set(window.sent) == {FORWARD, ZERO}
+
+
+def test_letting_go_of_one_of_two_keys_keeps_the_other(window, spin):
+    press(window, Qt.Key_W)
+    press(window, Qt.Key_Q)
+    assert window.sent[-1] == (SPEED, 0.0, TURN)
+    release(window, Qt.Key_Q)
+    spin(lambda: window.sent[-1] == FORWARD, "the other key goes on")
+    assert ZERO not in window.sent
+
+
+def test_space_stops_whatever_is_held(window, spin):
+    press(window, Qt.Key_W)
+    press(window, Qt.Key_Space)
+    assert window.sent[-1] == ZERO and not window.pad.held
+    release(window, Qt.Key_W)
+    QTest.qWait(250)
+    assert window.sent == [FORWARD, ZERO]
+
+
+def test_losing_the_window_stops(window, spin):
+    press(window, Qt.Key_W)
+    QApplication.sendEvent(window, QEvent(QEvent.WindowDeactivate))
+    assert window.sent[-1] == ZERO and not window.pad.held
+
+
+def test_hiding_the_window_stops(window):
+    press(window, Qt.Key_W)
+    window.hide()
+    assert window.sent[-1] == ZERO
+
+
+def test_nothing_is_sent_when_nothing_was_held(window):
+    window.pad.release_all()
+    QApplication.sendEvent(window, QEvent(QEvent.WindowDeactivate))
+    assert window.sent == []
+
+
+def test_typing_a_text_does_not_drive(window):
+    window.field.setFocus()
+    QTest.keyClicks(window.field, "wasd qe")
+    assert window.field.text() == "wasd qe" and window.sent == []
+
+
+def test_shortcuts_do_not_drive(window):
+    press(window, Qt.Key_Q, Qt.ControlModifier)
+    assert window.sent == []
+
+
+def test_a_blocked_pad_stops_and_says_why(window):
+    reasons = []
+    window.pad.blocked.connect(reasons.append)
+    press(window, Qt.Key_W)
+    window.pad.set_block("The picture is lost.")
+    assert window.sent == [FORWARD, ZERO]
+    press(window, Qt.Key_A)
+    assert window.sent == [FORWARD, ZERO] and reasons == ["The picture is lost."]
+    window.pad.set_block("")
+    press(window, Qt.Key_S)
+    assert window.sent[-1] == (-SPEED, 0.0, 0.0)
+
+
+def test_stop_works_on_a_blocked_pad(window):
+    window.pad.set_block("The picture is lost.")
+    press(window, Qt.Key_Space)
+    assert window.sent == [ZERO]
+
+
+def test_no_combination_is_faster_than_a_straight_line():
+    for count in range(len(MOVES) + 1):
+        for held in itertools.combinations(MOVES, count):
+            x, y, theta = velocity_of(set(held))
+            assert math.hypot(x, y) <= SPEED * (1 + 1e-9) and abs(theta) <= TURN
+
+
+def test_opposites_cancel():
+    assert velocity_of({"forward", "backward"}) == ZERO
+    assert velocity_of({"turn_left", "turn_right", "left", "right"}) == ZERO
+
+
+def test_a_key_that_is_held_while_a_field_gets_the_keyboard_does_not_go_on(window):
+    press(window, Qt.Key_W)
+    window.field.setFocus()
+    assert window.sent[-1] == ZERO and not window.pad.held
+
+
+def test_a_release_counts_wherever_the_keyboard_is(window, spin):
+    press(window, Qt.Key_W)
+    QApplication.sendEvent(window.field, QKeyEvent(QEvent.KeyRelease, Qt.Key_W, Qt.NoModifier))
+    spin(lambda: window.sent[-1] == ZERO, "the release sends zero")
+
+
+def test_a_dialog_stops(window):
+    press(window, Qt.Key_W)
+    QApplication.sendEvent(window, QEvent(QEvent.WindowBlocked))
+    assert window.sent[-1] == ZERO

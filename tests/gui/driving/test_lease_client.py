@@ -1,0 +1,223 @@
+"""Signing in, the lease seen from the window, and what the window then shows and does."""
+
+import dataclasses
+
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+
+from gui.app.authorization import Entrance
+from gui.app.controller import Attach, Controller
+from gui.app.sign_in import SignInPage
+from gui.driving.lease_client import SILENCE
+from gui.window import OperatorWindow
+from telepresence.teleop.accounts import _COST, Users
+from telepresence.teleop.drive_lease import session_key, sign_command
+
+SECRET = "correct horse"
+RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
+OTHER = {"pilot": "ben", "window": "/gui_ros_node_2"}
+
+
+@pytest.fixture
+def users(tmp_path, monkeypatch):
+    monkeypatch.setitem(_COST, "n", 1 << 8)
+    users = Users(tmp_path / "users.db")
+    users.add("anna", SECRET, "pilot")
+    users.add("will", SECRET, "watcher")
+    return users
+
+
+@pytest.fixture
+def window(qt, link, terminal, spin, users):
+    window = OperatorWindow(terminal)
+    window.controller = Controller(window, link, terminal, Attach.AUTO, sign_in=True)
+    window.entrance = Entrance(window, terminal, [window.controller], users)
+    window.page = window.entrance.page
+    window.show_on_screen()
+    spin(window.isActiveWindow, "the window is active")
+    yield window
+    window.close()
+    window.deleteLater()
+
+
+def sign_in(window, spin, name, password=SECRET):
+    window.page.nameField.setText(name)
+    window.page.passwordField.setText(password)
+    QTest.mouseClick(window.page.signInButton, Qt.LeftButton)
+    spin(window.page.signInButton.isEnabled, "the password is checked")
+
+
+def press(window, key):
+    QTest.keyPress(window.pad, key)
+
+
+def test_signed_out_nothing_is_shown_heard_sent_or_typed(window, link, terminal):
+    link.become(**RUNNING)
+    assert window.page.isVisible() and not window.video.isVisible()
+    assert not link.open and not link.watching and link.called == []
+    assert terminal.denied == "Sign in first." and terminal.lines == [] and not terminal.started
+    press(window, Qt.Key_W)
+    assert link.driven == []
+
+
+def test_a_pilot_gets_picture_terminal_and_robot(window, link, terminal, spin):
+    sign_in(window, spin, "anna")
+    assert link.open and terminal.started and terminal.denied == "" and window.video.isVisible()
+    link.become(**RUNNING)
+    assert link.watching
+    press(window, Qt.Key_W)
+    assert link.driven[-1] == (0.2, 0.0, 0.0)
+
+
+def test_a_watcher_gets_the_picture_only(window, link, terminal, spin):
+    sign_in(window, spin, "will")
+    link.become(**RUNNING)
+    assert link.watching and not terminal.started and "for pilots" in terminal.denied
+    link.tell_lease(**OTHER)
+    assert "take" not in link.asked and not window.controller.bar.takeButton.isVisible()
+    press(window, Qt.Key_W)
+    assert link.driven == [] and "may watch" in window.status.message
+    for button in (window.sessionButton, window.roscoreButton):
+        assert not button.isEnabled()
+    window.controller.driving.red_stop()
+    assert link.asked[-1] == "stop", "but everybody may stop the robot"
+
+
+def test_signing_out_takes_it_all_back(window, link, terminal, spin):
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    press(window, Qt.Key_W)
+    window.controller.bar.sign_out_wanted.emit()
+    assert link.driven[-1] == (0.0, 0.0, 0.0) and link.asked[-1] == "leave"
+    assert not link.open and not link.watching and window.page.isVisible() and terminal.denied
+    assert window.page.passwordField.text() == ""
+
+
+def test_a_wrong_password_is_said_and_the_name_stays(window, link, spin):
+    sign_in(window, spin, "anna", "wrong")
+    assert "Wrong name or password" in window.page.signInMessage.text() and window.page.isVisible()
+    assert window.page.nameField.text() == "anna" and window.page.passwordField.text() == ""
+
+
+def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
+    page = SignInPage(Users(tmp_path / "none.db"))
+    page.show()
+    assert "python -m gui.users add" in page.signInMessage.text()
+    page.try_in()
+    assert "Type your name" in page.signInMessage.text()
+    page.close()
+
+
+def test_commands_carry_the_proof_of_the_account(window, link, spin, users):
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    press(window, Qt.Key_W)
+    (_, name, node, nonce), *_ = (call for call in link.called if call[0] == "join")
+    _, session, command = link.sent[-1]
+    key = session_key(users.find("anna").key, nonce, bytes(16))
+    unsigned = dataclasses.replace(command, proof=b"")
+    assert (name, node, session) == ("anna", link.node_name, "session")
+    assert command.proof == sign_command(key, unsigned)
+
+
+@pytest.fixture
+def pilot(window, link, spin):
+    """A window whose pilot has signed in."""
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    link.called.clear()
+    return window
+
+
+def test_a_free_robot_is_taken_and_one_that_was_lost_to_another_is_not(pilot, link):
+    link.tell_lease(pilot="", window="")
+    assert link.asked == ["take"]
+    link.tell_lease(pilot="anna", window=link.node_name)
+    link.tell_lease(**OTHER)
+    assert "ben drives now" in pilot.status.message
+    link.called.clear()
+    link.tell_lease(pilot="", window="")
+    assert link.asked == []
+
+
+def test_who_drives_is_shown_and_can_be_asked(pilot, link):
+    link.tell_lease(**OTHER)
+    assert "ben drives" in pilot.controller.bar.menuButton.text()
+    press(pilot, Qt.Key_W)
+    assert link.driven == [] and "ben drives. Press Ask for it." in pilot.status.message
+    assert pilot.controller.bar.takeButton.text() == "Ask for it"
+    pilot.controller.bar.takeButton.click()
+    assert link.asked == ["take"]
+
+
+def test_a_request_can_be_granted_or_not(pilot, link):
+    link.tell_lease(asking="ben")
+    bar = pilot.controller.bar
+    assert "ben asks to drive" in bar.menuButton.text() and bar.takeButton.text() == "Hand over"
+    bar.keepButton.click()
+    bar.takeButton.click()
+    assert link.asked == ["keep", "give"]
+
+
+def test_losing_the_robot_to_another_stops_the_hands(pilot, link):
+    press(pilot, Qt.Key_W)
+    link.tell_lease(**OTHER)
+    assert link.driven[-1] == (0.0, 0.0, 0.0) and not pilot.pad.held
+
+
+def test_the_red_stop_shows_who_pressed_it_and_is_let_go(pilot, link, monkeypatch):
+    controls = pilot.controller.controls
+    press(pilot, Qt.Key_W)
+    controls.redStop.click()
+    assert link.asked[-1] == "stop" and ("stop_drive",) in link.called and link.driven[-1] == (0.0, 0.0, 0.0)
+    link.tell_lease(stopped_by="will", hold="will has pressed the red stop.")
+    assert "STOPPED by will" in controls.redStop.text()
+    QTest.keyRelease(pilot.pad, Qt.Key_W)
+    link.sent.clear()
+    press(pilot, Qt.Key_A)
+    assert all(velocity == (0.0, 0.0, 0.0) for velocity in link.driven) and "red stop" in pilot.status.message
+    controls.redStop.click()
+    assert link.asked[-1] == "stop", "a second press in a fright does not let go"
+    monkeypatch.setattr("gui.driving.drive_controls.PANIC_TIME", 0.0)
+    controls.redStop.click()
+    assert link.asked[-1] == "reset_stop"
+
+
+def test_a_stop_of_the_safety_layer_shows_too(pilot, link):
+    link.channel("safety_text").arrived.emit("stopped: Stopped: stop requested.")
+    assert "STOPPED by the safety layer" in pilot.controller.controls.redStop.text()
+    press(pilot, Qt.Key_W)
+    assert link.driven == []
+    link.channel("safety_text").arrived.emit("clear: Way is free.")
+    assert pilot.controller.controls.redStop.text().startswith("STOP\n")
+
+
+def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatch):
+    monkeypatch.setattr("gui.driving.lease_client.SILENCE", SILENCE / 5)
+    spin(lambda: pilot.controller.access.state is None, "it counts as gone")
+    press(pilot, Qt.Key_W)
+    assert link.driven == [] and "drive_lease" in pilot.status.message
+
+
+def test_a_new_arbiter_is_joined_again(pilot, link):
+    link.tell_lease(epoch="2", pilot="", window="")
+    assert [call[0] for call in link.called] == ["join", "ask"] and link.asked == ["take"]
+
+
+def test_the_speed_limit_reaches_the_pad(pilot, link):
+    controls = pilot.controller.controls
+    controls.step_speed(100)
+    press(pilot, Qt.Key_W)
+    assert link.driven[-1][0] == pytest.approx(controls.speed) and controls.speed == pytest.approx(0.35)
+    controls.step_speed(-100)
+    assert pilot.pad.speed == pytest.approx(0.05)
+
+
+def test_a_restart_is_for_who_drives(pilot, link):
+    pilot.controller.gamepad.restart_wanted.emit()
+    assert ("restart_simulation",) in link.called
+    link.called.clear()
+    link.tell_lease(**OTHER)
+    pilot.controller.gamepad.restart_wanted.emit()
+    assert ("restart_simulation",) not in link.called

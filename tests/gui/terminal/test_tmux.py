@@ -1,0 +1,87 @@
+"""A tmux server of our own. Its client runs in a terminal of the test's."""
+
+import fcntl
+import os
+import pty
+import subprocess
+import termios
+import threading
+
+import pytest
+
+from gui.terminal.tmux import Tmux, TmuxError, environment
+from telepresence.station import processes
+
+
+@pytest.fixture
+def tmux(wait_until):
+    server = Tmux(f"telepresence-test-{os.getpid()}")
+    guard = server.start_guard()
+    master, slave = pty.openpty()
+    termios.tcsetwinsize(slave, (24, 80))
+    client = subprocess.Popen(
+        server.attach_command,
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        env=environment() | {"TERM": "xterm"},
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )
+    os.close(slave)
+    threading.Thread(target=_drain, args=[master], daemon=True).start()
+    yield server
+    guard.stdin.close()
+    guard.wait(10)
+    processes.end(client)
+    wait_until(lambda: not server._has_session(), "the server has ended")
+
+
+def _drain(master):
+    try:
+        while os.read(master, 4096):
+            pass
+    except OSError:
+        os.close(master)
+
+
+def test_a_line_is_typed_at_the_prompt(tmux, wait_until):
+    tmux.type_line("session", "echo $((6 * 7))")
+    wait_until(lambda: "\n42\n" in tmux.text("session"), "the shell has run the line")
+
+
+def test_another_window_is_opened_for_another_program(tmux, wait_until):
+    tmux.type_line("roscore", "echo there")
+    wait_until(lambda: "\nthere" in tmux.text("roscore"), "the shell has run the line")
+    assert tmux.windows() == ["session", "roscore"]
+
+
+def test_nothing_is_typed_into_a_running_program(tmux, wait_until):
+    tmux.type_line("session", "cat")
+    with pytest.raises(TmuxError, match="cat runs in the terminal's window 'session'"):
+        tmux.type_line("session", "echo lost")
+    tmux.interrupt("session")
+    tmux.type_line("session", "echo found")
+    wait_until(lambda: "\nfound" in tmux.text("session"), "the shell has run the line")
+    assert "lost" not in tmux.text("session")
+
+
+def test_characters_of_the_shell_and_of_tmux_arrive_as_they_are(tmux, wait_until):
+    tmux.type_line("session", "echo 'a;b' \"C-c Enter\" $((1)) ;")
+    wait_until(lambda: "\na;b C-c Enter 1\n" in tmux.text("session"), "the shell has run the line")
+    assert "$((1)) ;\n" in tmux.text("session")
+
+
+def test_a_tmux_around_us_does_not_matter(monkeypatch):
+    monkeypatch.setenv("TMUX", "/tmp/elsewhere,1,0")
+    assert "TMUX" not in environment()
+
+
+def test_interrupting_where_nothing_runs_is_no_error():
+    Tmux("telepresence-test-nobody").interrupt("session")
+
+
+def test_a_closed_terminal_is_named(monkeypatch):
+    monkeypatch.setattr("gui.terminal.tmux.TIMEOUT", 0.1)
+    with pytest.raises(TmuxError):
+        Tmux("telepresence-test-nobody").windows()

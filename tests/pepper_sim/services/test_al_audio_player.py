@@ -1,0 +1,81 @@
+"""ALAudioPlayer and ALAudioRecorder over the wire, on the robot's own disk."""
+
+import time
+import wave
+
+import pytest
+
+from pepper_sim.sound.room import sine, write_wave
+
+
+@pytest.fixture
+def player(naoqi, simulation):
+    for name, seconds in (("tone", 0.5), ("long", 5.0)):
+        write_wave(simulation.server.catalogue.disk.path(f"/home/nao/{name}.wav"), sine(440, seconds, 16000), 16000)
+    service = naoqi.ALAudioPlayer
+    yield service
+    service.unloadAllFiles()
+
+
+def test_a_file_plays_for_its_length(player, simulation):
+    begin = time.monotonic()
+    player.playFile("/home/nao/tone.wav")
+    assert time.monotonic() - begin > 0.45
+
+
+def test_loaded_files_are_paused_moved_and_unloaded(player, refused, wait_until):
+    number = player.loadFile("/home/nao/long.wav")
+    assert player.getFileLength(number) == pytest.approx(5.0, abs=0.01)
+    assert player.getLoadedFilesIds() == [number]
+    call = player.play(number, _async=True)
+    wait_until(lambda: player.getCurrentPosition(number) > 0.05, "the file plays")
+    player.pause(number)
+    call.wait(20_000)
+    assert call.isFinished()
+    held = player.getCurrentPosition(number)
+    assert held > 0.0 and player.getCurrentPosition(number) == held
+    player.goTo(number, 4.9)
+    begin = time.monotonic()
+    player.play(number)
+    assert time.monotonic() - begin < 4.0, "the rest of the file, not the whole"
+    player.setVolume(number, 0.5)
+    assert player.getVolume(number) == pytest.approx(0.5)
+    player.unloadFile(number)
+    assert str(number) in refused(player.play, number)
+
+
+def test_a_loop_plays_until_stopped(player, simulation):
+    call = player.playFileInLoop("/home/nao/tone.wav", _async=True)
+    assert call.wait(700) is not None and call.isRunning()
+    player.stopAll()
+    call.wait(20_000)
+    assert call.isFinished()
+
+
+def test_missing_files_and_wrong_values_are_refused(player, refused):
+    assert "not found" in refused(player.playFile, "/home/nao/none.wav")
+    assert ".." in refused(player.loadFile, "../../../etc/hostname")
+    assert "volume" in refused(player.playFile, "/home/nao/tone.wav", 5.0, 0.0)
+    assert "streams" in refused(player.playWebStream, "http://127.0.0.1/", 1.0, 0.0)
+    assert "position" in refused(player.goTo, player.loadFile("/home/nao/tone.wav"), 9.0)
+    assert "frequence" in refused(player.playSine, 0, 50, 0, 0.1)
+    assert player.getInstalledSoundSetsList() == []
+    player.setMasterVolume(0.7)
+    assert player.getMasterVolume() == pytest.approx(0.7)
+    player.setMasterVolume(1.0)
+
+
+def test_a_file_that_is_no_sound_is_refused(player, simulation, refused):
+    simulation.server.catalogue.disk.path("/home/nao/text.wav").write_text("not a sound")
+    assert "not a WAV file" in refused(player.loadFile, "/home/nao/text.wav")
+
+
+def test_recording_chosen_microphones(naoqi, simulation, refused):
+    recorder = naoqi.ALAudioRecorder
+    recorder.startMicrophonesRecording("/home/nao/front.wav", "wav", 16000, [0, 0, 1, 0])
+    time.sleep(0.3)
+    recorder.stopMicrophonesRecording()
+    with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/front.wav"))) as recording:
+        assert recording.getnchannels() == 1 and recording.getframerate() == 16000 and recording.getnframes() > 3000
+    assert "type" in refused(recorder.startMicrophonesRecording, "a.ogg", "ogg", 16000, [0, 0, 1, 0])
+    assert "channels" in refused(recorder.startMicrophonesRecording, "a.wav", "wav", 16000, [0, 0, 0, 0])

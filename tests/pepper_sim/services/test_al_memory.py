@@ -1,0 +1,146 @@
+"""ALMemory over the wire."""
+
+import pytest
+
+
+def test_data_is_stored_and_read(naoqi):
+    memory = naoqi.ALMemory
+    for value in (1, 0.5, "text", True, [1, "a", [2.5]], {"a": 1}, None):
+        memory.insertData("Test/Key", value)
+        assert memory.getData("Test/Key") == value
+    memory.insertListData([["Test/A", 1], ["Test/B", "two"]])
+    assert memory.getListData(["Test/A", "Test/B"]) == [1, "two"]
+
+
+def test_a_missing_key_is_an_error_alone_and_none_in_a_list(naoqi, refused):
+    memory = naoqi.ALMemory
+    assert "Test/Missing" in refused(memory.getData, "Test/Missing")
+    assert memory.getListData(["Test/Missing", "DCM/Time"])[0] is None
+    memory.insertData("Test/Gone", 1)
+    memory.removeData("Test/Gone")
+    refused(memory.getData, "Test/Gone")
+    refused(memory.removeData, "Test/Gone")
+
+
+def test_malformed_lists_are_refused(naoqi, refused):
+    memory = naoqi.ALMemory
+    assert "keyList" in refused(memory.getListData, [1, 2])
+    assert "keyList" in refused(memory.getListData, "DCM/Time")
+    assert "list" in refused(memory.insertListData, [["only key"]])
+
+
+def test_the_body_cannot_be_overwritten(naoqi):
+    memory = naoqi.ALMemory
+    memory.insertData("Device/SubDeviceList/HeadYaw/Position/Sensor/Value", 99.0)
+    assert abs(memory.getData("Device/SubDeviceList/HeadYaw/Position/Sensor/Value")) < 1.0
+
+
+def test_events_reach_every_subscriber_with_their_values(naoqi, connect, wait_until):
+    heard: dict[str, list] = {"a": [], "b": []}
+    subscribers = []  # the object must stay referenced
+    for name in heard:
+        subscriber = connect().service("ALMemory").subscriber("Test/Event")
+        subscriber.signal.connect(heard[name].append)
+        subscribers.append(subscriber)
+    for value in (1, "two", [3.0]):
+        naoqi.ALMemory.raiseEvent("Test/Event", value)
+    wait_until(lambda: all(len(values) == 3 for values in heard.values()), "both heard three events")
+    assert heard["a"] == heard["b"] == [1, "two", [3.0]]
+    assert naoqi.ALMemory.getData("Test/Event") == [3.0]
+
+
+def test_inserting_data_raises_no_event(naoqi, wait_until):
+    heard = []
+    subscriber = naoqi.ALMemory.subscriber("Test/Quiet")
+    subscriber.signal.connect(heard.append)
+    naoqi.ALMemory.insertData("Test/Quiet", 1)
+    naoqi.ALMemory.raiseEvent("Test/Quiet", 2)
+    wait_until(lambda: heard, "the event arrived")
+    assert heard == [2]
+
+
+def test_old_style_callbacks_with_and_without_message(naoqi, connect, wait_until, refused):
+    calls = []
+
+    class Module:
+        def onEvent(self, name, value, identifier):
+            calls.append((name, value, identifier))
+
+    module = Module()
+    client = connect()
+    number = client.registerService("TestModule", module)
+    memory = client.service("ALMemory")
+    memory.subscribeToEvent("Test/Old", "TestModule", "onEvent")
+    assert memory.getSubscribers("Test/Old") == ["TestModule"]
+    naoqi.ALMemory.raiseEvent("Test/Old", 5)
+    wait_until(lambda: calls, "the callback was called")
+    memory.subscribeToEvent("Test/Old", "TestModule", "message", "onEvent")
+    naoqi.ALMemory.raiseEvent("Test/Old", 6)
+    wait_until(lambda: len(calls) == 2, "the callback was called again")
+    assert calls == [("Test/Old", 5, "TestModule"), ("Test/Old", 6, "message")]
+    memory.unsubscribeToEvent("Test/Old", "TestModule")
+    assert memory.getSubscribers("Test/Old") == []
+    assert "TestModule" in refused(memory.unsubscribeToEvent, "Test/Old", "TestModule")
+    assert "Nobody" in refused(memory.subscribeToEvent, "Test/Old", "Nobody", "onEvent")
+    client.unregisterService(number)
+
+
+def test_a_dead_callback_is_dropped(naoqi, connect, wait_until):
+    class Module:
+        def onEvent(self, *_):
+            """Called."""
+
+    client = connect()
+    module = Module()
+    client.registerService("DyingModule", module)
+    client.service("ALMemory").subscribeToEvent("Test/Dying", "DyingModule", "onEvent")
+    client.close()
+
+    def dropped():
+        naoqi.ALMemory.raiseEvent("Test/Dying", 1)
+        return not naoqi.ALMemory.getSubscribers("Test/Dying")
+
+    wait_until(dropped, "the dead module was dropped")
+
+
+def test_keys_and_events_are_listed(naoqi):
+    memory = naoqi.ALMemory
+    memory.declareEvent("Test/Declared", "TestExtractor")
+    assert memory.getData("Test/Declared") is None
+    memory.raiseEvent("Test/Declared", 1)
+    memory.declareEvent("Test/Declared", "TestExtractor")
+    assert memory.getData("Test/Declared") == 1, "declaring it again keeps the value"
+    assert "Test/Declared" in memory.getEventList()
+    assert memory.getExtractorEvent("TestExtractor") == ["Test/Declared"]
+    assert set(memory.getDataList("HeadYaw/Position")) == {
+        "Device/SubDeviceList/HeadYaw/Position/Actuator/Value",
+        "Device/SubDeviceList/HeadYaw/Position/Sensor/Value",
+    }
+    assert set(memory.getDataList("HeadYaw")) <= set(memory.getDataListName())
+    memory.raiseMicroEvent("Test/Micro", 1)
+    assert "Test/Micro" in memory.getMicroEventList() and "Test/Micro" not in memory.getEventList()
+    assert memory.getType("Test/Micro") == "MicroEvent"
+    assert memory.getType("DCM/Time") == "Data"
+
+
+def test_time_stamps_and_descriptions(naoqi):
+    memory = naoqi.ALMemory
+    memory.raiseEvent("Test/Stamped", 7)
+    value, seconds, microseconds = memory.getTimestamp("Test/Stamped")
+    assert value == 7 and seconds > 1.6e9 and 0 <= microseconds < 1_000_000
+    assert memory.getEventHistory("Test/Stamped")[-1][0] == 7
+    memory.setDescription("Test/Stamped", "a test")
+    assert memory.getDescriptionList(["Test/Stamped"]) == [["Test/Stamped", "Event", "a test"]]
+
+
+def test_the_memory_cannot_be_filled(monkeypatch):
+    from pepper_sim.services import al_memory as module
+
+    monkeypatch.setattr(module, "_MAX_KEYS", 10)
+    memory = module.ALMemory(lambda: None, {}, None)
+    with pytest.raises(module.ServiceError, match="full"):
+        for number in range(20):
+            memory.insertData(f"k{number}", number)
+    with pytest.raises(module.ServiceError, match="full"):
+        for number in range(20):
+            memory.declareEvent(f"e{number}")

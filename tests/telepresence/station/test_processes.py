@@ -1,0 +1,64 @@
+"""Programs end, with everything they started."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from telepresence.station import processes
+
+STUBBORN = (
+    "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('ready', flush=True); time.sleep(60)"
+)
+
+
+def test_end_insists_when_a_program_ignores_sigint():
+    process = processes.start([sys.executable, "-c", STUBBORN], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    assert processes.end(process, patience=0.2) == -15
+    process.stdout.close()
+
+
+def test_end_of_an_ended_program_returns_its_code():
+    process = processes.start([sys.executable, "-c", "raise SystemExit(7)"])
+    process.wait()
+    assert processes.end(process) == 7
+
+
+def test_a_tied_program_ends_when_its_parent_is_killed(wait_until):
+    parent = (
+        "import os, signal; from telepresence import processes;"
+        "child = processes.start(['sleep', '60'], tied=True); print(child.pid, flush=True); signal.pause()"
+    )
+    killed = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
+    child = int(killed.stdout.readline())
+    wait_until(lambda: b"sleep" in Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")[0], "setpriv has made way")
+    killed.kill()
+    killed.wait()
+    killed.stdout.close()
+    wait_until(lambda: child not in processes.descendants(), "the child has ended")
+
+
+def test_a_tied_program_that_does_not_exist_is_told_at_once():
+    with pytest.raises(FileNotFoundError, match="no-such-program"):
+        processes.start(["no-such-program"], tied=True)
+
+
+def test_orphans_in_sessions_of_their_own_are_ended(wait_until):
+    parent = (
+        "import subprocess, os, signal;"
+        "child = subprocess.Popen(['sleep', '60'], start_new_session=True);"
+        "print(child.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    supervisor = (
+        "from telepresence import processes; import subprocess, sys;"
+        "processes.adopt_orphans();"
+        f"p = subprocess.Popen([sys.executable, '-c', {parent!r}], stdout=subprocess.PIPE, text=True);"
+        "pid = int(p.stdout.readline()); p.wait();"
+        "assert pid in processes.descendants(), 'the orphan was not adopted';"
+        "processes.end_descendants(patience=1.0); print(pid)"
+    )
+    answer = subprocess.run([sys.executable, "-c", supervisor], capture_output=True, text=True, timeout=60)
+    assert answer.returncode == 0, answer.stderr
+    assert not processes.send(int(answer.stdout), 0), "the orphan lives on"

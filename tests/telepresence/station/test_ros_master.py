@@ -1,0 +1,84 @@
+"""A node outlives its master, and a roscore that dies comes back with what it knew."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from telepresence.station import processes
+from telepresence.station.master_keeper import MasterKeeper
+from telepresence.station.ros_master import master_answers, master_proxy
+
+pytestmark = pytest.mark.ros
+
+NODE = textwrap.dedent("""
+    import rospy, std_msgs.msg, std_srvs.srv, logging
+    from telepresence.ros_master import MasterWatch
+    rospy.init_node("phoenix")
+    publisher = rospy.Publisher("embers", std_msgs.msg.String, queue_size=1)
+    rospy.Subscriber("wood", std_msgs.msg.String, lambda message: publisher.publish(message.data + " burnt"))
+    rospy.Service("rise", std_srvs.srv.Trigger, lambda request: (True, "risen"))
+    MasterWatch(rospy, lambda: print("lost", flush=True), lambda: print("found", flush=True)).start()
+    print("ready", flush=True)
+    rospy.spin()
+""")
+
+PROBE = textwrap.dedent("""
+    import rospy, std_msgs.msg, std_srvs.srv
+    rospy.init_node("probe", anonymous=True)
+    rospy.wait_for_service("rise", timeout=10)
+    print(rospy.ServiceProxy("rise", std_srvs.srv.Trigger)().message)
+    publisher = rospy.Publisher("wood", std_msgs.msg.String, queue_size=1, latch=True)
+    publisher.publish("oak")
+    print(rospy.wait_for_message("embers", std_msgs.msg.String, timeout=10).data)
+""")
+
+
+def start_node(run_program):
+    node = run_program(sys.executable, "-c", NODE, stdout=subprocess.PIPE, text=True)
+    assert node.stdout.readline() == "ready\n"
+    return node
+
+
+def knows(uri, name):
+    return master_answers(uri) and master_proxy(uri).lookupNode("/test", name)[0] == 1
+
+
+def test_a_node_registers_with_a_new_master(ros_environment, run_program, wait_until):
+    uri = ros_environment["ROS_MASTER_URI"]
+    command = ("rosmaster", "--core", "-p", uri.rpartition(":")[2])
+    first = run_program(*command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_until(lambda: master_answers(uri), "the master answers")
+    node = start_node(run_program)
+
+    processes.send(first.pid, 9)
+    assert node.stdout.readline() == "lost\n"
+    first.wait()
+    run_program(*command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    assert node.stdout.readline() == "found\n"
+
+    wait_until(lambda: knows(uri, "/phoenix"), "the new master knows the node")
+    answer = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, timeout=60)
+    assert answer.stdout.split("\n")[:2] == ["risen", "oak burnt"], answer.stderr
+
+
+def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, run_program, wait_until):
+    uri = ros_environment["ROS_MASTER_URI"]
+    keeper = MasterKeeper(uri)
+    try:
+        master_proxy(uri).setParam("/test", "/robot_description", "<robot/>")
+        stranger = run_program("rosrun", "rosout", "rosout", "__name:=stranger", stdout=subprocess.DEVNULL)
+        start_node(run_program)
+        wait_until(lambda: knows(uri, "/stranger") and knows(uri, "/phoenix"), "both nodes are registered")
+        wait_until(lambda: "/stranger" in keeper.remembered_nodes, "the keeper has seen them")
+
+        processes.send(keeper.pid, 9)
+
+        wait_until(lambda: keeper.restarts == 1, "roscore is started again")
+        wait_until(lambda: knows(uri, "/phoenix"), "our node is registered again")
+        assert master_proxy(uri).getParam("/test", "/robot_description")[2] == "<robot/>"
+        wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
+    finally:
+        keeper.close()
+    assert not master_answers(uri)

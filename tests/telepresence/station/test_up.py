@@ -1,0 +1,147 @@
+"""The arguments of `./stack up`, and what it says when it cannot start."""
+
+import os
+import shutil
+import socket
+import subprocess
+import threading
+
+import pytest
+
+from telepresence.station import up
+from telepresence.station.ros_master import master_proxy
+
+
+def test_without_arguments_it_is_pepper():
+    arguments = up.parse([])
+    assert (arguments.robot, arguments.settings) == ("pepper", {})
+
+
+def test_launch_arguments_may_stand_without_a_robot():
+    arguments = up.parse(["gui:=false", "nao_ip:=10.0.0.7"])
+    assert (arguments.robot, arguments.settings) == ("pepper", {"gui": "false", "nao_ip": "10.0.0.7"})
+
+
+def test_a_value_may_hold_the_sign_itself():
+    assert up.parse(["pepper", "source:=http://10.0.0.7/a:=b"]).settings == {"source": "http://10.0.0.7/a:=b"}
+
+
+@pytest.mark.parametrize("argv", [["nao"], ["pepper", "gui=false"], ["pepper", ":=1"], ["pepper", "two words:=1"]])
+def test_other_arguments_are_refused_with_a_reason(argv, capsys):
+    with pytest.raises(SystemExit) as refusal:
+        up.parse(argv)
+    assert refusal.value.code == 2
+    assert argv[-1] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("robot", "name", "value", "hint"),
+    [
+        ("pepper", "nao_prot", "9559", "nao_port"),
+        ("both", "colour", "red", "robotino_ip"),
+        ("robotino", "scene", "moon", "arena"),
+        ("both", "terrain", "moon", "ramp"),
+    ],
+)
+def test_an_argument_or_scene_that_does_not_exist_is_refused_with_those_that_do(robot, name, value, hint):
+    with pytest.raises(RuntimeError, match=f"{name}.*{hint}|{value}.*{hint}"):
+        up.require_known(robot, {name: value})
+
+
+def test_every_argument_of_a_station_is_known():
+    up.require_known("pepper", {"scene": "rough", "gui": "false", "screen_port": "1"})
+    up.require_known("both", {"robotino_ip": "10.0.0.1", "nao_ip": "10.0.0.2", "sim": "false"})
+
+
+def test_both_robots_are_announced_with_their_addresses():
+    text = up.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False, None, 1)
+    assert "pepper, real, tcp://127.0.0.1:9000" in text and "robotino, real, http://10.0.0.1:80" in text
+
+
+def test_a_taken_port_is_named_with_the_argument_that_changes_it():
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
+            up.require_free(port, "nao_port", "the simulated robot")
+
+
+@pytest.mark.ros
+def test_a_bare_rosmaster_is_named_as_what_it_is_instead_of_waited_for(ros_master, monkeypatch):
+    uri = ros_master["ROS_MASTER_URI"]
+    monkeypatch.setattr(up, "RUN_ID_PATIENCE", 0.3)
+    with pytest.raises(RuntimeError, match=r"bare rosmaster.*roscore"):
+        up.require_roscore(uri, threading.Event())
+    master_proxy(uri).setParam("/test", "/run_id", "as roscore sets it")
+    up.require_roscore(uri, threading.Event())
+
+
+@pytest.mark.parametrize("name", ["nao_ip", "robotino_ip"])
+def test_the_address_of_a_real_robot_needs_word_that_it_is_real(name):
+    up.require_loopback({}, name)
+    up.require_loopback({name: "localhost"}, name)
+    with pytest.raises(RuntimeError, match=f"{name}:=10.0.0.7.*sim:=false"):
+        up.require_loopback({name: "10.0.0.7"}, name)
+
+
+def test_a_folder_with_a_space_is_refused_with_the_reason(request, tmp_path):
+    folder = tmp_path / "two words"
+    folder.mkdir()
+    shutil.copy(request.config.rootpath / "stack", folder)
+    answer = subprocess.run([folder / "stack", "build"], capture_output=True, text=True, timeout=30)
+    assert answer.returncode == 1
+    assert "space in its path" in answer.stderr
+
+
+def test_stack_names_its_commands(request):
+    stack = request.config.rootpath / "stack"
+    answer = subprocess.run([stack, "--help"], capture_output=True, text=True, cwd="/", timeout=30)
+    assert answer.returncode == 0
+    for command in ("up", "test", "bench", "exec", "doctor"):
+        assert f"\n  {command} " in answer.stdout
+    assert subprocess.run([stack, "fly"], capture_output=True, timeout=30).returncode != 0
+
+
+def test_exec_sets_the_environment_up_from_any_folder(request, tmp_path):
+    """As a person's shell would: another python3 first in PATH, nothing of ROS in the environment."""
+    clean = {
+        name: value for name, value in os.environ.items() if not name.startswith(("ROS", "CMAKE", "PYTHON", "VIRTUAL"))
+    }
+    impostor = tmp_path / "python3"
+    impostor.write_text("#!/bin/sh\necho impostor\n")
+    impostor.chmod(0o755)
+    clean["PATH"] = f"{tmp_path}:/usr/bin:/bin"
+    code = "import rospy, mujoco, qi; print('all there')"
+    answer = subprocess.run(
+        [request.config.rootpath / "stack", "exec", "python3", "-c", code],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=clean,
+        timeout=120,
+    )
+    assert answer.stdout == "all there\n", answer.stderr
+    packages = subprocess.run(
+        [request.config.rootpath / "stack", "exec", "rospack", "find", "pepper_bringup"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=clean,
+        timeout=120,
+    )
+    assert packages.stdout.strip().endswith("catkin_ws/src/pepper_bringup"), packages.stderr
+
+
+def test_doctor_finds_a_robot_that_listens_and_one_that_does_not(request, free_port):
+    stack = request.config.rootpath / "stack"
+    with socket.socket() as robot:
+        robot.bind(("127.0.0.1", 0))
+        robot.listen()
+        answer = subprocess.run(
+            [stack, "doctor", f"127.0.0.1:{robot.getsockname()[1]}"], capture_output=True, text=True, timeout=300
+        )
+        assert "✓ robot at 127.0.0.1" in answer.stdout, answer.stdout + answer.stderr
+    answer = subprocess.run([stack, "doctor", f"127.0.0.1:{free_port()}"], capture_output=True, text=True, timeout=300)
+    assert answer.returncode == 1
+    assert "it refuses" in answer.stdout

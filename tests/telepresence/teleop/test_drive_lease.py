@@ -1,0 +1,275 @@
+"""One pilot at a time."""
+
+import dataclasses
+import math
+import secrets
+
+import pytest
+
+from telepresence.teleop.drive_lease import (
+    COMMAND_AGE,
+    FORGOTTEN,
+    LATE,
+    LEASE,
+    MOST_WINDOWS,
+    NONCE,
+    PILOT,
+    WATCHER,
+    ZERO,
+    ZEROS_TIME,
+    Account,
+    Command,
+    DriveLease,
+    Velocity,
+    session_key,
+    sign_command,
+    sign_request,
+)
+
+AHEAD = Velocity(0.2, 0.0, 0.0)
+ACCOUNTS = {
+    account.name: account
+    for account in (
+        Account("anna", PILOT, 0, b"key of anna"),
+        Account("ben", PILOT, 0, b"key of ben"),
+        Account("chief", PILOT, 5, b"key of chief"),
+        Account("will", WATCHER, 9, b"key of will"),
+    )
+}
+
+
+class Window:
+    """What a window does, with a clock of its own."""
+
+    def __init__(self, lease, name, key=None, now=0.0, node=None):
+        nonce = secrets.token_bytes(NONCE)
+        self.node = node or f"/window_of_{name}"
+        joined = lease.join(name, self.node, nonce, now)
+        self.lease, self.session, self.reason = lease, joined.session, joined.reason
+        self.key = session_key(ACCOUNTS[name].key if key is None else key, nonce, joined.nonce)
+        self.number = self.asked = 0
+
+    def command(self, now, velocity=None, hold="", sent=None):
+        self.number += 1
+        unsigned = Command(self.number, 1000.0 + now if sent is None else sent, velocity, hold)
+        return dataclasses.replace(unsigned, proof=sign_command(self.key, unsigned))
+
+    def send(self, now, velocity=None, hold="", sent=None):
+        return self.lease.hear(self.session, self.command(now, velocity, hold, sent), now)
+
+    def ask(self, action, now=0.0, to=""):
+        self.asked += 1
+        proof = sign_request(self.key, self.asked, action, to)
+        return self.lease.ask(self.session, self.asked, action, to, proof, now)
+
+
+@pytest.fixture
+def lease():
+    return DriveLease(ACCOUNTS.get)
+
+
+@pytest.fixture
+def anna(lease):
+    window = Window(lease, "anna")
+    assert window.ask("take").ok
+    lease.tick(ZEROS_TIME)
+    return window
+
+
+def test_only_the_pilot_drives(lease, anna):
+    ben = Window(lease, "ben")
+    assert anna.send(0.1, AHEAD) == AHEAD
+    assert ben.send(0.1, AHEAD) is None and lease.refused == 1
+    assert lease.state(0.1).pilot == "anna" and lease.state(0.1).velocity == AHEAD
+    assert lease.state(0.1).present == ("anna (pilot)", "ben (pilot)")
+
+
+def test_a_watcher_cannot_drive_whatever_it_sends(lease):
+    will = Window(lease, "will")
+    assert not will.ask("take").ok
+    assert will.send(0.1, AHEAD) is None
+    assert not will.ask("give", to=will.node).ok
+    assert lease.state(0.1).pilot == ""
+
+
+def test_a_watcher_cannot_send_as_the_pilot(lease, anna):
+    will = Window(lease, "will")
+    forged = will.command(0.1, AHEAD)
+    assert lease.hear(anna.session, dataclasses.replace(forged, number=99), 0.1) is None
+    with_own_key = Window(lease, "anna", key=b"key of will")
+    assert not with_own_key.ask("take").ok
+    assert with_own_key.send(0.1, AHEAD) is None
+    assert lease.refused == 3
+
+
+def test_what_was_sent_before_is_refused(lease, anna):
+    command = anna.command(0.1, AHEAD)
+    assert lease.hear(anna.session, command, 0.1) == AHEAD
+    assert lease.hear(anna.session, command, 0.2) is None
+    assert anna.ask("stop").ok and anna.ask("reset_stop").ok
+    again = lease.ask(anna.session, 2, "stop", "", sign_request(anna.key, 2, "stop"), 0.3)
+    assert not again.ok and lease.state(0.3).stopped_by == ""
+
+
+@pytest.mark.parametrize("change", [{"number": 50}, {"velocity": Velocity(0.5, 0, 0)}, {"hold": "x"}, {"sent": 5.0}])
+def test_a_changed_command_is_refused(lease, anna, change):
+    assert lease.hear(anna.session, dataclasses.replace(anna.command(0.1, AHEAD), **change), 0.1) is None
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_none_are_refused(lease, anna, bad):
+    assert anna.send(0.1, Velocity(bad, 0.0, 0.0)) is None
+    assert anna.send(0.1, AHEAD, sent=bad) is None
+    assert anna.send(0.2, AHEAD) == AHEAD
+
+
+def test_what_a_network_delivers_late_is_refused(lease, anna):
+    assert anna.send(0.1, AHEAD) == AHEAD
+    late = [anna.command(0.2 + 0.05 * i, AHEAD) for i in range(40)]
+    answers = [lease.hear(anna.session, command, 5.0) for command in late]
+    assert answers.count(AHEAD) == 0, "all of them are older than half a second"
+    assert anna.send(5.1, AHEAD) == AHEAD
+    assert anna.send(5.1 + LATE / 2, AHEAD, sent=1005.1) == AHEAD
+
+
+def test_clocks_that_part_slowly_do_no_harm(lease, anna):
+    now, drift = 0.0, 200e-6
+    for _ in range(50_000):
+        now += 0.2
+        anna.send(now, None, sent=1000.0 + now * (1.0 - drift))
+    assert anna.send(now, AHEAD, sent=1000.0 + now * (1.0 - drift)) == AHEAD
+
+
+def test_silence_stops_and_then_frees(lease, anna):
+    anna.send(0.5, AHEAD)
+    assert lease.tick(0.5 + COMMAND_AGE - 0.01) is None
+    assert lease.tick(0.5 + COMMAND_AGE + 0.01) == ZERO
+    assert lease.state(1.4).pilot == "anna"
+    lease.tick(0.5 + LEASE + 0.01)
+    assert lease.state(1.6).pilot == ""
+    ben = Window(lease, "ben", now=1.6)
+    assert ben.ask("take", 1.6).ok
+
+
+def test_a_pilot_whose_connection_closes_drives_no_more_and_may_come_back(lease, anna):
+    ben = Window(lease, "ben")
+    ben.send(0.0)
+    anna.send(0.0, AHEAD)
+    assert lease.lost(ben.node, 0.05) is None and lease.tick(0.05) is None, "somebody else's"
+    assert lease.lost(anna.node, 0.05) == ZERO
+    assert lease.tick(0.1) == ZERO, "repeated"
+    assert lease.lost(anna.node, 0.1) is None, "once"
+    assert lease.state(0.2).pilot == "anna"
+    assert anna.send(0.2, AHEAD) == AHEAD
+
+
+def test_signs_of_life_keep_the_lease_without_driving(lease, anna):
+    for step in range(20):
+        anna.send(0.25 * step)
+        lease.tick(0.25 * step)
+    assert lease.state(5.0).pilot == "anna"
+
+
+def test_a_second_pilot_asks_and_is_given_the_robot_after_a_zero(lease, anna):
+    ben = Window(lease, "ben")
+    anna.send(1.0, AHEAD)
+    reply = ben.ask("take", 1.0)
+    assert not reply.ok and "anna drives" in reply.reason
+    assert lease.state(1.0).asking == "ben" and lease.state(1.0).pilot == "anna"
+    assert anna.ask("give", 1.0).ok
+    assert lease.tick(1.0) == ZERO
+    assert anna.send(1.1, AHEAD) is None and ben.send(1.1, AHEAD) == AHEAD
+    assert lease.state(1.1).pilot == "ben" and lease.state(1.1).asking == ""
+
+
+def test_the_pilot_may_keep_the_robot(lease, anna):
+    Window(lease, "ben").ask("take", 0.0)
+    assert anna.ask("keep").ok and lease.state(0.0).asking == ""
+
+
+def test_a_robot_can_be_given_to_a_window_that_did_not_ask(lease, anna):
+    ben, will = Window(lease, "ben"), Window(lease, "will")
+    assert not anna.ask("give", to=ben.node).ok, "nobody has shown yet to be ben"
+    ben.send(0.0), will.send(0.0)
+    assert not anna.ask("give", to=will.node).ok
+    assert anna.ask("give", to=ben.node).ok
+    assert lease.state(0.0).window == ben.node
+
+
+def test_a_higher_rank_takes_over(lease, anna):
+    anna.send(1.0, AHEAD)
+    chief = Window(lease, "chief", now=1.0)
+    assert chief.ask("take", 1.0).ok
+    assert lease.tick(1.0) == ZERO
+    assert anna.send(1.1, AHEAD) is None and lease.state(1.1).pilot == "chief"
+    reply = anna.ask("take", 1.1)
+    assert not reply.ok and "chief drives" in reply.reason
+
+
+def test_the_same_person_takes_over_from_an_older_window(lease, anna):
+    second = Window(lease, "anna", node="/window_2")
+    assert second.ask("take").ok and lease.state(0.0).window == "/window_2"
+
+
+def test_giving_it_up_and_leaving_free_the_robot(lease, anna):
+    assert anna.ask("release").ok and lease.state(0.0).pilot == ""
+    assert not anna.ask("release").ok
+    assert anna.ask("take").ok
+    assert anna.ask("leave").ok and lease.state(0.0).pilot == ""
+    assert anna.send(0.1, AHEAD) is None
+
+
+def test_anybody_stops_and_only_a_pilot_lets_go(lease, anna):
+    will, ben, chief = (Window(lease, name) for name in ("will", "ben", "chief"))
+    anna.send(1.0, AHEAD)
+    assert will.ask("stop", 1.0).ok
+    assert lease.tick(1.0) == ZERO
+    assert anna.send(1.1, AHEAD) is None
+    assert lease.state(1.1).stopped_by == "will" and "red stop" in lease.state(1.1).hold
+    assert not will.ask("reset_stop", 1.2).ok
+    assert not ben.ask("reset_stop", 1.2).ok
+    assert anna.ask("reset_stop", 1.2).ok and anna.send(1.3, AHEAD) == AHEAD
+    ben.ask("stop", 1.4)
+    assert chief.ask("reset_stop", 1.4).ok
+
+
+def test_a_stop_outlives_a_change_of_pilot(lease, anna):
+    anna.ask("stop")
+    Window(lease, "chief").ask("take")
+    assert lease.state(0.0).stopped_by == "anna"
+
+
+def test_programs_beside_the_windows_drive_unless_held(lease, anna):
+    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 1.0) is None
+    assert lease.state(1.0).other == "/teleop_twist_keyboard" and lease.state(2.0).other == ""
+    anna.send(2.0, hold="The picture is lost.")
+    assert lease.tick(2.0) == ZERO, "a latched keyboard hears it and lets go"
+    assert lease.state(2.0).hold == "The picture is lost."
+    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 2.1) == ZERO
+    assert lease.hear_other("/teleop_twist_keyboard", ZERO, 2.1) is None
+    assert anna.send(2.2, AHEAD, hold="The picture is lost.") is None
+    assert anna.send(2.2, ZERO, hold="The picture is lost.") == ZERO
+    anna.send(2.3)
+    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 2.3) is None
+
+
+def test_unknown_names_and_silly_requests_get_a_sentence(lease, anna):
+    assert "nobody called 'eve'" in Window(lease, "eve", key=b"").reason
+    assert "16 bytes" in lease.join("anna", "/w", b"", 0.0).reason
+    assert "There is no 'dance'" in anna.ask("dance").reason
+    assert "does not know this window" in lease.ask("gone", 1, "take", "", b"", 0.0).reason
+    assert lease.hear("gone", anna.command(0.0, AHEAD), 0.0) is None
+
+
+def test_windows_that_pile_up_are_refused_and_forgotten(lease):
+    for _ in range(MOST_WINDOWS):
+        Window(lease, "ben")
+    assert "already" in Window(lease, "anna").reason
+    assert Window(lease, "anna", now=FORGOTTEN + 1.0).session
+
+
+def test_without_accounts_everybody_is_a_pilot():
+    lease = DriveLease(lambda name: Account(name, PILOT))
+    ACCOUNTS["guest"] = Account("guest", PILOT)
+    guest = Window(lease, "guest")
+    assert guest.ask("take").ok and guest.send(0.1, AHEAD) == AHEAD
