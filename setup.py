@@ -24,6 +24,7 @@ EXTRAS = {
         "hypothesis==6.148.1",
         "matplotlib==3.10.8",
         "ruff==0.14.5",
+        "mypy==2.4.1",
         "websockets==15.0.1",
     ],
 }

@@ -19,16 +19,16 @@ from PyQt5.QtCore import QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
-from gui.app.authorization import Entrance
+from gui.app.authorization import Authorization
 from gui.app.capture import default_folder
 from gui.app.controller import Attach
-from gui.app.gc_on_qt_thread import CycleCollector
-from gui.app.robot_tab import Seat, Terminals
+from gui.app.gc_on_qt_thread import GcOnQtThread
+from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
-from gui.app.tabs import Shell
+from gui.app.tabs import RobotTabs
 from gui.profiles import PROFILES
 from gui.ros.link import RosNode, without_remappings
-from gui.settings import Memory, default_file
+from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
 from gui.window import themes
 from telepresence.teleop.accounts import Users
@@ -54,64 +54,64 @@ def main(argv: list[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     if not chosen:
         del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
-    _cycles = CycleCollector()  # works for as long as it is held
+    _cycles = GcOnQtThread()  # works for as long as it is held
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
-    memory = Memory(default_file())
-    remembered = memory.text("theme", theme.DEFAULT)
+    settings = Settings(default_file())
+    remembered = settings.text("theme", theme.DEFAULT)
     theme.apply(arguments.theme or (remembered if remembered in themes() else theme.DEFAULT))
 
     node = RosNode()
-    seats = take_seats(node, arguments, memory)
-    if len(seats) == 1:
-        window = seats[0].window
+    tabs = make_tabs(node, arguments, settings)
+    if len(tabs) == 1:
+        window = tabs[0].window
     else:
-        window = Shell([(seat.title, seat.window) for seat in seats])
-        window.changed.connect(lambda chosen: [seat.set_in_front(index == chosen) for index, seat in enumerate(seats)])
-        for seat in seats[1:]:
-            seat.set_in_front(False)
+        window = RobotTabs([(tab.title, tab.window) for tab in tabs])
+        window.changed.connect(lambda chosen: [tab.set_in_front(index == chosen) for index, tab in enumerate(tabs)])
+        for tab in tabs[1:]:
+            tab.set_in_front(False)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
-    for seat in seats:
-        seat.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
+    for tab in tabs:
+        tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
         if arguments.tell:
-            seat.window.status.said.connect(lambda text, level, seat=seat: _tell(seat.title, text, level))
+            tab.window.status.said.connect(lambda text, level, tab=tab: _print_message(tab.title, text, level))
     if arguments.screenshot:
-        seats[0].window.video.first_picture.connect(
+        tabs[0].window.video.first_picture.connect(
             lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
         )
     signals = _close_on_signals(window)
     window.show_on_screen()
-    memory.restore_window(window)
-    add_shortcuts(window, seats, lambda: seats[0] if len(seats) == 1 else seats[window.current])
+    settings.restore_window(window)
+    add_shortcuts(window, tabs, lambda: tabs[0] if len(tabs) == 1 else tabs[window.current])
     # On the screen first: the terminal opens its window in this one.
     users = Users(arguments.users) if arguments.sign_in else None
-    entrance = Entrance(window, Terminals(seats), [seat.controller for seat in seats], users)
-    if entrance.page is not None:
-        entrance.page.nameField.setText(memory.text("name"))
-    for seat in seats:
-        seat.start()
+    authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
+    if authorization.page is not None:
+        authorization.page.nameField.setText(settings.text("name"))
+    for tab in tabs:
+        tab.start()
     node.start()
     try:
         code = application.exec_()
     finally:
         signals.setEnabled(False)
-        for seat in seats:
-            seat.keep(memory)
-            seat.close()
-        if entrance.page is not None:
-            memory.keep("name", entrance.page.nameField.text())
-        memory.keep("theme", theme.current())
-        memory.keep_window(window)
+        for tab in tabs:
+            tab.keep(settings)
+            tab.close()
+        if authorization.page is not None:
+            settings.keep("name", authorization.page.nameField.text())
+        settings.keep("theme", theme.current())
+        settings.keep_window(window)
         node.close()
-        for seat in seats:
-            seat.terminal.close_terminal()
+        for tab in tabs:
+            tab.terminal.close_terminal()
     leave(code)
 
 
-def take_seats(node: RosNode, arguments: argparse.Namespace, memory: Memory) -> list[Seat]:
+def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) -> list[RobotTab]:
     """One for each robot that the command line names."""
     names = list(PROFILES) if arguments.profile == BOTH else [arguments.profile]
-    seats = []
+    tabs = []
     for index, name in enumerate(names):
         profile = PROFILES[name]
         if index < len(arguments.feed):
@@ -119,11 +119,11 @@ def take_seats(node: RosNode, arguments: argparse.Namespace, memory: Memory) -> 
         if index:
             # Of two nodes with one name ROS ends the older.
             profile = replace(profile, keyboard=f"{profile.keyboard} name:=keyboard_of_{name}")
-        usual = os.environ.get("NAO_IP") or memory.text(f"{name}/address", "127.0.0.1")
+        usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
-        seats.append(Seat(node, profile, address, arguments, alone=len(names) == 1))
-        seats[-1].remember(memory)
-    return seats
+        tabs.append(RobotTab(node, profile, address, arguments, alone=len(names) == 1))
+        tabs[-1].restore(settings)
+    return tabs
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
@@ -209,7 +209,7 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
-def _tell(title: str, text: str, level: str) -> None:
+def _print_message(title: str, text: str, level: str) -> None:
     print(f"{time.strftime('%H:%M:%S')} {title}, {level}: {text}", flush=True)
 
 

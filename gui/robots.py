@@ -15,7 +15,7 @@ class Robot:
     Args:
         title: What the window calls it.
         outline: Its shape on the floor.
-        top_speed, top_turn: As fast as its safety layer ever allows [m/s, rad/s].
+        top_speed, top_turn: As fast as its safety gate ever allows [m/s, rad/s].
         reach: Half the width of the sensor view at first [m].
         farthest_click: Places in the picture farther away than this are driven to in part [m]; by the height of the
             camera: an error of 1 degree moves a place by 0.15 m at 3 m from 1.1 m, and at 2 m from 0.5 m.

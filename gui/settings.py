@@ -21,7 +21,7 @@ def default_file() -> Path | None:
     return Path(named) if named else Path(base, "telepresence", "window.ini")
 
 
-class Memory:
+class Settings:
     """Settings by name; wrong or missing ones are as if never kept, and a file that can't be written is no reason not
     to drive.
 

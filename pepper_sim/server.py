@@ -15,8 +15,8 @@ import pepper_sim.services  # isort: skip  # noqa: F401 -- sets libqi's environm
 import qi
 
 from pepper_sim.naoqi.catalogue import Catalogue
-from pepper_sim.naoqi.publish import peer_methods, qi_object
-from pepper_sim.naoqi.raw_server import WirePeer
+from pepper_sim.naoqi.publish import qi_object, raw_methods
+from pepper_sim.naoqi.raw_server import RawServer
 from pepper_sim.naoqi.service import Service
 from pepper_sim.robot import Pepper
 from pepper_sim.tablet.tablet import Tablet
@@ -54,7 +54,7 @@ class NaoqiServer:
         machine_id = self._session.service("ServiceDirectory").machineId()
         self.catalogue = Catalogue(robot, self._session, tablet, seed=seed)
         on_peer, on_qi = _divide(self.catalogue.services)
-        self._peer = WirePeer(machine_id, {service.name: peer_methods(service) for service in on_peer})
+        self._peer = RawServer(machine_id, {service.name: raw_methods(service) for service in on_peer})
         self._inner = qi.Session()
         self._inner.connect(self._peer.url)
         for service in on_peer:

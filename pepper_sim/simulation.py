@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pepper_sim.models import PREFIX, pepper_model
-from pepper_sim.naoqi.port_probe import DoorWatch
+from pepper_sim.naoqi.port_probe import PortProbe
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound.loudspeaker_output import LoudspeakerOutput
@@ -53,7 +53,7 @@ class SimulatedPepper(SimulatedRobot):
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
-        self._door: DoorWatch | None = None
+        self._door: PortProbe | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -66,7 +66,7 @@ class SimulatedPepper(SimulatedRobot):
 
     def serve(self, address: str, port: int) -> None:
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
-        self._door = DoorWatch(self.urls[0])
+        self._door = PortProbe(self.urls[0])
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
@@ -83,7 +83,7 @@ class SimulatedPepper(SimulatedRobot):
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         return {"tablet": lambda: self.tablet.image}
 
-    def hear(self, text: str) -> None:
+    def say_nearby(self, text: str) -> None:
         if self.room_sounds is not None:
             self.room_sounds.say(text)
 

@@ -21,7 +21,7 @@ SIGNED_OUT = "Sign in first."
 FOR_PILOTS = "You watch. The terminal is for pilots: what is typed there reaches the robot."
 
 
-class Entrance(QObject):
+class Authorization(QObject):
     """Joins the sign-in page with the window.
 
     Args:

@@ -26,7 +26,7 @@ def default_folder() -> Path:
     return Path(os.environ.get(FOLDER) or Path.home() / "telepresence")
 
 
-class Keeping(QObject):
+class Capture(QObject):
     """Joins the buttons Snapshot and Record."""
 
     said = pyqtSignal(str, str)

@@ -12,7 +12,7 @@ from gui.driving.access_bar import AccessBar
 from gui.driving.coordinator import Driving
 from gui.driving.drive_controls import DriveControls
 from gui.driving.gamepad import Gamepad
-from gui.driving.gamepad_view import PadView
+from gui.driving.gamepad_view import GamepadView
 from gui.driving.lease_client import DriveAccess
 from gui.profiles import PROFILES, Profile
 from gui.robots import ROBOTS
@@ -81,7 +81,7 @@ class Controller(QObject):
         self.views = Views(window, link)
         self.views.said.connect(self._say)
         self.views.share_changed.connect(self.driving.set_share)
-        self.driving.hub.add(self.views.floor_drive)
+        self.driving.mux.add(self.views.floor_drive)
         self.driving.sent.connect(self.views.note_sent)
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
@@ -105,7 +105,7 @@ class Controller(QObject):
         window = self._window
         window.accessSlot.addWidget(self.bar)
         window.driveSlot.addWidget(self.controls)
-        self.pad_view = PadView()
+        self.pad_view = GamepadView()
         window.deck.addTab(self.pad_view, "Gamepad")
         self.gamepad.changed.connect(self.pad_view.show_state)
         self.controls.pad_wanted.connect(lambda: window.show_page(self.pad_view))
@@ -123,7 +123,7 @@ class Controller(QObject):
 
     def dismiss(self) -> None:
         """Nobody is signed in any more: nothing is heard, nothing is sent."""
-        self.driving.hub.release_all()
+        self.driving.mux.release_all()
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
         self._link.set_open(False)

@@ -14,7 +14,7 @@ PERIOD = 2000
 """ms between looks; Python's own thresholds decide whether there is anything to do."""
 
 
-class CycleCollector(QObject):
+class GcOnQtThread(QObject):
     """Takes the search over for as long as it lives; made and closed on Qt's thread."""
 
     def __init__(self) -> None:

@@ -6,20 +6,20 @@ import argparse
 
 from PyQt5.QtCore import QObject
 
-from gui.app.capture import Keeping
+from gui.app.capture import Capture
 from gui.app.controller import Controller
 from gui.driving.gamepad import Gamepad
 from gui.profiles import Profile
 from gui.robots import ROBOTS
 from gui.ros.link import RosLink, RosNode
-from gui.settings import Memory
+from gui.settings import Settings
 from gui.terminal.terminal import TerminalView
 from gui.window import OperatorWindow
 
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
 
 
-class Seat(QObject):
+class RobotTab(QObject):
     """One robot's part of the window.
 
     Args:
@@ -44,10 +44,10 @@ class Seat(QObject):
             self.window, self.link, self.terminal, arguments.attach, profile, arguments.sign_in, self.gamepad
         )
         if arguments.gamepad == "joy":
-            self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.hear(*joy))
+            self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.receive(*joy))
             self.link.watch("joy", True)
-        self.keeping = Keeping(self.window, self.link, arguments.folder)
-        self.keeping.said.connect(self.window.status.say)
+        self.capture = Capture(self.window, self.link, arguments.folder)
+        self.capture.said.connect(self.window.status.say)
         node.trouble.connect(self.link.trouble)
         self._in_front, self._had_feed = True, False
         self.window.feedButton.toggled.connect(self._on_feed)
@@ -69,15 +69,15 @@ class Seat(QObject):
             self._had_feed = True
             self.window.feedButton.setChecked(False)
 
-    def remember(self, memory: Memory) -> None:
+    def restore(self, settings: Settings) -> None:
         """Be as at the last time."""
         controls = self.controller.controls
-        controls.set_speed(memory.number(f"{self.link.profile.name}/speed", controls.speed))
+        controls.set_speed(settings.number(f"{self.link.profile.name}/speed", controls.speed))
 
-    def keep(self, memory: Memory) -> None:
+    def keep(self, settings: Settings) -> None:
         """For the next time."""
-        memory.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
-        memory.keep(f"{self.link.profile.name}/address", self.window.address.text())
+        settings.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
+        settings.keep(f"{self.link.profile.name}/address", self.window.address.text())
 
     def start(self) -> None:
         """The window is on the screen."""
@@ -85,15 +85,15 @@ class Seat(QObject):
 
     def close(self) -> None:
         """Stop the robot, and end what belongs to this window."""
-        self.keeping.recorder.close()
+        self.capture.recorder.close()
         self.controller.dismiss()
 
 
 class Terminals:
     """All terminals at once, for whoever lets people in."""
 
-    def __init__(self, seats: list[Seat]) -> None:
-        self._terminals = [seat.terminal for seat in seats]
+    def __init__(self, tabs: list[RobotTab]) -> None:
+        self._terminals = [tab.terminal for tab in tabs]
 
     def start(self) -> None:
         for terminal in self._terminals:

@@ -12,10 +12,10 @@ from PyQt5.QtWidgets import QMainWindow, QShortcut
 from gui.widgets.help_overlay import HelpOverlay
 
 if TYPE_CHECKING:
-    from gui.app.robot_tab import Seat
+    from gui.app.robot_tab import RobotTab
 
 
-def add_shortcuts(window: QMainWindow, seats: list[Seat], front: Callable[[], Seat]) -> HelpOverlay:
+def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[], RobotTab]) -> HelpOverlay:
     """Bind them, and the page that lists them for people.
 
     Args:
@@ -24,8 +24,8 @@ def add_shortcuts(window: QMainWindow, seats: list[Seat], front: Callable[[], Se
     """
 
     def stop_all() -> None:
-        for seat in seats:
-            seat.controller.driving.red_stop()
+        for tab in tabs:
+            tab.controller.driving.red_stop()
 
     def type_in_terminal() -> None:
         # The terminal gives the keyboard back by itself: Qt gets no keys meanwhile.
@@ -43,7 +43,7 @@ def add_shortcuts(window: QMainWindow, seats: list[Seat], front: Callable[[], Se
         ("F6", type_in_terminal),
     ):
         QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.WindowShortcut)
-    for seat in seats:
-        seat.terminal.stop_typed.connect(stop_all)
-        seat.controller.bar.help_wanted.connect(help_overlay.open)
+    for tab in tabs:
+        tab.terminal.stop_typed.connect(stop_all)
+        tab.controller.bar.help_wanted.connect(help_overlay.open)
     return help_overlay

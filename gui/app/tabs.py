@@ -11,7 +11,7 @@ from gui.driving.drive_pad import DrivePad
 from gui.window import OperatorWindow, place_on_screen
 
 
-class Shell(QMainWindow):
+class RobotTabs(QMainWindow):
     """Holds pages; looks from outside like one `OperatorWindow`.
 
     Args:

@@ -145,7 +145,7 @@ class Views(QObject):
             ("mute_microphone", sound.mute_microphone), ("mute_speaker", sound.mute_speaker), ("talk", sound.talk),
         ):  # fmt: skip
             if link.has(name):
-                signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._tell_refusal))
+                signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._show_refusal))
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
                 signal.connect(lambda device, name=name: link.send(name, device))
@@ -163,7 +163,7 @@ class Views(QObject):
         elif not self._link.send("posture", name):
             panel.answer("There is no ROS master. Press Roscore start.")
 
-    def _tell_refusal(self, answer: object) -> None:
+    def _show_refusal(self, answer: object) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 

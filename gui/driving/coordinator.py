@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from gui.driving.input_mux import DriveHub
+from gui.driving.input_mux import InputMux
 from gui.ros.channels import Answer
 
 if TYPE_CHECKING:
@@ -47,25 +47,25 @@ class Driving(QObject):
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._access, self._controls = window, link, access, controls
-        self._layer_stopped = ""
+        self._gate_stopped = ""
         self._away = ""
         self._share = 1.0
         self._zeros_left = 0
         self._zeros = QTimer(self, interval=ZERO_PERIOD)
         self._zeros.timeout.connect(self._send_zero)
-        self.hub = DriveHub(self)
+        self.mux = InputMux(self)
         for source in (window.pad, gamepad):
-            self.hub.add(source)
-            source.stop_pressed.connect(self.hub.stop)
+            self.mux.add(source)
+            source.stop_pressed.connect(self.mux.stop)
             source.blocked.connect(lambda reason: self.said.emit(reason, "warn"))
-        self.hub.velocity.connect(self._on_velocity)
+        self.mux.velocity.connect(self._on_velocity)
         gamepad.restart_wanted.connect(self.restart_simulation)
         gamepad.lost.connect(lambda: self.said.emit("The gamepad is gone.", "warn"))
         gamepad.changed.connect(controls.show_pad)
         controls.speeds_changed.connect(self._set_speeds)
         controls.stop_wanted.connect(self.red_stop)
         controls.release_wanted.connect(self.release_red_stop)
-        window.activation_changed.connect(lambda active: None if active else self.hub.release_all())
+        window.activation_changed.connect(lambda active: None if active else self.mux.release_all())
         access.changed.connect(self.update_block)
         access.refused.connect(lambda reason: self.said.emit(reason, "warn"))
         link.state_changed.connect(lambda _state: self.update_block())
@@ -91,24 +91,24 @@ class Driving(QObject):
             reason = "No driver listens to this window. Press Session start."
         elif self._access.obstacle():
             reason, passing = self._access.obstacle(), self._access.comes_back
-        elif self._layer_stopped:
-            reason = f"{self._layer_stopped} Press the red stop to let the robot go."
+        elif self._gate_stopped:
+            reason = f"{self._gate_stopped} Press the red stop to let the robot go."
         elif not self._share:
             reason, passing = "The link is more than a second late, so nothing drives until it is faster.", True
         else:
             reason, passing = self.picture_problem, True
-        self.hub.set_block(reason, passing)
+        self.mux.set_block(reason, passing)
         self._access.set_hold(self.picture_problem)
         lease = self._access.state
         stopped_by = lease.stopped_by if lease is not None else ""
-        self._controls.show_stopped(stopped_by or ("the safety layer" if self._layer_stopped else ""))
+        self._controls.show_stopped(stopped_by or ("the safety gate" if self._gate_stopped else ""))
         self._window.padLabel.setText("off" if reason else "hold to drive")
         self._window.padLabel.setToolTip(reason)
 
     def set_away(self, reason: str) -> None:
         """Nobody drives this robot from here, for this reason; with an empty one, it is this window's again."""
         self._away = reason
-        self.hub.release_all()
+        self.mux.release_all()
         self.update_block()
 
     def set_share(self, share: float) -> None:
@@ -118,7 +118,7 @@ class Driving(QObject):
 
     def stop(self) -> None:
         """Let go of everything; keyboards elsewhere, too."""
-        self.hub.stop()
+        self.mux.stop()
         self._zeros_left = STOP_REPEATS
         self._send_zero()
         self._zeros.start()
@@ -127,13 +127,13 @@ class Driving(QObject):
         """Stop the robot, and keep it stopped whoever drives by whatever, until `release_red_stop`."""
         self.stop()
         self._access.ask("stop")
-        # Also directly: the layer's stop holds where nobody decides who drives.
-        self._link.call("stop_drive", then=self._on_layer_stop)
+        # Also directly: the gate's stop holds where nobody decides who drives.
+        self._link.call("stop_drive", then=self._on_gate_stop)
 
     def release_red_stop(self) -> None:
         """Let the robot go, if this window may."""
         if self._access.state is None and self._access.is_pilot:
-            self._link.call("reset_stop", then=self._on_layer_release)
+            self._link.call("reset_stop", then=self._on_gate_release)
         else:
             self._access.ask("reset_stop")
 
@@ -142,7 +142,7 @@ class Driving(QObject):
         if not self._access.mine:
             self.said.emit(self._access.obstacle() or "Only who drives restarts the simulation.", "warn")
             return
-        self.hub.stop()
+        self.mux.stop()
         self._link.call("restart_simulation", then=self._on_restarted)
 
     def _on_velocity(self, vx: float, vy: float, wz: float) -> None:
@@ -158,20 +158,20 @@ class Driving(QObject):
             self._zeros.stop()
 
     def _set_speeds(self, speed: float, turn: float) -> None:
-        self.hub.set_speeds(speed, turn)
+        self.mux.set_speeds(speed, turn)
 
     def _on_safety(self, text: str) -> None:
         state, _, reason = text.partition(": ")
         stopped = reason if state == "stopped" else ""
-        if stopped != self._layer_stopped:
-            self._layer_stopped = stopped
+        if stopped != self._gate_stopped:
+            self._gate_stopped = stopped
             self.update_block()
 
-    def _on_layer_stop(self, answer: Answer) -> None:
+    def _on_gate_stop(self, answer: Answer) -> None:
         if not answer.ok and self._access.state is None:
             self.said.emit(f"The robot was told to stop, but nothing keeps it stopped: {answer.text}", "bad")
 
-    def _on_layer_release(self, answer: Answer) -> None:
+    def _on_gate_release(self, answer: Answer) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 

@@ -10,7 +10,7 @@ from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
 
-from gui.driving.gamepad import PadState
+from gui.driving.gamepad import JoystickState
 
 STEP = 0.05
 """[m/s] between two places of the slider."""
@@ -44,7 +44,7 @@ class DriveControls(QWidget):
         self._stopped_by: str | None = None
         self._stopped_at = 0.0
         self._top_turn = 1.0
-        self.speedSlider.valueChanged.connect(self._tell_speeds)
+        self.speedSlider.valueChanged.connect(self._show_speeds)
         self.redStop.clicked.connect(self._on_red)
         self.padChip.clicked.connect(self.pad_wanted)
         self.show_stopped("")
@@ -65,7 +65,7 @@ class DriveControls(QWidget):
         self._top_turn = top_turn
         self.speedSlider.setMaximum(max(1, int(top_speed / STEP + 1e-6)))
         self.set_speed(speed)
-        self._tell_speeds()
+        self._show_speeds()
 
     def set_speed(self, speed: float) -> None:
         """As near to this as the robot and the slider can [m/s]."""
@@ -89,7 +89,7 @@ class DriveControls(QWidget):
         self.redStop.style().unpolish(self.redStop)
         self.redStop.style().polish(self.redStop)
 
-    def show_pad(self, state: PadState | None) -> None:
+    def show_pad(self, state: JoystickState | None) -> None:
         """What the gamepad does; None when there is none."""
         if state is None:
             self.padChip.setText("No gamepad")
@@ -105,6 +105,6 @@ class DriveControls(QWidget):
         elif time.monotonic() - self._stopped_at > PANIC_TIME:
             self.release_wanted.emit()
 
-    def _tell_speeds(self) -> None:
+    def _show_speeds(self) -> None:
         self.speedLabel.setText(f"{self.speed:.2f} m/s")
         self.speeds_changed.emit(self.speed, self.turn)

@@ -55,7 +55,7 @@ class FloorDrive(QObject):
     """It goes on after what `refused` told."""
     arrived = pyqtSignal()
     waits = True
-    """A block that passes by itself does not end it, see `DriveHub`."""
+    """A block that passes by itself does not end it, see `InputMux`."""
 
     def __init__(
         self,
@@ -119,13 +119,13 @@ class FloorDrive(QObject):
             return
         self._pixel, self._pressed_at = (u, v), time.monotonic()
         self._waiting, self._blocked_since = False, math.inf
-        self._look_again()
+        self._check_again()
 
     def drag(self, u: float, v: float) -> None:
         """The pointer moved with the button down."""
         if self._pixel is not None:
             self._pixel = (u, v)
-            self._look_again()
+            self._check_again()
 
     def release_all(self) -> None:
         """The button went up, or whatever counts as that."""
@@ -150,7 +150,7 @@ class FloorDrive(QObject):
         dx, dy = self._target[0] - body.x, self._target[1] - body.y
         return math.hypot(dx, dy), math.remainder(math.atan2(dy, dx) - body.yaw, math.tau)
 
-    def _look_again(self) -> None:
+    def _check_again(self) -> None:
         """The pointer is somewhere else: find the place under it."""
         self._sought, self._arrived = True, False
         if not self._timer.isActive():  # started anew with every move of the pointer it would never end
@@ -204,7 +204,7 @@ class FloorDrive(QObject):
         if self._waiting:
             self._waiting = False
             self.resumed.emit()
-        self._tell_blocked()
+        self._report_blocked()
         # Sensors look ahead best: turn first, drive as the robot comes to face the place.
         speed = self._speed_for(distance) * max(0.0, math.cos(bearing))
         turn = max(-self.turn, min(self.turn, TURNING * bearing))
@@ -214,8 +214,8 @@ class FloorDrive(QObject):
     def _speed_for(self, distance: float) -> float:
         return min(self.speed, max(SLOWEST, NEARING * distance))
 
-    def _tell_blocked(self) -> None:
-        """Say once why the safety layer lets nothing pass. It is asked on: it gives way when the way is free again."""
+    def _report_blocked(self) -> None:
+        """Say once why the safety gate lets nothing pass. It is asked on: it gives way when the way is free again."""
         safety, now = self._safety, time.monotonic()
         if safety is None or safety.state != "blocked" or now - safety.arrived > 1.0:
             self._blocked_since, self._blocked_told = math.inf, False

@@ -1,7 +1,7 @@
 """Driving by gamepad: hold LB and move. A pad that is unplugged, or a window that loses the keyboard, stops the robot.
 
 The pad is read from Linux's joystick interface on Qt's thread; it tells only changes, so its state is taken anew every
-50 ms. `hear` takes a pad from elsewhere in its place: the topic joy.
+50 ms. `receive` takes a pad from elsewhere in its place: the topic joy.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject, QSocketNotifier, Qt, QTimer, pyqtSignal
 
-from telepresence.teleop.joystick import PadDevice
-from telepresence.teleop.joystick_layouts import XBOX, PadLayout, layout_of
-from telepresence.teleop.joystick_mapping import Sticks
+from telepresence.teleop.joystick import Joystick
+from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
+from telepresence.teleop.joystick_mapping import JoystickMapping
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +31,7 @@ SILENCE = 1.0
 
 
 @dataclass(frozen=True)
-class PadState:
+class JoystickState:
     """A pad at one moment; axes -1 to 1, left and up positive, as in sensor_msgs/Joy.
 
     Args:
@@ -41,7 +41,7 @@ class PadState:
     """
 
     name: str
-    layout: PadLayout
+    layout: JoystickLayout
     axes: tuple[float, ...]
     buttons: tuple[int, ...]
     driving: bool
@@ -53,7 +53,7 @@ class Gamepad(QObject):
     """A source of velocities.
 
     Args:
-        path: The device; empty: the first joystick there is; None: no device, only `hear`.
+        path: The device; empty: the first joystick there is; None: no device, only `receive`.
     """
 
     velocity = pyqtSignal(float, float, float)
@@ -64,7 +64,7 @@ class Gamepad(QObject):
     restart_wanted = pyqtSignal()
     """Button 0 was held for a second."""
     changed = pyqtSignal(object)
-    """PadState, or None when there is no pad."""
+    """JoystickState, or None when there is no pad."""
     lost = pyqtSignal()
     """The pad is gone."""
 
@@ -74,22 +74,22 @@ class Gamepad(QObject):
         """What RB can reach at most [m/s]."""
         self._path = path
         self._speed, self._turn = 0.2, 0.5
-        self._device: PadDevice | None = None
+        self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX
-        self._sticks = Sticks(XBOX.sticks())
+        self._sticks = JoystickMapping(XBOX.sticks())
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
         self._heard: float | None = None
         self._block = ""
         self._driving = False
         self._pressed_at: float | None = None
-        self._state: PadState | None = None
+        self._state: JoystickState | None = None
         self._timer = QTimer(self, interval=PERIOD)
         self._timer.setTimerType(Qt.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._search = QTimer(self, interval=LOOK_PERIOD)
-        self._search.timeout.connect(self._look)
+        self._search.timeout.connect(self._poll)
         self._rescale()
 
     @property
@@ -118,7 +118,7 @@ class Gamepad(QObject):
         return self._driving
 
     @property
-    def state(self) -> PadState | None:
+    def state(self) -> JoystickState | None:
         """What it looks like; None without a pad."""
         return self._state
 
@@ -126,13 +126,13 @@ class Gamepad(QObject):
         """Look for the device from now on."""
         if self._path is not None:
             self._search.start()
-            self._look()
+            self._poll()
 
     def close(self) -> None:
         self._search.stop()
         self._lose()
 
-    def hear(self, axes: Sequence[float], buttons: Sequence[int]) -> None:
+    def receive(self, axes: Sequence[float], buttons: Sequence[int]) -> None:
         """The state of a pad that is elsewhere, in an Xbox pad's order; to be repeated ten times a second."""
         if self._heard is None:
             self._begin("joy", XBOX)
@@ -151,11 +151,11 @@ class Gamepad(QObject):
         if reason:
             self.release_all()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         paths = [Path(self._path)] if self._path else sorted(Path("/dev/input").glob("js*"))
         for path in paths:
             try:
-                self._device = PadDevice(str(path))
+                self._device = Joystick(str(path))
             except OSError as error:
                 log.debug("no gamepad at %s: %s", path, error)
                 continue
@@ -166,10 +166,10 @@ class Gamepad(QObject):
             self._begin(self._device.name or "Gamepad", layout)
             return
 
-    def _begin(self, name: str, layout: PadLayout) -> None:
+    def _begin(self, name: str, layout: JoystickLayout) -> None:
         log.info("gamepad: %s", name)
         self._name, self._layout = name, layout
-        self._sticks = Sticks(layout.sticks())
+        self._sticks = JoystickMapping(layout.sticks())
         self._rescale()
         self._axes, self._buttons = (), ()
         self._timer.start()
@@ -252,7 +252,7 @@ class Gamepad(QObject):
             note = "Let go of LB, then hold it again to drive."
         else:
             note = "Hold LB and move to drive."
-        state = PadState(self._name, self._layout, self._axes, self._buttons, self._driving, progress, note)
+        state = JoystickState(self._name, self._layout, self._axes, self._buttons, self._driving, progress, note)
         if state != self._state:
             self._state = state
             self.changed.emit(state)

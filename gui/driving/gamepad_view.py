@@ -7,25 +7,25 @@ from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
-from gui.driving.gamepad import PadState
+from gui.driving.gamepad import JoystickState
 
 TITLE = "No gamepad"
 HINT = "Plug one in; it is found by itself. Or give the topic joy a pad:  --gamepad joy"
 KEYS = "LB hold to drive    RB fast    B stop    button 0 held 1 s: restart the simulation"
 
 
-class PadView(QFrame):
-    """Paints a `PadState`."""
+class GamepadView(QFrame):
+    """Paints a `JoystickState`."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._state: PadState | None = None
+        self._state: JoystickState | None = None
         self.setAccessibleName("Gamepad test")
 
     def sizeHint(self) -> QSize:
         return QSize(420, 190)
 
-    def show_state(self, state: PadState | None) -> None:
+    def show_state(self, state: JoystickState | None) -> None:
         """Show it; None when there is no pad."""
         self._state = state
         self.setAccessibleDescription(state.note if state else HINT)

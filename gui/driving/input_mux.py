@@ -22,7 +22,7 @@ class Source(Protocol):
     def set_block(self, reason: str) -> None: ...
 
 
-class DriveHub(QObject):
+class InputMux(QObject):
     """The one that drives."""
 
     velocity = pyqtSignal(float, float, float)
@@ -49,7 +49,7 @@ class DriveHub(QObject):
         """Let it drive, too."""
         self._sources.append(source)
         source.velocity.connect(lambda *velocity: self._on_velocity(source, velocity))
-        self._tell_block(source)
+        self._report_block(source)
         if self._speeds is not None:
             source.speed, source.turn = self._speeds
 
@@ -69,7 +69,7 @@ class DriveHub(QObject):
             return
         self._block, self._passing = reason, passing
         for source in self._sources:
-            self._tell_block(source)
+            self._report_block(source)
         if reason:
             self._let_go()
 
@@ -100,7 +100,7 @@ class DriveHub(QObject):
                     other.release_all()  # its zero is not passed on: the newcomer's velocity follows at once
             self.velocity.emit(*velocity)
 
-    def _tell_block(self, source: Source) -> None:
+    def _report_block(self, source: Source) -> None:
         if getattr(source, "waits", False):
             source.set_block(self._block, self._passing)
         else:

@@ -1,4 +1,4 @@
-"""How long a command needs to the safety layer and its answer back. No ROS, no Qt."""
+"""How long a command needs to the safety gate and its answer back. No ROS, no Qt."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class RoundTrip:
     """Matches commands that were sent with answers that tell the age of the newest command.
 
     An answer proves that a command was heard if it tells an age that is less than the time since that was sent. Only
-    our own clock is read. The safety layer answers 20 times a second, so a figure holds up to 50 ms of waiting.
+    our own clock is read. The safety gate answers 20 times a second, so a figure holds up to 50 ms of waiting.
     """
 
     def __init__(self) -> None:

@@ -16,7 +16,7 @@ LONGEST_TICK = 0.3
 
 @dataclass(frozen=True)
 class Stop:
-    """The safety layer took all of the motion, or the pilot was stopped: from `start`, for `duration` [s]."""
+    """The safety gate took all of the motion, or the pilot was stopped: from `start`, for `duration` [s]."""
 
     state: str
     reason: str
@@ -32,7 +32,7 @@ class Session:
         path: (n, 4) t, x, y [m], heading [rad].
         commands: (n, 4) t, forward, left [m/s], counter-clockwise [rad/s]: what the pilot wanted.
         safety: (n, 5) t, what the wheels were given (as in commands), gap [m].
-        states, reasons: Of the safety layer, one for each row of `safety`.
+        states, reasons: Of the safety gate, one for each row of `safety`.
         pictures: (n, 2) t, age on arrival [s].
         battery: (n, 3) t, charge (0 to 1) or NaN, voltage [V].
     """
@@ -83,7 +83,7 @@ class Session:
         return float(np.minimum(given[driving], wanted[driving]).sum() / wanted[driving].sum())
 
     def stops(self, states: frozenset[str]) -> list[Stop]:
-        """The stretches in which the safety layer was in one of these states, in order."""
+        """The stretches in which the safety gate was in one of these states, in order."""
         found: list[Stop] = []
         for first, last in self._runs():
             if self.states[first] in states:
@@ -93,7 +93,7 @@ class Session:
         return found
 
     def time_in_states(self) -> dict[str, float]:
-        """State of the safety layer -> seconds."""
+        """State of the safety gate -> seconds."""
         total: dict[str, float] = defaultdict(float)
         period = self._period()
         for state in self.states:

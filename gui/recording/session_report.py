@@ -15,7 +15,7 @@ from gui.recording.report_plots import path_plot, time_plot
 from gui.recording.session import Session
 
 HALTS = frozenset({"stopped", "fault", "sensor stale", "bumped", "blocked"})
-"""States of the safety layer in which nothing, or next to nothing, of a command passes."""
+"""States of the safety gate in which nothing, or next to nothing, of a command passes."""
 MOST_ROWS = 40
 STYLE = """
 :root { color-scheme: light dark; --ground:#f4f6f9; --card:#fff; --text:#17202b; --quiet:#566476; --line:#d5dce5;
@@ -85,12 +85,12 @@ def report(session: Session, name: str) -> str:
         f"<p>{html.escape(name)}: {session.messages} messages in {session.duration:.0f} s</p>",
         _figures(session, len(halts)),
         "<h2>Path</h2>", path_plot(session.path, marks),
-        "<p>Green: start. Blue: end. Red: the safety layer stopped the robot here.</p>",
+        "<p>Green: start. Blue: end. Red: the safety gate stopped the robot here.</p>",
         "<h2>Speed: wanted and given</h2>", time_plot(speed, "m/s", session.duration, bands),
-        "<p>Red: stopped by the safety layer. Amber: slowed. Point at a band to read why.</p>",
+        "<p>Red: stopped by the safety gate. Amber: slowed. Point at a band to read why.</p>",
         "<h2>Turning: wanted and given</h2>", time_plot(turning, "rad/s", session.duration, bands),
         "<h2>Why the robot was stopped</h2>", _reasons(halts),
-        "<h2>What the safety layer did</h2>", _states(session),
+        "<h2>What the safety gate did</h2>", _states(session),
         "<h2>Link health</h2>",
         _link(session, ages),
     ]  # fmt: skip
@@ -103,7 +103,7 @@ def _figures(session: Session, stops: int) -> str:
         (f"{session.distance():.2f} m", "driven"),
         (f"{session.top_speed():.2f} m/s", "top speed"),
         (_percent(session.passed()), "of the wanted speed passed"),
-        (str(stops), "stops by the safety layer"),
+        (str(stops), "stops by the safety gate"),
         (f"{session.nearest():.2f} m" if math.isfinite(session.nearest()) else "–", "least free room"),
     ]
     cells = "".join(f"<div><b>{value}</b>{what}</div>" for value, what in figures)
@@ -128,7 +128,7 @@ def _reasons(halts: list) -> str:
 def _states(session: Session) -> str:
     times = session.time_in_states()
     if not times:
-        return "<p>The recording holds nothing of a safety layer.</p>"
+        return "<p>The recording holds nothing of a safety gate.</p>"
     total = sum(times.values()) or 1.0
     rows = "".join(
         f'<tr><td>{html.escape(state)}</td><td class="n">{seconds:.1f} s</td>'

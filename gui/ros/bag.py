@@ -32,7 +32,7 @@ def read_session(path: Path) -> Session:
 def _collect(bag: rosbag.Bag) -> Session:
     kinds = {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
     twists = sorted(name for name, kind in kinds.items() if kind == _TWIST)
-    # Where there is a safety layer with topics of its own before and behind it, the pilot writes to the first.
+    # Where there is a safety gate with topics of its own before and behind it, the pilot writes to the first.
     wanted = next((name for name in twists if name.endswith("safe_cmd_vel")), twists[0] if twists else None)
     start = bag.get_start_time()
     path, commands, safety, pictures, battery = [], [], [], [], []

@@ -92,7 +92,7 @@ class RosNode(QObject):
 
     def _run(self) -> None:
         while not self._closing.is_set():
-            graph = self._look()
+            graph = self._poll()
             if graph is not None and not self.joined:
                 try:
                     self._join()
@@ -104,7 +104,7 @@ class RosNode(QObject):
             self._wake.wait(LOOK_PERIOD)
             self._wake.clear()
 
-    def _look(self) -> list | None:
+    def _poll(self) -> list | None:
         """Publishers, subscribers and services as the master knows them; None without a master."""
         try:
             code, _, graph = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
@@ -162,9 +162,9 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._frames = Frames(profile.namespace, _hear_all)
+        self._frames = Frames(profile.namespace, _subscribe_all)
         self._open = True
-        self._looked.connect(self._on_looked, Qt.QueuedConnection)
+        self._looked.connect(self._on_polled, Qt.QueuedConnection)
         self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
         for channel in self._channels.values():
             channel.trouble.connect(self.trouble)
@@ -328,12 +328,12 @@ class RosLink(QObject):
 
     # --- Qt's thread ---
 
-    def _on_looked(self, state: LinkState) -> None:
+    def _on_polled(self, state: LinkState) -> None:
         if state != self.state:
             self.state = state
             self.state_changed.emit(state)
 
 
-def _hear_all(topic: str, kind: type, callback: Callable, beside: str) -> rospy.Subscriber:
+def _subscribe_all(topic: str, kind: type, callback: Callable, beside: str) -> rospy.Subscriber:
     """Subscribe without losing messages of a burst; `callback` gets `beside` with each."""
     return rospy.Subscriber(topic, kind, callback, callback_args=beside, queue_size=100)

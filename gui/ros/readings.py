@@ -67,7 +67,7 @@ class Bumpers:
 
 @dataclass(frozen=True)
 class Safety:
-    """One decision of the safety layer (telepresence_msgs/SafetyState).
+    """One decision of the safety gate (telepresence_msgs/SafetyState).
 
     Args:
         state: One word or two, for example "free", "slowed", "blocked".

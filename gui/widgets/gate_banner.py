@@ -1,4 +1,4 @@
-"""What the safety layer does just now, in one word and one sentence."""
+"""What the safety gate does just now, in one word and one sentence."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 from gui.ros.readings import Safety
 
 SILENT_AFTER = 1.0
-"""Seconds without word from the safety layer."""
+"""Seconds without word from the safety gate."""
 LEVELS = {
     "clear": "good", "no command": "off", "limited": "warn", "blocked": "bad", "bumped": "bad", "stopped": "bad",
     "sensor stale": "bad", "fault": "bad",
@@ -41,7 +41,7 @@ class GateBanner(QFrame):
         layout.addWidget(self._word)
         layout.addWidget(self._reason, 1)
         self._check = QTimer(self, interval=250)
-        self._check.timeout.connect(self._look)
+        self._check.timeout.connect(self._poll)
         self._check.start()
         self.clear()
 
@@ -70,12 +70,12 @@ class GateBanner(QFrame):
 
     def clear(self) -> None:
         self._arrived = 0.0
-        self._say("No word", "The safety layer is not heard. It starts with the robot's programs.", "off")
+        self._say("No word", "The safety gate is not heard. It starts with the robot's programs.", "off")
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         if self._arrived and time.monotonic() - self._arrived > SILENT_AFTER:
             self._arrived = 0.0
-            self._say("Silent", "The safety layer fell silent. Expect no protection until it is back.", "bad")
+            self._say("Silent", "The safety gate fell silent. Expect no protection until it is back.", "bad")
 
     def _show(self, state: str, reason: str) -> None:
         self._say(WORDS.get(state, state.capitalize()), reason, LEVELS.get(state, "off"))

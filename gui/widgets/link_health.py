@@ -31,7 +31,7 @@ class LinkHealth(QFrame):
         layout.setSpacing(6)
         self._values: dict[str, QLabel] = {}
         tips = {
-            "command": "From sending a command to the safety layer's answer to it",
+            "command": "From sending a command to the safety gate's answer to it",
             "age": "How old a picture is when it is shown, by the robot's clock",
             "rate": "Pictures per second",
             "battery": "Charge, or voltage where the robot tells no charge",

@@ -34,7 +34,7 @@ _LENGTH = struct.Struct("<I")
 _MAX_DEPTH = 32
 
 
-class WireError(ValueError):
+class CodecError(ValueError):
     """Bytes or values that do not fit the protocol."""
 
 
@@ -54,10 +54,10 @@ class Header:
 
     @classmethod
     def unpack(cls, data: bytes) -> Header:
-        """Raises: WireError: The magic number or the version is not qi's."""
+        """Raises: CodecError: The magic number or the version is not qi's."""
         magic, identity, size, version, kind, _flags, service, obj, action = HEADER.unpack(data)
         if magic != MAGIC or version != 0:
-            raise WireError(f"not a qi message: magic {magic:#x}, version {version}")
+            raise CodecError(f"not a qi message: magic {magic:#x}, version {version}")
         return cls(identity, size, kind, service, obj, action)
 
 
@@ -65,7 +65,7 @@ class Header:
 def split_signature(signature: str) -> tuple[str, ...]:
     """The types in a row: "(ss[i])b" -> ("(ss[i])", "b"). Struct annotations `<...>` are dropped.
 
-    Raises: WireError: Brackets do not match, or a type is unknown.
+    Raises: CodecError: Brackets do not match, or a type is unknown.
     """
     kinds, rest = [], signature
     while rest:
@@ -77,7 +77,7 @@ def split_signature(signature: str) -> tuple[str, ...]:
 def _take(text: str, depth: int) -> tuple[str, str]:
     """The first type of `text` and what follows it."""
     if depth > _MAX_DEPTH or not text:
-        raise WireError(f"bad signature near {text[:40]!r}")
+        raise CodecError(f"bad signature near {text[:40]!r}")
     head = text[0]
     if head in "vsmroX" or head in _NUMBERS:
         return head, text[1:]
@@ -86,13 +86,13 @@ def _take(text: str, depth: int) -> tuple[str, str]:
         return "+" + inner, rest
     closing = {"[": "]", "(": ")", "{": "}"}.get(head)
     if closing is None:
-        raise WireError(f"unknown type {head!r} in a signature")
+        raise CodecError(f"unknown type {head!r} in a signature")
     inside, rest = "", text[1:]
     while rest and rest[0] != closing:
         kind, rest = _take(rest, depth + 1)
         inside += kind
     if not rest:
-        raise WireError(f"{closing!r} is missing in a signature")
+        raise CodecError(f"{closing!r} is missing in a signature")
     rest = rest[1:]
     if rest.startswith("<"):
         level = 0
@@ -102,7 +102,7 @@ def _take(text: str, depth: int) -> tuple[str, str]:
                 rest = rest[index + 1 :]
                 break
         else:
-            raise WireError("'>' is missing in a signature")
+            raise CodecError("'>' is missing in a signature")
     return head + inside + closing, rest
 
 
@@ -115,7 +115,7 @@ class Encoder:
     def put(self, signature: str, value: Any) -> Encoder:
         """Append `value` in the one type that `signature` names.
 
-        Raises: WireError: The value does not fit.
+        Raises: CodecError: The value does not fit.
         """
         (kind,) = split_signature(signature)
         self._put(kind, value)
@@ -132,7 +132,7 @@ class Encoder:
             try:
                 tail += _NUMBERS[head].pack(value)
             except struct.error as error:
-                raise WireError(f"{value!r} does not fit type {head}: {error}") from None
+                raise CodecError(f"{value!r} does not fit type {head}: {error}") from None
         elif head == "s":
             data = value.encode() if isinstance(value, str) else bytes(value)
             tail += _LENGTH.pack(len(data)) + data
@@ -158,17 +158,17 @@ class Encoder:
         elif head == "(":
             members = split_signature(kind[1:-1])
             if len(members) != len(value):
-                raise WireError(f"{kind} needs {len(members)} members, got {len(value)}")
+                raise CodecError(f"{kind} needs {len(members)} members, got {len(value)}")
             for member, item in zip(members, value, strict=True):
                 self._put(member, item)
         elif head != "v":
-            raise WireError(f"type {kind} cannot be sent")
+            raise CodecError(f"type {kind} cannot be sent")
 
 
 def dynamic_kind(value: Any) -> str:
     """The type in which NAOqi sends `value` inside a dynamic: int32, float32, raw, `[m]` ...
 
-    Raises: WireError: A type with no place on the wire.
+    Raises: CodecError: A type with no place on the wire.
     """
     if value is None:
         return "v"
@@ -186,13 +186,13 @@ def dynamic_kind(value: Any) -> str:
         return "[m]"
     if isinstance(value, dict):
         return "{mm}"
-    raise WireError(f"a {type(value).__name__} has no type on the wire")
+    raise CodecError(f"a {type(value).__name__} has no type on the wire")
 
 
 class Decoder:
     """Reads values from one payload.
 
-    Raises (every method): WireError: The payload ends early, or what it holds makes no sense.
+    Raises (every method): CodecError: The payload ends early, or what it holds makes no sense.
     """
 
     def __init__(self, payload: bytes) -> None:
@@ -207,19 +207,19 @@ class Decoder:
     def _bytes(self, size: int) -> memoryview:
         end = self._at + size
         if end > len(self._data):
-            raise WireError(f"{size} bytes announced, {len(self._data) - self._at} left")
+            raise CodecError(f"{size} bytes announced, {len(self._data) - self._at} left")
         piece, self._at = self._data[self._at : end], end
         return piece
 
     def _count(self) -> int:
         count = _LENGTH.unpack(self._bytes(4))[0]
         if count > len(self._data) - self._at:  # every element but void takes at least a byte
-            raise WireError(f"{count} elements announced, {len(self._data) - self._at} bytes left")
+            raise CodecError(f"{count} elements announced, {len(self._data) - self._at} bytes left")
         return count
 
     def _get(self, kind: str, depth: int) -> Any:
         if depth > _MAX_DEPTH:
-            raise WireError("values are nested too deeply")
+            raise CodecError("values are nested too deeply")
         head = kind[0]
         if head in _NUMBERS:
             number = _NUMBERS[head]
@@ -241,14 +241,14 @@ class Decoder:
             try:
                 return dict(pairs)
             except TypeError:
-                raise WireError("a map's key is a list or a map") from None
+                raise CodecError("a map's key is a list or a map") from None
         if head == "(":
             return tuple(self._get(member, depth + 1) for member in split_signature(kind[1:-1]))
-        raise WireError(f"type {kind} cannot be received")
+        raise CodecError(f"type {kind} cannot be received")
 
 
 @dataclass(frozen=True)
-class WireMethod:
+class MethodDescription:
     """A method as a metaobject lists it; `parameters` is a tuple signature such as "(sii)"."""
 
     uid: int
@@ -261,16 +261,16 @@ class WireMethod:
 METAOBJECT = "({I(Issss[(ss)]s)}{I(Iss)}{I(Iss)}s)"
 
 OBJECT_METHODS = (
-    WireMethod(0, "L", "registerEvent", "(IIL)"),
-    WireMethod(1, "v", "unregisterEvent", "(IIL)"),
-    WireMethod(2, METAOBJECT, "metaObject", "(I)"),
-    WireMethod(3, "v", "terminate", "(I)"),
-    WireMethod(8, "L", "registerEventWithSignature", "(IILs)"),
+    MethodDescription(0, "L", "registerEvent", "(IIL)"),
+    MethodDescription(1, "v", "unregisterEvent", "(IIL)"),
+    MethodDescription(2, METAOBJECT, "metaObject", "(I)"),
+    MethodDescription(3, "v", "terminate", "(I)"),
+    MethodDescription(8, "L", "registerEventWithSignature", "(IILs)"),
 )
 """What every qi object understands."""
 
 
-def metaobject(methods: Iterable[WireMethod], signals: Iterable[tuple[int, str, str]] = ()) -> tuple:
+def metaobject(methods: Iterable[MethodDescription], signals: Iterable[tuple[int, str, str]] = ()) -> tuple:
     """The value of type METAOBJECT for these methods and signals (uid, name, signature), OBJECT_METHODS included."""
     table = {
         method.uid: (method.uid, method.returns, method.name, method.parameters, method.description, [], "")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 
-from pepper_sim.naoqi.codec import WireError
+from pepper_sim.naoqi.codec import CodecError
 from pepper_sim.naoqi.raw_client import knock
 
 log = logging.getLogger(__name__)
@@ -23,7 +23,7 @@ FAILURES = 2
 """So many failed knocks in a row mean that the door is stuck."""
 
 
-class DoorWatch:
+class PortProbe:
     """Knocks from construction until `close`.
 
     Args:
@@ -58,7 +58,7 @@ class DoorWatch:
                 knock(self._endpoint, self._timeout)
                 failures = 0
                 self.knocks += 1
-            except (OSError, WireError) as error:
+            except (OSError, CodecError) as error:
                 failures += 1
                 log.warning("%s does not let a client in: %s", self._endpoint, error)
             if failures >= FAILURES and not self._closing.is_set():

@@ -8,7 +8,7 @@ from typing import Any
 
 import qi
 
-from pepper_sim.naoqi.raw_server import PeerMethod
+from pepper_sim.naoqi.raw_server import RawMethod
 from pepper_sim.naoqi.service import Binding, Service
 
 
@@ -30,8 +30,8 @@ def qi_object(service: Service) -> Any:
     return published
 
 
-def peer_methods(service: Service) -> list[PeerMethod]:
-    """The same for `wire_peer.WirePeer`; there a method may block."""
+def raw_methods(service: Service) -> list[RawMethod]:
+    """The same for `wire_peer.RawServer`; there a method may block."""
 
     def blocking(binding: Binding) -> Callable[..., Any]:
         def answer(*values: Any) -> Any:
@@ -41,7 +41,7 @@ def peer_methods(service: Service) -> list[PeerMethod]:
         return answer
 
     return [
-        PeerMethod(binding.returns, binding.name, binding.parameters, blocking(binding), binding.description)
+        RawMethod(binding.returns, binding.name, binding.parameters, blocking(binding), binding.description)
         for binding in service.bindings()
     ]
 

@@ -19,10 +19,10 @@ from pepper_sim.naoqi.codec import (
     METAOBJECT,
     POST,
     REPLY,
+    CodecError,
     Decoder,
     Encoder,
     Header,
-    WireError,
     split_signature,
 )
 
@@ -42,13 +42,13 @@ def knock(endpoint: str, timeout: float) -> None:
     """Connect and authenticate as a client does, then leave.
 
     Raises:
-        OSError, WireError: Nobody answers within `timeout` [s], or not as qi services do.
+        OSError, CodecError: Nobody answers within `timeout` [s], or not as qi services do.
     """
-    with contextlib.closing(_Wire(endpoint, timeout)) as wire:
+    with contextlib.closing(_RawConnection(endpoint, timeout)) as wire:
         wire.authenticate()
 
 
-class WireClient:
+class RawClient:
     """One method of one remote service.
 
     Args:
@@ -56,12 +56,12 @@ class WireClient:
         service: Its number in the service directory.
         method: Name; the first overload that takes `arity` arguments is used.
     Raises:
-        OSError, WireError: The service cannot be reached, or does not answer as qi services do.
+        OSError, CodecError: The service cannot be reached, or does not answer as qi services do.
     """
 
     def __init__(self, endpoint: str, service: int, method: str, arity: int, timeout: float = 2.0) -> None:
         self._service = service
-        self._wire = _Wire(endpoint, timeout)
+        self._wire = _RawConnection(endpoint, timeout)
         try:
             self._wire.authenticate()
             reply = self._wire.ask(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
@@ -73,7 +73,7 @@ class WireClient:
     def post(self, *arguments: Any) -> None:
         """Call without waiting for an answer; bytes and arrays arrive as raw.
 
-        Raises: OSError, WireError: The connection is gone or an argument does not fit.
+        Raises: OSError, CodecError: The connection is gone or an argument does not fit.
         """
         encoder = Encoder().put(self._parameters, list(arguments))
         self._wire.send(POST, self._service, _OBJECT, self._action, encoder)
@@ -82,7 +82,7 @@ class WireClient:
         self._wire.close()
 
 
-class _Wire:
+class _RawConnection:
     """A connection that sends messages and waits for their answers, one at a time."""
 
     def __init__(self, endpoint: str, timeout: float) -> None:
@@ -104,12 +104,12 @@ class _Wire:
         while True:
             header = Header.unpack(self._receive(HEADER.size))
             if header.size > _MAX_REPLY:
-                raise WireError(f"an answer of {header.size} bytes")
+                raise CodecError(f"an answer of {header.size} bytes")
             payload = self._receive(header.size)
             if header.identity == number and header.kind == REPLY:
                 return payload
             if header.identity == number and header.kind == ERROR:
-                raise WireError(str(Decoder(payload).get("m")))
+                raise CodecError(str(Decoder(payload).get("m")))
 
     def send(self, kind: int, service: int, obj: int, action: int, arguments: Encoder) -> int:
         buffers = arguments.buffers()
@@ -123,7 +123,7 @@ class _Wire:
         while len(data) < size:
             piece = self._socket.recv(size - len(data))
             if not piece:
-                raise WireError("the connection was closed")
+                raise CodecError("the connection was closed")
             data += piece
         return bytes(data)
 
@@ -137,4 +137,4 @@ def _find(methods: dict[int, tuple], name: str, arity: int) -> tuple[int, str]:
             return uid, "(" + "m" * arity + ")"
         if parameters.startswith("(") and len(split_signature(parameters[1:-1])) == arity:
             return uid, parameters
-    raise WireError(f"the service has no method {name} with {arity} arguments")
+    raise CodecError(f"the service has no method {name} with {arity} arguments")

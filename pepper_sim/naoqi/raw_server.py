@@ -28,11 +28,11 @@ from pepper_sim.naoqi.codec import (
     METAOBJECT,
     POST,
     REPLY,
+    CodecError,
     Decoder,
     Encoder,
     Header,
-    WireError,
-    WireMethod,
+    MethodDescription,
     metaobject,
 )
 
@@ -52,9 +52,9 @@ _CAPABILITIES = {
 }
 _SERVICE_INFO = "(sIsI[s]ss)"
 _DIRECTORY_METHODS = (
-    WireMethod(100, _SERVICE_INFO, "service", "(s)"),
-    WireMethod(101, f"[{_SERVICE_INFO}]", "services", "()"),
-    WireMethod(108, "s", "machineId", "()"),
+    MethodDescription(100, _SERVICE_INFO, "service", "(s)"),
+    MethodDescription(101, f"[{_SERVICE_INFO}]", "services", "()"),
+    MethodDescription(108, "s", "machineId", "()"),
 )
 _DIRECTORY_SIGNALS = ((106, "serviceAdded", "(Is)"), (107, "serviceRemoved", "(Is)"))
 _DIRECTORY, _FIRST_SERVICE = 1, 2
@@ -62,7 +62,7 @@ _AUTHENTICATE, _METAOBJECT, _EVENT_ACTIONS, _IGNORED_ACTIONS = 8, 2, (0, 8), (1,
 
 
 @dataclass(frozen=True)
-class PeerMethod:
+class RawMethod:
     """One method of a peer's service: how it is called and what answers. `answer` may block; it runs on a pool."""
 
     returns: str
@@ -72,7 +72,7 @@ class PeerMethod:
     description: str = ""
 
 
-class WirePeer:
+class RawServer:
     """Serves `services` (name -> methods) until closed.
 
     Args:
@@ -81,7 +81,7 @@ class WirePeer:
         services: Methods by service name; action numbers count from 100 in the given order.
     """
 
-    def __init__(self, machine_id: str, services: dict[str, Sequence[PeerMethod]]) -> None:
+    def __init__(self, machine_id: str, services: dict[str, Sequence[RawMethod]]) -> None:
         self._machine_id = machine_id
         self._services = {
             _FIRST_SERVICE + index: (name, {100 + at: method for at, method in enumerate(methods)})
@@ -129,13 +129,13 @@ class WirePeer:
                 while len(data := stream.read(HEADER.size)) == HEADER.size:
                     header = Header.unpack(data)
                     if header.size > MAX_PAYLOAD:
-                        raise WireError(f"a message of {header.size} bytes, at most {MAX_PAYLOAD} are allowed")
+                        raise CodecError(f"a message of {header.size} bytes, at most {MAX_PAYLOAD} are allowed")
                     payload = stream.read(header.size)
                     if len(payload) < header.size:
                         return
                     if header.kind in (CALL, POST):
                         self._dispatch(connection, sending, header, payload)
-        except (WireError, OSError) as error:
+        except (CodecError, OSError) as error:
             if not self._closed:
                 log.warning("image connection closed: %s", error)
         finally:
@@ -193,13 +193,13 @@ class WirePeer:
             for service, (known, _) in self._services.items():
                 if known == name:
                     return _SERVICE_INFO, self._info(service, name)
-            raise WireError(f"Cannot find service '{name}' in index")
+            raise CodecError(f"Cannot find service '{name}' in index")
         if header.service == _DIRECTORY and header.action == 101:
             listed = [self._info(service, name) for service, (name, _) in self._services.items()]
             return f"[{_SERVICE_INFO}]", [self._info(_DIRECTORY, "ServiceDirectory"), *listed]
         if header.service == _DIRECTORY and header.action == 108:
             return "s", self._machine_id
-        raise WireError(f"no method {header.action} on service {header.service}")
+        raise CodecError(f"no method {header.action} on service {header.service}")
 
     def _info(self, service: int, name: str) -> tuple:
         return name, service, self._machine_id, 0, [self.url], "0", ""
@@ -208,9 +208,9 @@ class WirePeer:
         if service == _DIRECTORY:
             return metaobject(_DIRECTORY_METHODS, _DIRECTORY_SIGNALS)
         if service not in self._services:
-            raise WireError(f"there is no service {service}")
+            raise CodecError(f"there is no service {service}")
         return metaobject(
-            WireMethod(uid, method.returns, method.name, method.parameters, method.description)
+            MethodDescription(uid, method.returns, method.name, method.parameters, method.description)
             for uid, method in self._services[service][1].items()
         )
 

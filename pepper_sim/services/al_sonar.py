@@ -38,11 +38,11 @@ class ALSonar(Extractor):
     def _run(self) -> None:
         while not self._closing.wait(_PERIOD):
             if self.active:
-                self._look(float(self._robot.snapshot().sonar["Front"]))
+                self._poll(float(self._robot.snapshot().sonar["Front"]))
             else:
                 self._near = None
 
-    def _look(self, distance: float) -> None:
+    def _poll(self, distance: float) -> None:
         near = distance < NEAR
         if near == self._near:
             return

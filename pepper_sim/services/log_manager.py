@@ -53,7 +53,7 @@ class _Listener:
         """There are none."""
 
     @qi.nobind
-    def tell(self, message: tuple) -> None:
+    def report(self, message: tuple) -> None:
         if message[1] <= self._level:
             self.onLogMessage(message)
             self.onLogMessages([message])
@@ -62,15 +62,15 @@ class _Listener:
 class _Handler(logging.Handler):
     """Passes Python's log records on."""
 
-    def __init__(self, tell: Any) -> None:
+    def __init__(self, report: Any) -> None:
         super().__init__(logging.INFO)
-        self._tell = tell
+        self._report = report
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
             level = next(number for least, number in _QI_LEVELS if record.levelno >= least)
             source = f"{record.filename}:{record.funcName}:{record.lineno}"
-            self._tell(level, source, record.name, record.getMessage(), record.created)
+            self._report(level, source, record.name, record.getMessage(), record.created)
         except Exception:
             self.handleError(record)
 
@@ -87,7 +87,7 @@ class LogManager(Service):
         self._lock = threading.Lock()
         self._telling = threading.local()
         self._location = f"simulated:{os.getpid()}"
-        self._handler = _Handler(self._tell)
+        self._handler = _Handler(self._report)
         logging.getLogger(_LOGGER).addHandler(self._handler)
 
     def close(self) -> None:
@@ -125,7 +125,7 @@ class LogManager(Service):
     def removeProvider(self, providerId: int) -> None:
         """Forgets a source of messages."""
 
-    def _tell(self, level: int, source: str, category: str, text: str, created: float) -> None:
+    def _report(self, level: int, source: str, category: str, text: str, created: float) -> None:
         if getattr(self._telling, "busy", False):
             return  # a listener's own trouble is not told to listeners
         self._telling.busy = True
@@ -137,6 +137,6 @@ class LogManager(Service):
             with self._lock:
                 listeners = list(self._listeners)
             for listener in listeners:
-                listener.tell(message)
+                listener.report(message)
         finally:
             self._telling.busy = False

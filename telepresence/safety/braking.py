@@ -44,7 +44,7 @@ def stopping_distance(speed: float, reaction: float, braking: float) -> float:
 
 
 @dataclass(frozen=True)
-class Guard:
+class VelocityBounds:
     """Obstacles around the robot as bounds on its velocity, in base_link.
 
     Args:
@@ -183,7 +183,7 @@ def turning_rate(
 
     Args:
         wanted: [rad/s].
-        room: (n,) as in `Guard` [m].
+        room: (n,) as in `VelocityBounds` [m].
         levers: (n,) as from `Outline.measure` [m].
         reaction, braking: tau [s], angular deceleration [rad/s²].
     """

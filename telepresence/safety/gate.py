@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .known_obstacles import Surroundings
+from .known_obstacles import KnownObstacles
 from .latches import BumperLatch, StopLatch
 from .messages import Command, Decision, Odometry, State
 from .robot_profile import RobotProfile
 from .scan import Scan, scan_of_points, scan_of_ranges
-from .tick_state import View
-from .timeouts import AHEAD_OF_TIME, CommandWatch, Health, SourceWatch
-from .velocity_shaper import Drive
+from .tick_state import TickState
+from .timeouts import AHEAD_OF_TIME, CommandTimeout, Health, SourceTimeout
+from .velocity_shaper import VelocityShaper
 
 ODOMETRY_MAX_AGE = 0.5
 """[s]"""
@@ -38,10 +38,10 @@ class VelocityGate:
     def __init__(self, profile: RobotProfile, *, careful: bool = False) -> None:
         self.profile = profile
         self.careful = careful
-        self._commands = CommandWatch(profile.limits)
-        self._watches = {source.name: SourceWatch(source, profile.limits) for source in profile.sources}
-        self._place = Surroundings(profile)
-        self._drive = Drive(profile)
+        self._commands = CommandTimeout(profile.limits)
+        self._timeouts = {source.name: SourceTimeout(source, profile.limits) for source in profile.sources}
+        self._place = KnownObstacles(profile)
+        self._drive = VelocityShaper(profile)
         self._stop = StopLatch()
         self._bumper = BumperLatch()
         self._now = -math.inf
@@ -60,14 +60,14 @@ class VelocityGate:
         Raises:
             KeyError: The profile has no such source.
         """
-        return self._hear(source, now, stamp, scan_of_ranges(self.profile.source(source), np.asarray(ranges, float)))
+        return self._receive(source, now, stamp, scan_of_ranges(self.profile.source(source), np.asarray(ranges, float)))
 
     def update_range_points(
         self, source: str, now: float, points_in_base: Sequence[Sequence[float]], stamp: float | None = None
     ) -> bool:
         """As `update_ranges`, with the place of each return in base_link, shape (n, 2) [m]."""
         points = np.asarray(points_in_base, float)
-        return self._hear(source, now, stamp, scan_of_points(self.profile.source(source), points))
+        return self._receive(source, now, stamp, scan_of_points(self.profile.source(source), points))
 
     def update_bumper(self, now: float, pressed: bool, bearing: float | None = None) -> None:
         """Tell the state of the bumpers; a press latches.
@@ -102,7 +102,7 @@ class VelocityGate:
 
     def health(self, now: float) -> dict[str, Health]:
         """State of every range source."""
-        return {name: watch.health(now) for name, watch in self._watches.items()}
+        return {name: watch.health(now) for name, watch in self._timeouts.items()}
 
     def obstacles(self) -> np.ndarray:
         """Places of the known obstacles in base_link as of the last tick, shape (n, 2) [m]."""
@@ -121,10 +121,10 @@ class VelocityGate:
         problem = self._tick(now, command, odometry)
         if problem:
             return self._drive.halt(State.FAULT, problem, self._commands.age(now), None)
-        self._place.look(now, self._watches)
+        self._place.update(now, self._timeouts)
         current = self._commands.current(now)
         self._stop.see_command(current is not None and (current.vx, current.vy, current.wz) != (0.0, 0.0, 0.0))
-        view = View(self.profile, self._watches, self._place, self._bumper, now, odometry.theta)
+        view = TickState(self.profile, self._timeouts, self._place, self._bumper, now, odometry.theta)
         age = self._commands.age(now)
         if self._stop.holds:
             return self._drive.halt(State.STOPPED, self._stop.message, age, view)
@@ -135,9 +135,9 @@ class VelocityGate:
         dt = min(self._dt, LONGEST_RAMP)
         return self._drive.decide(now, dt, current, age, odometry.theta, view, self.careful)
 
-    def _hear(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
+    def _receive(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
         stamp = now if stamp is None else stamp
-        accepted = self._watches[name].accept(now, stamp, scan)
+        accepted = self._timeouts[name].accept(now, stamp, scan)
         if accepted:
             self._place.put(name, stamp, scan)
         return accepted
@@ -151,7 +151,7 @@ class VelocityGate:
         if dt < 0.0:
             # Nothing that was stamped before can be told from the future now.
             self._commands.forget()
-            for watch in self._watches.values():
+            for watch in self._timeouts.values():
                 watch.forget()
             self._place.poses.clear()
             return f"The clock went back by {-dt:.2f} s."

@@ -16,7 +16,7 @@ HOLD = 0.3
 """A better state must last this long before it is shown [s]."""
 
 
-class Verdict:
+class StateFilter:
     """Worse states show at once, better ones after a while."""
 
     def __init__(self) -> None:

@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from .messages import Odometry
-from .moving_obstacles import Movers
+from .moving_obstacles import MovingObstacles
 from .obstacle_memory import Moment, ObstacleMemory
 from .plane import from_base, into_base, squared_lengths
 from .pose_history import PoseHistory
 from .robot_profile import NARROW, RangeSource, RobotProfile
 from .scan import Scan, together
 from .sonar import Echo, Echoes
-from .timeouts import Health, SourceWatch
+from .timeouts import Health, SourceTimeout
 
 STANDSTILL_AGES = 0.2
 """Memory ages this fast while the robot stands."""
@@ -33,7 +33,7 @@ BUMP_OUTSIDE = 0.01
 """The thing that was hit begins this far outside the outline [m]."""
 
 
-class Surroundings:
+class KnownObstacles:
     """Everything the gate remembers about where it is."""
 
     def __init__(self, profile: RobotProfile) -> None:
@@ -41,7 +41,7 @@ class Surroundings:
         self.poses = PoseHistory()
         self._memory = ObstacleMemory(profile.limits.memory)
         self._echoes = Echoes()
-        self._movers = Movers()
+        self._moving = MovingObstacles()
         self._waiting: dict[str, tuple[float, Scan]] = {}
         self._clock = 0.0
 
@@ -69,10 +69,10 @@ class Surroundings:
         self.poses.clear()
         self._memory.clear()
         self._echoes.clear()
-        self._movers.clear()
+        self._moving.clear()
         self._waiting.clear()
 
-    def look(self, now: float, watches: dict[str, SourceWatch]) -> None:
+    def update(self, now: float, timeouts: dict[str, SourceTimeout]) -> None:
         """Take in the scans that wait, and drop what stale cones said."""
         pose = self.poses.newest
         position = np.array([pose.x, pose.y])
@@ -80,7 +80,7 @@ class Surroundings:
         beams: list[Scan] = []
         cones: list[tuple[RangeSource, Scan]] = []
         for name, (stamp, scan) in self._waiting.items():
-            watch = watches[name]
+            watch = timeouts[name]
             watch.compare(stamp, scan, self.poses.moved)
             if watch.health(now) is Health.FROZEN:
                 continue
@@ -89,16 +89,16 @@ class Surroundings:
                 cones.append((watch.source, placed))
                 continue
             if watch.source.spread <= NARROW:
-                self._movers.look(name, stamp, placed, position, self._memory)
+                self._moving.observe(name, stamp, placed, position, self._memory)
             beams.append(placed)
         self._waiting.clear()
         if beams:
             self._memory.integrate(together(beams), position, moment)
         for source, scan in cones:
-            self._echoes.look(source, scan, self._memory.points)
+            self._echoes.observe(source, scan, self._memory.points)
         self._memory.limit(position, moment)
         self._drop_overrun(pose, position)
-        for name, watch in watches.items():
+        for name, watch in timeouts.items():
             if watch.source.cone and watch.health(now) is not Health.LIVE:
                 self._echoes.forget(name)
 
@@ -164,7 +164,7 @@ class Surroundings:
         """
         pose, limits = self.poses.newest, self._profile.limits
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
-        moving, velocity = self._movers.now(now)
+        moving, velocity = self._moving.now(now)
         points = np.concatenate([self._memory.points, moving])
         velocities = np.zeros((len(points), 2))
         velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)

@@ -41,7 +41,7 @@ FASTEST = 2.0
 """Persons don't walk faster [m/s]; ISO 13855 counts with 1.6."""
 
 
-class Movers:
+class MovingObstacles:
     """Moving returns of the newest scans of each source, odometry frame."""
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class Movers:
         self._guesses.clear()
         self._found.clear()
 
-    def look(self, name: str, stamp: float, scan: Scan, robot: np.ndarray, memory: ObstacleMemory) -> None:
+    def observe(self, name: str, stamp: float, scan: Scan, robot: np.ndarray, memory: ObstacleMemory) -> None:
         """Compare a scan with an earlier one of the same source.
 
         Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .braking import Guard
+from .braking import VelocityBounds
 from .outline import Outline
 from .plane import squared_lengths
 from .robot_profile import Limits, RobotProfile
@@ -97,9 +97,9 @@ class Obstacles:
             self.gap,
         )
 
-    def guard(
+    def velocity_bounds(
         self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
-    ) -> Guard:
+    ) -> VelocityBounds:
         """The guard for driving.
 
         Args:
@@ -112,7 +112,9 @@ class Obstacles:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)
             rest = [values.repeat(len(turns)) for values in rest]
         extra = limits.margin_ahead - limits.margin_beside
-        return Guard(points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius)
+        return VelocityBounds(
+            points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius
+        )
 
 
 def _bridges(

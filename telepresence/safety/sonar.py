@@ -42,7 +42,7 @@ class Echoes:
     def __iter__(self):
         return iter(self._echoes.values())
 
-    def look(self, source: RangeSource, scan: Scan, known: np.ndarray) -> None:
+    def observe(self, source: RangeSource, scan: Scan, known: np.ndarray) -> None:
         """Take in one reading.
 
         Args:

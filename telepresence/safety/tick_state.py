@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from .braking import Guard
-from .known_obstacles import Surroundings
+from .braking import VelocityBounds
+from .known_obstacles import KnownObstacles
 from .latches import BumperLatch
 from .messages import SECTORS, in_words
 from .obstacles import Obstacles
 from .robot_profile import RobotProfile
-from .timeouts import Health, SourceWatch
+from .timeouts import Health, SourceTimeout
 
 _BEARINGS = np.arange(SECTORS) * math.tau / SECTORS
 _UNIT = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)])
@@ -21,7 +21,7 @@ CLOSED_BESIDE = 6
 """Sectors to either side of one whose sensor is silent that are closed with it: the robot is wide."""
 
 
-class View:
+class TickState:
     """The surroundings at one instant, in base_link.
 
     Attributes:
@@ -35,8 +35,8 @@ class View:
     def __init__(
         self,
         profile: RobotProfile,
-        watches: dict[str, SourceWatch],
-        place: Surroundings,
+        timeouts: dict[str, SourceTimeout],
+        place: KnownObstacles,
         bumper: BumperLatch,
         now: float,
         theta: float,
@@ -45,7 +45,7 @@ class View:
         self.obstacles = Obstacles.around(profile, *place.obstacles(now))
         for echo in place.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
-        self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, watches, now)
+        self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, timeouts, now)
         self.bumped = bumper.latched
         if bumper.latched:
             self.caps = np.minimum(self.caps, profile.limits.escape_speed)
@@ -53,13 +53,13 @@ class View:
             if normal is not None:
                 self.obstacles = self.obstacles.with_contact(normal)
 
-    def guard(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> Guard:
-        """As `Obstacles.guard`."""
-        return self.obstacles.guard(self._profile.limits, self._profile.outline, room, turns)
+    def velocity_bounds(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> VelocityBounds:
+        """As `Obstacles.velocity_bounds`."""
+        return self.obstacles.velocity_bounds(self._profile.limits, self._profile.outline, room, turns)
 
     def allowed(self) -> np.ndarray:
         """(72,) speed allowed straight into each sector [m/s]."""
-        return np.minimum(self.guard().speed_towards(_UNIT), self.caps)
+        return np.minimum(self.velocity_bounds().speed_towards(_UNIT), self.caps)
 
     def why(self, sector: int) -> str:
         """Why the cap of a sector is low."""
@@ -90,7 +90,7 @@ class View:
 
 
 def _sensor_caps(
-    profile: RobotProfile, watches: dict[str, SourceWatch], now: float
+    profile: RobotProfile, timeouts: dict[str, SourceTimeout], now: float
 ) -> tuple[np.ndarray, np.ndarray, bool, str]:
     """Caps by what the sensors are good for; sectors that none serves; whether they are usable; the first complaint."""
     caps = np.zeros(SECTORS)
@@ -99,11 +99,11 @@ def _sensor_caps(
     complaint = ""
     usable = refused = False
     beams = np.zeros(SECTORS, bool)
-    for watch in watches.values():
+    for watch in timeouts.values():
         if not watch.source.cone:
             beams |= watch.source.sectors
     doubtful = min(profile.limits.unseen_speed, profile.limits.escape_speed)
-    for watch in watches.values():
+    for watch in timeouts.values():
         source = watch.source
         served |= source.sectors
         health = watch.health(now)

@@ -17,7 +17,7 @@ MOVED = 0.05
 """Unchanged readings count as frozen only if the robot has moved this far meanwhile [m]."""
 
 
-class CommandWatch:
+class CommandTimeout:
     """Keeps the newest valid command and lets it go when nothing follows.
 
     Commands are judged by their own stamp, so those that waited in a queue during a network stall are not obeyed later.
@@ -75,7 +75,7 @@ class Health(Enum):
     FROZEN = "repeats itself although the robot moves"
 
 
-class SourceWatch:
+class SourceTimeout:
     """Judges one range source by its stamps and values."""
 
     def __init__(self, source: RangeSource, limits: Limits) -> None:

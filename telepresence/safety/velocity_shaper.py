@@ -8,11 +8,11 @@ import numpy as np
 
 from .braking import turning_rate
 from .careful_scan import BodySwing
-from .gate_state import Verdict
+from .gate_state import StateFilter
 from .messages import SECTORS, Command, Decision, State, in_words, sector_of
 from .pose_history import TURN_ARM
 from .robot_profile import RobotProfile
-from .tick_state import View
+from .tick_state import TickState
 
 CUT = 0.98
 """Less than this share of a velocity left means that something has cut it."""
@@ -20,7 +20,7 @@ FREE_WAY = 0.10
 """A direction in which this fast is allowed is offered to a blocked pilot [m/s]."""
 
 
-class Drive:
+class VelocityShaper:
     """Shapes commands tick by tick; remembers what went out last.
 
     Attributes:
@@ -30,7 +30,7 @@ class Drive:
     def __init__(self, profile: RobotProfile) -> None:
         self._limits = profile.limits
         self._swing = BodySwing(profile.swing) if profile.swing else None
-        self._verdict = Verdict()
+        self._state_filter = StateFilter()
         self._top_turn = profile.top_turn
         self._speed = self._turn = self._output_turn = 0.0
         self.heading: tuple[float, float] | None = None
@@ -40,7 +40,7 @@ class Drive:
         if self._swing:
             self._swing.forget()
 
-    def halt(self, state: State, reason: str, command_age: float, view: View | None) -> Decision:
+    def halt(self, state: State, reason: str, command_age: float, view: TickState | None) -> Decision:
         """Zero, and why."""
         self._speed = self._turn = self._output_turn = 0.0
         self.forget_heading()
@@ -49,7 +49,7 @@ class Drive:
         return Decision(0.0, 0.0, 0.0, state, reason, view.allowed(), view.obstacles.gap, command_age=command_age)
 
     def decide(
-        self, now: float, dt: float, command: Command, command_age: float, theta: float, view: View, careful: bool
+        self, now: float, dt: float, command: Command, command_age: float, theta: float, view: TickState, careful: bool
     ) -> Decision:
         """What is left of a command.
 
@@ -80,7 +80,7 @@ class Drive:
         capped, cause = _cap(vx, vy, view)
         turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
         self._output_turn = safe_turn
-        free = view.guard(room, turns).nearest_allowed(*capped)
+        free = view.velocity_bounds(room, turns).nearest_allowed(*capped)
         given, second_cause = (free, "") if free == capped else _cap(*free, view)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""
@@ -88,7 +88,7 @@ class Drive:
             cause = second_cause
 
         asked = math.hypot(math.hypot(vx, vy), TURN_ARM * wanted_turn)
-        state = self._verdict.judge(now, asked, math.hypot(math.hypot(*given), TURN_ARM * wanted_turn * turned))
+        state = self._state_filter.judge(now, asked, math.hypot(math.hypot(*given), TURN_ARM * wanted_turn * turned))
         if view.bumped:
             state, cause = State.BUMPED, "A bumper was hit: only away from it, slowly, until it is reset."
         index = view.tightest(vx, vy) if state is not State.CLEAR else None
@@ -113,7 +113,7 @@ class Drive:
             offset,
         )
 
-    def _explain(self, state: State, cause: str, speed: float, view: View, index: int | None) -> str:
+    def _explain(self, state: State, cause: str, speed: float, view: TickState, index: int | None) -> str:
         if state is State.CLEAR:
             return "Free."
         if cause:
@@ -127,7 +127,7 @@ class Drive:
         return f"Slowed to {speed:.2f} m/s by an obstacle {view.describe(index)}."
 
 
-def _cap(vx: float, vy: float, view: View) -> tuple[tuple[float, float], str]:
+def _cap(vx: float, vy: float, view: TickState) -> tuple[tuple[float, float], str]:
     """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
     speed = math.hypot(vx, vy)
     if speed == 0.0:

@@ -197,7 +197,7 @@ class Cameras:
             due = [feed for feed in self._feeds if feed._due <= now]
             textures = self._take_textures(now)
         painter.upload(textures)
-        stamp = painter.look()
+        stamp = painter.snapshot()
         drawn: dict[tuple, np.ndarray] = {}
         for feed in due:
             key = (feed._camera_id, feed.width, feed.height, feed.kind)

@@ -56,7 +56,7 @@ class Painter:
             self._model.tex_data[start : start + pixels.size] = pixels.ravel()
             mujoco.mjr_uploadTexture(self._model, self._context, texture)
 
-    def look(self) -> float:
+    def snapshot(self) -> float:
         """Copy where everything is now; returns that instant [s since 1970]."""
         with self._world.locked() as live:
             self._data.qpos[:] = live.qpos
@@ -71,7 +71,7 @@ class Painter:
         return stamp
 
     def draw(self, camera: int, width: int, height: int, kind: str) -> np.ndarray:
-        """A picture as `look` saw the world: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
+        """A picture as `snapshot` saw the world: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
 
         Args:
             camera: Its index in the model.

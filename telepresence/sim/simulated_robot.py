@@ -121,7 +121,7 @@ class SimulatedRobot(ABC):
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}
 
-    def hear(self, text: str) -> None:  # noqa: B027 -- nor ears
+    def say_nearby(self, text: str) -> None:  # noqa: B027 -- nor ears
         """A person beside the robot says a text."""
 
     def close(self) -> None:  # noqa: B027 -- nor to end

@@ -22,7 +22,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @dataclass(frozen=True)
-class RobotWish:
+class RobotRequest:
     """A robot that a simulation shall have.
 
     Args:
@@ -38,7 +38,7 @@ class RobotWish:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] | None = None) -> list[RobotWish]:
+def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] | None = None) -> list[RobotRequest]:
     """Read words of the form `kind[:name[:port]]`, or `kind*count[:name[:port]]` for several that are alike.
 
     The name is the kind's when none is given, then kind_2, kind_3, ...; the port is the kind's usual one for the first
@@ -49,7 +49,7 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
     Raises:
         ValueError: Unknown kind, a count or port that is none, or a name that is none or is taken.
     """
-    wishes: list[RobotWish] = []
+    wishes: list[RobotRequest] = []
     for word in words:
         kind, _, rest = word.partition(":")
         kind, _, count = kind.partition("*")
@@ -60,17 +60,17 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
             many = _number(word, count, "count", 1, 999)
             entries = [(f"{name or kind}_{i + 1}", number + i if number else 0) for i in range(many)]
         else:
-            alike = sum(wish.kind == kind for wish in wishes)
+            alike = sum(request.kind == kind for request in wishes)
             if number is None:
                 number = 0 if alike else usual or 0
             entries = [(name or (f"{kind}_{alike + 1}" if alike else kind), number)]
         for name, number in entries:
             if not _NAME.fullmatch(name):
                 raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
-            if name in (wish.name for wish in wishes):
+            if name in (request.name for request in wishes):
                 raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
             settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
-            wishes.append(RobotWish(kind, name, number, settings))
+            wishes.append(RobotRequest(kind, name, number, settings))
     return wishes
 
 
@@ -96,7 +96,7 @@ class Simulation:
 
     def __init__(
         self,
-        robots: Iterable[RobotWish],
+        robots: Iterable[RobotRequest],
         scene: str,
         seed: int = 0,
         address: str = "127.0.0.1",
@@ -107,8 +107,8 @@ class Simulation:
         self.robots: dict[str, SimulatedRobot] = {}
         """By name."""
         places = FreePlaces(scene) if len(wishes) > 1 else None
-        for wish in wishes:
-            self.robots[wish.name] = _make(wish, places)
+        for request in wishes:
+            self.robots[request.name] = _make(request, places)
         with contextlib.ExitStack() as stack:
             self.world = build_world(scene, [robot.model for robot in self.robots.values()], seed)
             stack.callback(self.world.close)
@@ -119,8 +119,8 @@ class Simulation:
                 robot.enter(self.world, self.cameras, seed)
             if start:
                 self.world.start()
-            for wish in wishes:
-                self.robots[wish.name].serve(address, wish.port)
+            for request in wishes:
+                self.robots[request.name].serve(address, request.port)
             self._stack = stack.pop_all()
 
     @property
@@ -186,8 +186,8 @@ class OneRobotSimulation(Simulation):
         **options: Any,
     ) -> None:
         usual = find_kind(self.KIND).DEFAULT_PORT or 0
-        wish = RobotWish(self.KIND, self.KIND, usual if port is None else port, options)
-        super().__init__([wish], scene or self.SCENE, seed, address, start=start)
+        request = RobotRequest(self.KIND, self.KIND, usual if port is None else port, options)
+        super().__init__([request], scene or self.SCENE, seed, address, start=start)
 
     @property
     def simulated(self) -> Any:
@@ -210,12 +210,12 @@ class OneRobotSimulation(Simulation):
         return self.urls[0]
 
 
-def _make(wish: RobotWish, places: FreePlaces | None) -> SimulatedRobot:
-    kind, prefix = find_kind(wish.kind), f"{wish.name}/"
+def _make(request: RobotRequest, places: FreePlaces | None) -> SimulatedRobot:
+    kind, prefix = find_kind(request.kind), f"{request.name}/"
     known = set(inspect.signature(kind).parameters) - {"prefix", "offset"}
-    if unknown := set(wish.options) - known:
+    if unknown := set(request.options) - known:
         settings = ", ".join(sorted(known)) or "none"
-        raise ValueError(f"a {wish.kind} has no setting {min(unknown)!r}; settings: {settings}")
-    robot = kind(prefix, **wish.options)
+        raise ValueError(f"a {request.kind} has no setting {min(unknown)!r}; settings: {settings}")
+    robot = kind(prefix, **request.options)
     offset = places.find(robot.model.spawn) if places else (0.0, 0.0)
-    return robot if offset == (0.0, 0.0) else kind(prefix, offset, **wish.options)
+    return robot if offset == (0.0, 0.0) else kind(prefix, offset, **request.options)

@@ -30,7 +30,7 @@ PAGE_PORT, SCREEN_PORT = 10002, 10003
 
 
 @dataclass(frozen=True)
-class Wire:
+class Simulator:
     """How a robot is reached: launch arguments for address and port, the scheme, the usual ports."""
 
     name: str
@@ -41,9 +41,9 @@ class Wire:
     real_port: int
 
 
-PEPPER = Wire("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
-ROBOTINO = Wire("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
-STATIONS: dict[str, tuple[Wire, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
+PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
+ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
+STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """What `up` can be asked for, and the robots in it. Others of the launch files have wires of their own making."""
 RUN_ID_PATIENCE = 3.0
 """Seconds that a roscore that is just starting has until it sets its run_id."""

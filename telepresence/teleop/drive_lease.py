@@ -188,7 +188,7 @@ class DriveLease:
         self._windows[session] = _Window(session, account, node, key, now)
         return Joined(session, own_nonce)
 
-    def hear(self, session: str, command: Command, now: float) -> Velocity | None:
+    def receive(self, session: str, command: Command, now: float) -> Velocity | None:
         """A window's command; what the robot must be told at once, None for nothing."""
         window = self._windows.get(session)
         if window is None or not self._is_genuine(window, command, now):
@@ -233,7 +233,7 @@ class DriveLease:
             return Reply(False, f"There is no {action!r}; there are {', '.join(actions)}.")
         return actions[action]()
 
-    def hear_other(self, node: str, velocity: Velocity, now: float) -> Velocity | None:
+    def receive_other(self, node: str, velocity: Velocity, now: float) -> Velocity | None:
         """A velocity that another program has sent past the lease; what must be sent against it, None for nothing."""
         if not any(velocity):
             return None

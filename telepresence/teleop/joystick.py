@@ -27,11 +27,11 @@ _GET_AXIS_MAP = 2 << 30 | _AXES << 16 | ord("j") << 8 | 0x32
 _GET_BUTTON_MAP = 2 << 30 | 2 * _BUTTONS << 16 | ord("j") << 8 | 0x34
 
 
-class PadGone(OSError):
+class JoystickGone(OSError):
     """The gamepad was unplugged."""
 
 
-class PadDevice:
+class Joystick:
     """An open gamepad; `axes` (-1 to 1, left and up positive) and `buttons` (0 or 1) are its present state.
 
     Raises:
@@ -72,7 +72,7 @@ class PadDevice:
         """Take in what happens within `timeout` seconds; returns after the first events.
 
         Raises:
-            PadGone: It was unplugged.
+            JoystickGone: It was unplugged.
         """
         if not select.select([self._file], [], [], timeout)[0]:
             return
@@ -81,9 +81,9 @@ class PadDevice:
         except BlockingIOError:
             return
         except OSError as error:
-            raise PadGone(f"the gamepad is gone: {error.strerror}") from error
+            raise JoystickGone(f"the gamepad is gone: {error.strerror}") from error
         if not data:
-            raise PadGone("the gamepad is gone")
+            raise JoystickGone("the gamepad is gone")
         data = self._rest + data
         whole = len(data) - len(data) % EVENT.size
         self._rest = data[whole:]

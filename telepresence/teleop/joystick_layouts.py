@@ -29,7 +29,7 @@ _SOUTH = 0x130
 
 
 @dataclass(frozen=True)
-class PadLayout:
+class JoystickLayout:
     """Numbers of axes and buttons; -1 where the pad has none."""
 
     left_x: int
@@ -57,20 +57,20 @@ class PadLayout:
         )
 
 
-XBOX = PadLayout(left_x=0, left_y=1, right_x=3, right_y=4, hat_x=6, hat_y=7, B=1, LB=4, RB=5)
+XBOX = JoystickLayout(left_x=0, left_y=1, right_x=3, right_y=4, hat_x=6, hat_y=7, B=1, LB=4, RB=5)
 """Xbox (xpad), DualShock 4, Logitech F710 with its switch on X: where the kernel tells nothing."""
-DIRECT = PadLayout(left_x=0, left_y=1, right_x=2, right_y=3, hat_x=4, hat_y=5, B=2, LB=4, RB=5)
+DIRECT = JoystickLayout(left_x=0, left_y=1, right_x=2, right_y=3, hat_x=4, hat_y=5, B=2, LB=4, RB=5)
 """Logitech F710 with its switch on D, and other pads whose buttons have only numbers."""
 
 
-def layout_of(axis_codes: Sequence[int], button_codes: Sequence[int]) -> PadLayout:
-    """The layout that belongs to the kernel's codes, see `telepresence.teleop.joystick.PadDevice`."""
+def layout_of(axis_codes: Sequence[int], button_codes: Sequence[int]) -> JoystickLayout:
+    """The layout that belongs to the kernel's codes, see `telepresence.teleop.joystick.Joystick`."""
     if not any(button_codes):
         return XBOX
     if _SOUTH not in button_codes:
         return DIRECT
     axes = {name: _first(axis_codes, codes) for name, codes in _AXES.items()}
-    return PadLayout(**axes, **{name: _first(button_codes, (code,)) for name, code in _BUTTONS.items()})
+    return JoystickLayout(**axes, **{name: _first(button_codes, (code,)) for name, code in _BUTTONS.items()})
 
 
 def _first(codes: Sequence[int], wanted: Sequence[int]) -> int:

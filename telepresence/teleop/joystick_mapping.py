@@ -58,7 +58,7 @@ class Layout:
     creep: float = 0.05
 
 
-class Sticks:
+class JoystickMapping:
     """The newest state of the pad, and what it asks for."""
 
     def __init__(self, layout: Layout | None = None) -> None:

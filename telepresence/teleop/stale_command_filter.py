@@ -23,7 +23,7 @@ CALM = 0.3
 """After a lost link and after a burst, commands are not believed for so long [s]."""
 
 
-class LateCommands:
+class StaleCommandFilter:
     """Of one stream of commands. The reader must see every command: a subscriber with room for a burst."""
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class LateCommands:
         """The link over which commands come was interrupted; whatever comes next may be old."""
         self._lost = True
 
-    def is_late(self, now: float) -> bool:
+    def is_stale(self, now: float) -> bool:
         """Whether the command that arrives `now` [s, monotonic] may be an old one; to be called for every command."""
         gap, self._heard = now - self._heard, now
         self._near = self._near + 1 if gap < BURST_GAP else 0

@@ -56,15 +56,15 @@ def run() -> list[Row]:
             ("Robotino by REST: driven, all its sensors", UPLINK, "an uplink of 10 Mbit/s", [
                 ("rto_node/rto_node", *rest), ("rto_node/rto_odometry_node", *rest), drive("/cmd_vel")]),
             ("Robotino's camera as JPEG, 640x480, 15/s, turning", 15 * RAW, "15 raw pictures/s", [
-                ("rto_node/rto_camera_node", *rest), look("/image_raw")]),
+                ("rto_node/rto_camera_node", *rest), viewer_of("/image_raw")]),
             ("Robotino's camera by WebRTC, 640x480, turning", 30 * RAW, "30 raw pictures/s", [
-                ("rto_node/rto_camera_receiver", f"_sender:={robot.address}:8083"), look("/img_raw")]),
+                ("rto_node/rto_camera_receiver", f"_sender:={robot.address}:8083"), viewer_of("/img_raw")]),
             ("Pepper by NAOqi: driven, all its sensors", UPLINK, "an uplink of 10 Mbit/s", [
                 ("naoqi_driver_py/naoqi_moveto.py", *naoqi), ("naoqi_driver_py/naoqi_joint_states.py", *naoqi),
                 ("pepper_sensors_py/laser.py", *naoqi), ("pepper_sensors_py/sonar.py", *naoqi), drive("/cmd_vel")]),
             ("Pepper's camera by NAOqi, 640x480 YUV422, 15/s", 15 * RAW, "15 raw pictures/s", [
                 ("pepper_sensors_py/camera.py", *naoqi, "_source:=0", "_resolution:=2", "_frame_rate:=15",
-                 "_color_space:=9", "__name:=front"), look("/front/image_raw")]),
+                 "_color_space:=9", "__name:=front"), viewer_of("/front/image_raw")]),
         ):  # fmt: skip
             # The robot turns by itself while it is watched: a picture that stands still costs a video nearly nothing.
             turner = [(sys.executable, "-c", TURNER, f"http://{robot.address}:8080/data/omnidrive")]
@@ -116,7 +116,7 @@ def drive(topic: str) -> tuple[str, ...]:
     return ("rostopic", "pub", "-r", "10", topic, "geometry_msgs/Twist", "{angular: {z: 0.2}}")
 
 
-def look(topic: str) -> tuple[str, ...]:
+def viewer_of(topic: str) -> tuple[str, ...]:
     return ("rostopic", "hz", topic)
 
 

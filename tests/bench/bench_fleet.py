@@ -218,7 +218,7 @@ def _picture_here(count: int) -> float:
     for _ in range(43):
         # OpenGL draws on threads of its own.
         begin = time.process_time()
-        painter.look()
+        painter.snapshot()
         painter.draw(camera, 640, 480, "rgb")
         costs.append(time.process_time() - begin)
     painter.close()

@@ -12,7 +12,7 @@ from safety import mujoco_rooms, reaction
 from safety.figures import Figures, figures, table
 from safety.plot import draw_results, draw_scenario
 from safety.robots import INFRARED_ROBOT, TICK
-from safety.suite import LAYERS, REPORT_SEEDS, Cell, cells, run_all
+from safety.suite import GATES, REPORT_SEEDS, Cell, cells, run_all
 from safety.trials import Trial, run_trials
 
 TITLES = {
@@ -21,7 +21,7 @@ TITLES = {
     "pepper": "Pepper's own sensors",
 }
 COMPARED = {"infrared": 0.20, "laser": 0.35, "pepper": 0.35}
-"""Every layer is run at this speed; what is claimed of the gate holds up to it [m/s]."""
+"""Every gate is run at this speed; what is claimed of the gate holds up to it [m/s]."""
 DRAWN = dict(seed=9001, index=15, speed=0.20, seconds=60.0)
 """The scenario of the picture."""
 
@@ -36,11 +36,11 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
     outcomes = run_all(cells(share))
     found = {cell: figures(batches, TICK) for cell, batches in outcomes.items()}
     claims = {
-        (robot, layer): figures(
+        (robot, gate): figures(
             [o for cell, batches in outcomes.items() for o in batches
-             if (cell.robot, cell.layer, cell.fault) == (robot, layer, "") and cell.speed <= COMPARED[robot]], TICK,
+             if (cell.robot, cell.gate, cell.fault) == (robot, gate, "") and cell.speed <= COMPARED[robot]], TICK,
         )
-        for robot in TITLES for layer in ("gate", "gate, careful") if robot == "infrared" or layer == "gate"
+        for robot in TITLES for gate in ("gate", "gate, careful") if robot == "infrared" or gate == "gate"
     }  # fmt: skip
     trials = run_trials(share)
     print(_report(found, trials), flush=True)
@@ -48,7 +48,7 @@ def run(out: Path | None = None, share: float = 1.0) -> list[Row]:
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         draw_results(out / "safety.png", {title: _compared(found, robot) for robot, title in TITLES.items()})
-        shown = {name: LAYERS[name] for name in ("no gate", "bubble, gap 0.10", "gate", "gate, careful")}
+        shown = {name: GATES[name] for name in ("no gate", "bubble, gap 0.10", "gate", "gate, careful")}
         draw_scenario(out / "safety_scenario.png", INFRARED_ROBOT, shown, **DRAWN)
     if share >= 1.0:
         print("  reaction times of the whole stack, about four minutes", flush=True)
@@ -78,7 +78,7 @@ def _without_nan(value: object) -> object:
 
 def _compared(found: dict[Cell, Figures], robot: str) -> dict[str, Figures]:
     return {
-        cell.layer: f for cell, f in found.items()
+        cell.gate: f for cell, f in found.items()
         if cell.robot == robot and cell.speed == COMPARED[robot] and not cell.fault
     }  # fmt: skip
 
@@ -86,7 +86,7 @@ def _compared(found: dict[Cell, Figures], robot: str) -> dict[str, Figures]:
 def _report(found: dict[Cell, Figures], trials: list[Trial]) -> str:
     parts = []
     for robot, title in TITLES.items():
-        rows = [(f"{c.layer} {c.speed:.2f} m/s", f) for c, f in found.items() if c.robot == robot and not c.fault]
+        rows = [(f"{c.gate} {c.speed:.2f} m/s", f) for c, f in found.items() if c.robot == robot and not c.fault]
         parts += [f"{title}, {rows[0][1].commands / rows[0][1].scenarios:.0f} commands per scenario:", table(rows)]
     faults = [(c.fault, f) for c, f in found.items() if c.fault]
     parts += ["Faults (Robotino, infrared, gate):", table(faults)]
@@ -104,17 +104,17 @@ def _rows(found: dict[Cell, Figures], claims: dict[tuple[str, str], Figures], tr
     rows = []
     for robot, title in TITLES.items():
         others = _compared(found, robot)
-        for layer in ("gate", "gate, careful"):
-            if (robot, layer) not in claims:
+        for gate in ("gate", "gate, careful"):
+            if (robot, gate) not in claims:
                 continue
-            ours, bubble = others[layer], others["bubble, gap 0.10"]
-            name = f"{title}, {layer}"
+            ours, bubble = others[gate], others["bubble, gap 0.10"]
+            name = f"{title}, {gate}"
             rows += [
                 Row(f"{name}: collisions per 1000 commands", ours.per_1000.value, bubble.per_1000.value, "1/1000",
                     "bubble, gap 0.10 m"),
                 Row(f"{name}: share passed", 100 * ours.passed, 100 * bubble.passed, "%", "bubble, gap 0.10 m"),
             ]  # fmt: skip
-            every = claims[robot, layer]
+            every = claims[robot, gate]
             free = others["no gate"].per_1000.value
             rows.append(
                 Row(f"{name}: upper 95 % bound, {every.commands} commands", every.per_1000.high, free, "1/1000",

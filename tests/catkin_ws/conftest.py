@@ -45,7 +45,7 @@ class Naoqi:
         self.session.close()
 
 
-class Wire:
+class RobotConnection:
     """A TCP relay to `target`: `freeze()` stops the bytes but not the connections, `cut()` ends these, `thaw()` goes
     on."""
 
@@ -103,11 +103,11 @@ def naoqi() -> Iterator[Naoqi]:
 
 
 @pytest.fixture
-def make_wire() -> Iterator[Callable[[int], Wire]]:
-    wires: list[Wire] = []
+def make_connection() -> Iterator[Callable[[int], RobotConnection]]:
+    wires: list[RobotConnection] = []
 
-    def make(target: int) -> Wire:
-        wires.append(Wire(target))
+    def make(target: int) -> RobotConnection:
+        wires.append(RobotConnection(target))
         return wires[-1]
 
     yield make

@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
-    """With a failed test goes what its window, its safety layer and its screen showed."""
+    """With a failed test goes what its window, its safety gate and its screen showed."""
     report = yield
     if report.failed:
         for name, thing in getattr(item, "funcargs", {}).items():
@@ -46,7 +46,7 @@ def qt() -> QApplication:
 
 
 @pytest.fixture(autouse=True)
-def collect_cycles_on_qts_thread(qt: QApplication) -> Iterator[None]:
+def gc_on_qts_thread(qt: QApplication) -> Iterator[None]:
     """As gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of the next one."""
     gc.disable()
     yield
@@ -101,7 +101,7 @@ class Places:
     def __call__(self, name: str, page: str = "terminalPage") -> tuple[int, int]:
         """The middle of a widget, when this page of the deck is in front; of the sign-in page, if that is the page."""
         if page == "door":
-            return self._at_the_door(name)
+            return self._sign_in_position(name)
         window = self._open()
         window.show_page(window.findChild(QWidget, page))
         self._qt.processEvents()
@@ -123,7 +123,7 @@ class Places:
             found |= {button.objectName() for button in window.findChildren(QAbstractButton) if button.isVisible()}
         return found
 
-    def _at_the_door(self, name: str) -> tuple[int, int]:
+    def _sign_in_position(self, name: str) -> tuple[int, int]:
         if self._door is None:
             self._qt.setStyle("Fusion")
             self._door = SignInPage(self._users)

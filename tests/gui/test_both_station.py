@@ -85,7 +85,7 @@ def station(tmp_path_factory, free_port, wait_until):
     station.kept = folder / "kept"
     try:
         station.start_everything(free_port)
-        station.look()
+        station.screenshot()
         yield station
     finally:
         station.close()
@@ -110,12 +110,12 @@ WHERE = textwrap.dedent("""
     application = QApplication(sys.argv)
     application.setStyle("Fusion")
     from gui import theme
-    from gui.__main__ import leave, parse, take_seats
+    from gui.__main__ import leave, parse, make_tabs
     from gui.memory import Memory
     from gui.ros_link import RosNode
     from gui.shell import Shell
     theme.apply("dark")
-    seats = take_seats(RosNode(), parse(sys.argv[1:]), Memory(None))
+    seats = make_tabs(RosNode(), parse(sys.argv[1:]), Memory(None))
     shell = Shell([(seat.title, seat.window) for seat in seats])
     shell.show_on_screen()
     shell.pages[0].health.show_picture(0.1, 15.0)
@@ -213,14 +213,14 @@ def still(station, topic):
 
 
 def arrive(station, namespace, target):
-    """Wait until the robot has come to rest near the target; its safety layer may slow it on the way."""
+    """Wait until the robot has come to rest near the target; its safety gate may slow it on the way."""
     deadline = time.monotonic() + 150.0
     while True:
         left = math.dist(station.pose(f"{namespace}/truth")[:2], target)
         if left < NEAR and still(station, f"{namespace}/truth"):
             return
         if time.monotonic() > deadline:
-            pytest.fail(f"still {left:.2f} m away; the safety layer says {station.newest(f'{namespace}/safety')}")
+            pytest.fail(f"still {left:.2f} m away; the safety gate says {station.newest(f'{namespace}/safety')}")
 
 
 def test_signed_out_there_is_only_the_door(window, screen, wait_until, photograph):
@@ -281,7 +281,7 @@ def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
     window.click(place("cameraTitle"))
     set_speed(screen, FAST)
     screen.do("keydown", "w")
-    wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety layer acts", timeout=60.0)
+    wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety gate acts", timeout=60.0)
     time.sleep(0.6)
     photograph("gate")
     screen.do("keyup", "w")

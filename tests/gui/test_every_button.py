@@ -103,7 +103,7 @@ def test_roscore_start(desk, station, wait_until):
 
 def test_session_start_brings_the_original_programs(desk, station, wait_until):
     station.start("rosrun", "pepper_bringup", "pepper_sim", f"_port:={station.port}", "_scene:=flat")
-    station.look()
+    station.screenshot()
     for topic, kind, fields in (
         ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
         ("/drive/state", "telepresence_msgs/DriveState", ["pilot", "stopped_by"]),
@@ -126,13 +126,13 @@ def test_robot_feed_shows_the_camera_and_hides_it(desk, station, wait_until):
     wait_until(lambda: "first picture" in desk.window.output, "the picture is on the screen")
     topic = "/pepper_robot/camera/front/image_raw"
     desk.click("feedButton")
-    wait_until(lambda: topic not in station.heard_by("/gui_ros_node"), "nobody asks for pictures")
+    wait_until(lambda: topic not in station.subscriptions("/gui_ros_node"), "nobody asks for pictures")
     desk.click("feedButton")
-    wait_until(lambda: topic in station.heard_by("/gui_ros_node"), "it is shown again")
+    wait_until(lambda: topic in station.subscriptions("/gui_ros_node"), "it is shown again")
     for keys, other in ((("Down",), "bottom"), (("Down",), "depth"), (("Up", "Up"), "front")):
         choose(desk, "cameraChoice", "terminalPage", *keys)
         wait_until(
-            lambda other=other: f"/pepper_robot/camera/{other}/image_raw" in station.heard_by("/gui_ros_node"),
+            lambda other=other: f"/pepper_robot/camera/{other}/image_raw" in station.subscriptions("/gui_ros_node"),
             f"the camera {other}",
         )
 
@@ -264,7 +264,7 @@ def test_sound(desk, station, wait_until):
 
 def test_the_tablets_picture(desk, station, wait_until, album):
     desk.show_page("tabletPage")
-    wait_until(lambda: "/tablet/image_raw" in station.heard_by("/gui_ros_node"), "the tablet is looked at")
+    wait_until(lambda: "/tablet/image_raw" in station.subscriptions("/gui_ros_node"), "the tablet is looked at")
     x, y = desk.find("tablet", "tabletPage")
     wait_until(lambda: len({desk.colour(x + step, y) for step in range(-60, 60, 3)}) > 5, "its picture is seen")
     desk.screen.photograph(album / "window_tablet.png", desk.window.id)
@@ -308,7 +308,7 @@ def test_stop_ends_the_session_and_the_robot_stands(desk, station, wait_until):
 
 def test_exit_takes_along_what_was_started_here(desk, station, wait_until):
     family = desk.window.family()
-    station.end_look()
+    station.end_screenshot()
     desk.click("exitButton")
     assert desk.window.process.wait(20) == 0
     wait_until(lambda: not {*family} & {*processes.descendants()}, "nothing of the window is left")

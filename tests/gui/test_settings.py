@@ -3,7 +3,7 @@
 import pytest
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
-from gui.settings import Memory, default_file
+from gui.settings import Settings, default_file
 
 
 @pytest.fixture
@@ -30,28 +30,28 @@ def make_window(qt):
 
 def test_values_survive_a_restart(tmp_path):
     path = tmp_path / "deep" / "window.ini"
-    memory = Memory(path)
-    memory.keep("theme", "light")
-    memory.keep("pepper/speed", 0.35)
-    del memory
-    assert Memory(path).text("theme") == "light" and Memory(path).number("pepper/speed", 0.2) == 0.35
+    settings = Settings(path)
+    settings.keep("theme", "light")
+    settings.keep("pepper/speed", 0.35)
+    del settings
+    assert Settings(path).text("theme") == "light" and Settings(path).number("pepper/speed", 0.2) == 0.35
 
 
 @pytest.mark.parametrize("content", ["", "nonsense", "[pepper]\nspeed=fast\n", "[window]\ngeometry=@Variant(bad)\n"])
 def test_a_damaged_file_is_as_if_there_were_none(tmp_path, make_window, content):
     path = tmp_path / "window.ini"
     path.write_text(content)
-    assert Memory(path).number("pepper/speed", 0.2) == 0.2 and Memory(path).text("theme", "dark") == "dark"
-    assert not Memory(path).restore_window(make_window())
+    assert Settings(path).number("pepper/speed", 0.2) == 0.2 and Settings(path).text("theme", "dark") == "dark"
+    assert not Settings(path).restore_window(make_window())
 
 
 def test_a_window_comes_back_as_it_was(tmp_path, make_window):
     first = make_window()
     first.resize(700, 450)
     first.columns.setSizes([200, 500])
-    Memory(tmp_path / "window.ini").keep_window(first)
+    Settings(tmp_path / "window.ini").keep_window(first)
     second = make_window()
-    assert Memory(tmp_path / "window.ini").restore_window(second)
+    assert Settings(tmp_path / "window.ini").restore_window(second)
     assert (second.width(), second.height()) == (700, 450)
     assert second.columns.sizes() == first.columns.sizes()
 
@@ -59,8 +59,8 @@ def test_a_window_comes_back_as_it_was(tmp_path, make_window):
 def test_nothing_is_remembered_when_not_wanted(monkeypatch, tmp_path):
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "none")
     assert default_file() is None
-    Memory(None).keep("theme", "light")
-    assert Memory(None).text("theme", "dark") == "dark"
+    Settings(None).keep("theme", "light")
+    assert Settings(None).text("theme", "dark") == "dark"
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert default_file() == tmp_path / "telepresence" / "window.ini"

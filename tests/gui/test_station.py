@@ -34,7 +34,7 @@ def station(tmp_path_factory, free_port, wait_until):
         ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port")]
         launch = str(ROOT / "launch" / "pepper.launch")
         station.start("roslaunch", launch, "gui:=false", "terrain:=flat", "source:=test", "sign_in:=true", *ports)
-        station.look()
+        station.screenshot()
         station.origin = station.place()
         yield station
     finally:
@@ -69,7 +69,7 @@ def test_signed_out_shows_and_hears_nothing(desk, station, wait_until):
     desk.sign_in("anna", "wrong password")
     wait_until(lambda: station.wrong_tries() == 1, "the wrong password is counted")
     desk.key("w")
-    assert station.heard_by("/gui_ros_node") == []
+    assert station.subscriptions("/gui_ros_node") == []
     assert len(desk.window.family()) == 1, "no terminal"
 
 

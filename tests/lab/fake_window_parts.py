@@ -42,7 +42,7 @@ class FakeLink(QObject):
         self.state = LinkState(self.state.master_uri, **changes)
         self.state_changed.emit(self.state)
         if self.state.joined and self.state.driver:
-            self.tell_lease()
+            self.report_lease()
 
     @property
     def picture(self) -> object:
@@ -69,7 +69,7 @@ class FakeLink(QObject):
         """What was asked of drive_lease."""
         return [values[2] for name, *values in self.called if name == "ask"]
 
-    def tell_lease(self, **changes: object) -> None:
+    def report_lease(self, **changes: object) -> None:
         """drive_lease says who drives: this window, unless changed."""
         self.lease.update(changes)
         self.channels["lease"].arrived.emit(LeaseState(**self.lease, arrived=time.monotonic()))

@@ -14,7 +14,7 @@ STANDING = 0.005
 SAFETY = ["state", "reason", "vx", "vy", "wz", "gap", "sector", "allowed", "command_age"]
 
 
-class GuardedStation:
+class GatedStation:
     """Hears one robot.
 
     Args:

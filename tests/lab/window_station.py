@@ -96,7 +96,7 @@ class Station:
         self._running.append(processes.start(list(argv), env=self.environment, **QUIET))
         return self._running[-1]
 
-    def look(self) -> None:
+    def screenshot(self) -> None:
         """From now on it is known where the robot is; needs a ROS master."""
         self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
         self.watch()
@@ -107,7 +107,7 @@ class Station:
         self.probe("watch", "/safety", "telepresence_msgs/SafetyState", ["state", "reason"])
         self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
 
-    def end_look(self) -> None:
+    def end_screenshot(self) -> None:
         if self._probe is not None:
             self._probe.close()
             self._probe = None
@@ -119,7 +119,7 @@ class Station:
         with contextlib.closing(sqlite3.connect(self.users.path)) as database:
             return database.execute("SELECT coalesce(sum(failed), 0) FROM tries").fetchone()[0]
 
-    def heard_by(self, node: str) -> list[str]:
+    def subscriptions(self, node: str) -> list[str]:
         """Topics that a node has subscribed to."""
         _, _, (_, subscribers, _) = master_proxy(self.master_uri, 5.0).getSystemState("/test")
         return [topic for topic, nodes in subscribers if node in nodes]
@@ -169,7 +169,7 @@ class Station:
 
     def close(self) -> None:
         self.dismiss()
-        self.end_look()
+        self.end_screenshot()
         end_together(self._running)
 
 

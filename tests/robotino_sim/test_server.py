@@ -126,11 +126,13 @@ def test_camera_gives_a_jpeg_of_the_room(client):
 
 
 def test_camera_shows_the_robot_turning(client, simulation, wait_until):
-    def look():
+    def picture():
         return cv2.imdecode(np.frombuffer(client.request("GET", "/cam0")[2], np.uint8), cv2.IMREAD_COLOR).astype(int)
 
-    before = look()
-    wait_until(lambda: client.put("/data/omnidrive", [0, 0, 1]) and np.abs(look() - before).mean() > 20, "a new view")
+    before = picture()
+    wait_until(
+        lambda: client.put("/data/omnidrive", [0, 0, 1]) and np.abs(picture() - before).mean() > 20, "a new view"
+    )
 
 
 def test_camera_is_released_and_wakes_again(client, simulation, wait_until):

@@ -76,7 +76,7 @@ def sonar_cone(source: str, mount: Mount):
     return convert
 
 
-class BumperMemory:
+class BumperHistory:
     """naoqi_bridge_msgs/Bumper tells one change at a time; this remembers the others."""
 
     NAMES = ("right", "left", "back")
@@ -201,7 +201,7 @@ def pepper() -> tuple[Incoming, ...]:
             "sonar_back", "pepper_robot/sonar/back", "sensor_msgs/Range",
             sonar_cone("back", Mount(-0.0718, 0.0, math.pi)),
         ),
-        Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperMemory().convert),
+        Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperHistory().convert),
         Incoming("battery", "pepper_robot/battery", "sensor_msgs/BatteryState", read_battery),
         Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
         Incoming("page", "com_cam/status", "diagnostic_msgs/DiagnosticStatus", read_page_state),

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from pepper_sim.naoqi.client_services import ClientServices
-from pepper_sim.naoqi.codec import WireError
-from pepper_sim.naoqi.raw_client import WireClient
+from pepper_sim.naoqi.codec import CodecError
+from pepper_sim.naoqi.raw_client import RawClient
 from pepper_sim.services.al_memory import split_stamp
 from pepper_sim.sound.room import Room
 
@@ -101,22 +101,22 @@ class MicrophoneStream:
             if wire is not None:
                 wire.close()
 
-    def _open(self) -> WireClient | None:
+    def _open(self) -> RawClient | None:
         """A raw connection to the client's service, if one of its endpoints can be reached."""
         for number, endpoint in self._clients.endpoints(self.name):
             try:
-                return WireClient(endpoint, number, METHOD, arity=4)
-            except (OSError, WireError, ValueError) as error:
+                return RawClient(endpoint, number, METHOD, arity=4)
+            except (OSError, CodecError, ValueError) as error:
                 log.info("'%s' cannot be called at %s: %s", self.name, endpoint, error)
         return None
 
-    def _deliver(self, wire: WireClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
+    def _deliver(self, wire: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
         channels = self._preferences.count
         if wire is not None:
             try:
                 wire.post(channels, count, stamp, block)
                 return True
-            except (OSError, WireError):
+            except (OSError, CodecError):
                 return False
         arguments: list[Any] = [channels, count, stamp, block.tobytes()]
         call = self._clients.call(self.name, METHOD, *arguments)

@@ -155,7 +155,7 @@ def _drive(job: Job, vehicle: Vehicle, rng: np.random.Generator) -> Trial:
 def _let_through(gate: VelocityGate | None, vehicle: Vehicle, command: Command, now: float) -> Velocity:
     if gate is None:
         return command.vx, command.vy, command.wz
-    vehicle.tell(gate, now)
+    vehicle.report(gate, now)
     decision = gate.step(now, command, Odometry(*vehicle.odometry(), now))
     return decision.vx, decision.vy, decision.wz
 

@@ -97,7 +97,7 @@ class Vehicle(ABC):
     @abstractmethod
     def odometry(self) -> Pose: ...
 
-    def tell(self, gate: VelocityGate, now: float) -> None:
+    def report(self, gate: VelocityGate, now: float) -> None:
         """Give the gate what the range sensors and bumpers say."""
         raise ValueError(f"{self.label} has no range sensors, so there is nothing to gate it by: drive it without")
 
@@ -208,7 +208,7 @@ class PepperVehicle(_Wheeled):
     def odometry(self) -> Pose:
         return self.robot.snapshot().odometry
 
-    def tell(self, gate: VelocityGate, now: float) -> None:
+    def report(self, gate: VelocityGate, now: float) -> None:
         snapshot = self.robot.snapshot()
         for name, side, heading in self._LASERS:
             # Each measurement once: the gate wants to see far returns again before it believes them.
@@ -242,7 +242,7 @@ class RobotinoVehicle(_Wheeled):
         odometry = self.robot.snapshot().odometry
         return odometry.x, odometry.y, odometry.phi
 
-    def tell(self, gate: VelocityGate, now: float) -> None:
+    def report(self, gate: VelocityGate, now: float) -> None:
         snapshot = self.robot.snapshot()
         gate.update_ranges("infrared", now, snapshot.distances)
         gate.update_bumper(now, snapshot.bumper)

@@ -26,7 +26,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class Figures:
-    """One layer on one robot.
+    """One gate on one robot.
 
     Args:
         scenarios, commands: Exposure.
@@ -43,7 +43,7 @@ class Figures:
         standing: Share of the commanded time spent below 2 cm/s.
         goals: Reached per 100 m that were asked for.
         changes: Of the shown state per minute.
-        stopped_after: Longest time from a fault to the layer's zero [s]; NaN without a fault.
+        stopped_after: Longest time from a fault to the gate's zero [s]; NaN without a fault.
     """
 
     scenarios: int
@@ -141,8 +141,8 @@ def _solve(count: int, chance: float) -> float:
 
 
 def table(rows: Sequence[tuple[str, Figures]]) -> str:
-    """For people; layers by row."""
-    head = ("layer", "commands", "hits", "per 1000", "95 %", "per 100 m", "persons", "passed", "stood", "goals",
+    """For people; gates by row."""
+    head = ("gate", "commands", "hits", "per 1000", "95 %", "per 100 m", "persons", "passed", "stood", "goals",
             "gap 5 %", "hardest")  # fmt: skip
     cells = [head]
     for name, f in rows:

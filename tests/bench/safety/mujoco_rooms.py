@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 from report import Row
 from ros_graph import private_master
+from safety.gates import OurGate
 from safety.geometry import Hull
-from safety.layers import GateLayer
 from safety.pilots import Pilots
 from safety.reaction import Pilot, running
 from safety.robots import INFRARED_ROBOT, TICK
@@ -43,9 +43,9 @@ SETPOINT_HOLDS = 0.5
 
 def run_rows(scenarios: int = SCENARIOS, seconds: float = SECONDS) -> list[Row]:
     """The full stack's figures against those of the fast runner."""
-    wired = [drive_wired(number, seconds) for number in range(scenarios)]
+    wired = [drive_through_wire(number, seconds) for number in range(scenarios)]
     fast = [
-        run(INFRARED_ROBOT, GateLayer, seed=SEED, first=number, count=1, speed=SPEED, seconds=seconds, persons=0)
+        run(INFRARED_ROBOT, OurGate, seed=SEED, first=number, count=1, speed=SPEED, seconds=seconds, persons=0)
         for number in range(scenarios)
     ]
     name = "2-D runner"
@@ -57,7 +57,7 @@ def run_rows(scenarios: int = SCENARIOS, seconds: float = SECONDS) -> list[Row]:
     ]
 
 
-def drive_wired(number: int, seconds: float) -> Outcome:
+def drive_through_wire(number: int, seconds: float) -> Outcome:
     """One scenario in real time."""
     place = make_place(SEED, number, INFRARED_ROBOT.profile.outline.outer_radius, persons=0)
     robot = SimulatedRobotino()
@@ -83,16 +83,16 @@ def _drive(place: Place, number: int, robot: SimulatedRobotino, seconds: float) 
     ]
     with private_master() as environment, running(nodes, environment):
         with Pilot("/rto3/safe_cmd_vel", environment) as pilot:
-            layer = WireLayer(robot, pilot)
-            layer.wait_until_it_drives()
+            gate = WiredGate(robot, pilot)
+            gate.wait_until_it_drives()
             batch = Batch([place], SEED * 1000 + number)
             radius = INFRARED_ROBOT.profile.outline.outer_radius
             pilots = Pilots(batch, number, SPEED, radius, SEED * 1000 + number)
-            return WireRun(layer, batch, pilots, number).drive(seconds)
+            return WiredRun(gate, batch, pilots, number).drive(seconds)
 
 
-class WireLayer:
-    """Nodes and robot seen as a layer: commands go to the topic, the setpoint comes from the robot."""
+class WiredGate:
+    """Nodes and robot seen as a gate: commands go to the topic, the setpoint comes from the robot."""
 
     def __init__(self, robot: SimulatedRobotino, pilot: Pilot) -> None:
         self.robot, self._pilot = robot.robot, pilot
@@ -133,11 +133,11 @@ class WireLayer:
         return State.CLEAR
 
 
-class WireRun(Run):
+class WiredRun(Run):
     """As `Run`, with the robot's own motion and sensors, in real time."""
 
-    def __init__(self, layer: WireLayer, batch: Batch, pilots: Pilots, number: int) -> None:
-        super().__init__(INFRARED_ROBOT, layer, batch, pilots, (SEED, number))
+    def __init__(self, gate: WiredGate, batch: Batch, pilots: Pilots, number: int) -> None:
+        super().__init__(INFRARED_ROBOT, gate, batch, pilots, (SEED, number))
         hull = INFRARED_ROBOT.hull
         self.hull = Hull(hull.corners, hull.radius + TOUCH)
         self._due = time.monotonic()
@@ -148,7 +148,7 @@ class WireRun(Run):
     def _move(self, dt: float) -> None:
         self._due += TICK / SUBSTEPS
         time.sleep(max(0.0, self._due - time.monotonic()))
-        x, y, _, _, _, yaw = self.layer.robot.truth()
+        x, y, _, _, _, yaw = self.gate.robot.truth()
         moved = np.array([x, y]) - self.pose[0, :2]
         c, s = math.cos(yaw), math.sin(yaw)
         turned = math.remainder(yaw - self.pose[0, 2], math.tau)

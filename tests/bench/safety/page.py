@@ -21,7 +21,7 @@ ROBOTS = {"infrared": "Robotino, infrared", "laser": "Robotino, laser", "pepper"
 MUST_STOP = ("sensors silent", "sensors frozen", "NaN and infinity", "all -1", "link cut")
 """Faults at which the robot has to stand."""
 HEAD = (
-    "layer", "scenarios", "commands", "hits", "per 1000 commands (95 %)", "per 100 m", "passed", "stood",
+    "gate", "scenarios", "commands", "hits", "per 1000 commands (95 %)", "per 100 m", "passed", "stood",
     "goals per 100 m", "clearance 5 %", "persons",
 )  # fmt: skip
 
@@ -37,7 +37,7 @@ def main() -> None:
 
 def filled(page: str, record: dict) -> str:
     """The page with its tables made from `record`."""
-    tables = {robot: _layers(record, robot) for robot in ROBOTS}
+    tables = {robot: _gates(record, robot) for robot in ROBOTS}
     tables |= {"faults": _faults(record), "trials": _trials(record), "stack": _stack(record)}
     for name, rows in tables.items():
         head, *rest = ("| " + " | ".join(row) + " |" for row in rows)
@@ -49,10 +49,10 @@ def filled(page: str, record: dict) -> str:
     return page
 
 
-def _layers(record: dict, robot: str) -> list[tuple[str, ...]]:
-    """A row for each layer and speed, faults left out."""
+def _gates(record: dict, robot: str) -> list[tuple[str, ...]]:
+    """A row for each gate and speed, faults left out."""
     cells = [cell for cell in record["cells"] if cell["robot"] == robot and not cell["fault"]]
-    return [HEAD] + [_figures(f"{cell['layer']}, {cell['speed']:.2f} m/s", cell) for cell in cells]
+    return [HEAD] + [_figures(f"{cell['gate']}, {cell['speed']:.2f} m/s", cell) for cell in cells]
 
 
 def _figures(name: str, cell: dict) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from safety.figures import Figures
-from safety.layers import MakeLayer
+from safety.gates import MakeGate
 from safety.pilots import Pilots
 from safety.robots import TICK, BenchRobot
 from safety.run import Run
@@ -39,15 +39,15 @@ Box = tuple[float, float, float, float]
 
 
 def draw_results(path: Path, panels: Mapping[str, Mapping[str, Figures]]) -> None:
-    """One panel per robot: share passed across, collisions with 95 % bounds up, one mark per layer."""
-    pictures = [_panel(title, layers) for title, layers in panels.items()]
+    """One panel per robot: share passed across, collisions with 95 % bounds up, one mark per gate."""
+    pictures = [_panel(title, gates) for title, gates in panels.items()]
     cv2.imwrite(str(path), np.concatenate(pictures, axis=1))
 
 
-def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
+def _panel(title: str, gates: Mapping[str, Figures]) -> np.ndarray:
     picture = np.full((HEIGHT, PANEL, 3), 255, np.uint8)
     left, right, top, bottom = 70, PANEL - 25, 60, HEIGHT - 60
-    least = min(0.6, math.floor(10 * min(f.passed for f in layers.values())) / 10)
+    least = min(0.6, math.floor(10 * min(f.passed for f in gates.values())) / 10)
 
     def across(passed: float) -> float:
         return left + (passed - least) / (1.02 - least) * (right - left)
@@ -69,7 +69,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
     write(picture, "share of the command passed", (left + right) // 2, bottom + 34, 10, INK, align=0.5)
     write(picture, "collisions per 1000 commands, 95 %", left, 40, 10, GREY)
     taken: list[Box] = []
-    for name, f in sorted(layers.items(), key=lambda item: item[1].per_1000.value):
+    for name, f in sorted(gates.items(), key=lambda item: item[1].per_1000.value):
         x, y, colour = across(f.passed), up(f.per_1000.value), COLOURS[name]
         _line(picture, (x, up(f.per_1000.low)), (x, up(f.per_1000.high)), colour, 2)
         for end in (f.per_1000.low, f.per_1000.high):
@@ -77,7 +77,7 @@ def _panel(title: str, layers: Mapping[str, Figures]) -> np.ndarray:
                 _line(picture, (x - 5, up(end)), (x + 5, up(end)), colour, 2)
         _disc(picture, (x, y), 6, colour)
         taken.append((x - 6, up(f.per_1000.high), x + 6, up(f.per_1000.low)))
-    for name, f in layers.items():
+    for name, f in gates.items():
         _label(picture, name, across(f.passed), up(f.per_1000.value), taken, left, PANEL)
     return picture
 
@@ -98,12 +98,12 @@ def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box],
 
 
 def drive_one(
-    robot: BenchRobot, make_layer: MakeLayer, seed: int, index: int, speed: float, seconds: float
+    robot: BenchRobot, make_gate: MakeGate, seed: int, index: int, speed: float, seconds: float
 ) -> tuple[np.ndarray, Run]:
     """Drive one scenario; its path (ticks, 3) and the run at its end. Without persons."""
     radius = robot.profile.outline.outer_radius
     batch = Batch([make_place(seed, index, radius, 0)], seed)
-    run = Run(robot, make_layer(robot, 1), batch, Pilots(batch, index, speed, radius, seed), (seed, index))
+    run = Run(robot, make_gate(robot, 1), batch, Pilots(batch, index, speed, radius, seed), (seed, index))
     path = []
     for tick in range(round(seconds / TICK)):
         run.step(tick)
@@ -112,12 +112,12 @@ def drive_one(
 
 
 def draw_scenario(
-    path: Path, robot: BenchRobot, layers: Mapping[str, MakeLayer], seed: int, index: int, speed: float, seconds: float
+    path: Path, robot: BenchRobot, gates: Mapping[str, MakeGate], seed: int, index: int, speed: float, seconds: float
 ) -> None:
-    """The same scenario and pilot behind several layers, side by side."""
+    """The same scenario and pilot behind several gates, side by side."""
     pictures = []
-    for name, make_layer in layers.items():
-        way, run = drive_one(robot, make_layer, seed, index, speed, seconds)
+    for name, make_gate in gates.items():
+        way, run = drive_one(robot, make_gate, seed, index, speed, seconds)
         pictures.append(_room(name, robot, run, way))
     height = max(picture.shape[0] for picture in pictures)
     pictures = [

@@ -1,4 +1,4 @@
-"""Runs a layer through a batch of places and counts what happens."""
+"""Runs a gate through a batch of places and counts what happens."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from safety.faults import NO_FAULT, Fault
-from safety.layers import Layer, MakeLayer
+from safety.gates import Gate, MakeGate
 from safety.pilots import PERIOD, REACTION, Pilots
 from safety.robots import TICK, BenchRobot, measure
 from safety.worlds import KINDS, PERSON, Batch, make_place
@@ -61,13 +61,13 @@ class Outcome:
     hardest: np.ndarray  # [m/s]
     driven: np.ndarray  # [m]
     asked: np.ndarray  # sum of commanded speeds [m/s]
-    passed: np.ndarray  # sum of the layer's speeds while commanded [m/s]
+    passed: np.ndarray  # sum of the gate's speeds while commanded [m/s]
     asking: np.ndarray  # ticks with a commanded translation
     standing: np.ndarray  # ... that came to less than STANDING
     gap: np.ndarray  # least distance to things that stand, contacts included [m]
     goals: np.ndarray
     changes: np.ndarray  # of the shown state
-    stopped_after: np.ndarray  # from the fault to the layer's first zero [s]; NaN without a fault or a zero
+    stopped_after: np.ndarray  # from the fault to the gate's first zero [s]; NaN without a fault or a zero
     pilot: np.ndarray
     contacts: list[Contact]
 
@@ -78,7 +78,7 @@ class Outcome:
 
 def run(
     robot: BenchRobot,
-    make_layer: MakeLayer,
+    make_gate: MakeGate,
     *,
     seed: int,
     first: int,
@@ -90,31 +90,31 @@ def run(
 ) -> Outcome:
     """Drive `count` places, the first of them number `first` of `seed`, at `speed` [m/s] for `seconds`.
 
-    Places, pilots, noise and faults depend on seed and number only, not on the layer.
+    Places, pilots, noise and faults depend on seed and number only, not on the gate.
     """
     radius = robot.profile.outline.outer_radius
     batch = Batch([make_place(seed, first + i, radius, persons) for i in range(count)], seed * 1000 + first)
-    layer = make_layer(robot, count)
+    gate = make_gate(robot, count)
     pilots = Pilots(batch, first, speed, radius, seed * 1000 + first)
-    return Run(robot, layer, batch, pilots, (seed, first), fault).drive(seconds)
+    return Run(robot, gate, batch, pilots, (seed, first), fault).drive(seconds)
 
 
 class Run:
-    """Robots, pilots, layer and places that are stepped together.
+    """Robots, pilots, gate and places that are stepped together.
 
     Args:
         pilots: Decides at 10 Hz; anything with the surface of `Pilots`.
         seed: Of noise, delays and faults.
     Attributes:
         pose, velocity: (S, 3) true ones, world and base_link.
-        sent: Newest output of the layer last, one per substep, (S, 3) each.
+        sent: Newest output of the gate last, one per substep, (S, 3) each.
         out: What has been counted.
     """
 
     def __init__(
         self,
         robot: BenchRobot,
-        layer: Layer,
+        gate: Gate,
         batch: Batch,
         pilots: Pilots,
         seed: tuple[int, int],
@@ -123,7 +123,7 @@ class Run:
         count = len(batch)
         rng = np.random.default_rng([*seed, 3])
         self.first = seed[1]
-        self.robot, self.layer, self.batch, self.fault = robot, layer, batch, fault
+        self.robot, self.gate, self.batch, self.fault = robot, gate, batch, fault
         self.hull = robot.hull
         self.pilots = pilots
         self.noise = np.random.default_rng([*seed, 5])
@@ -160,7 +160,7 @@ class Run:
     def step(self, tick: int) -> None:
         """One tick of gate and sensors, two of motion."""
         now = tick * TICK
-        swing = np.array([self.layer.swing(i) for i in range(len(self.batch))])
+        swing = np.array([self.gate.swing(i) for i in range(len(self.batch))])
         self.seen.append((self.pose - swing[:, None] * (0.0, 0.0, 1.0), self.batch.circle.copy()))
         fresh = self._command(tick, now)
         self._sense(tick, now)
@@ -200,15 +200,15 @@ class Run:
                     read = self.fault.ranges(i, now, name, ranges[i])
                     if read is not None:
                         at = self.fault.clock(i, now)
-                        self.layer.sense(name, i, at, at - (tick - measured) * TICK, read)
+                        self.gate.sense(name, i, at, at - (tick - measured) * TICK, read)
 
     def _decide(self, now: float, fresh: np.ndarray) -> None:
         out = np.zeros((len(self.batch), 3))
         for i in range(len(self.batch)):
             at = self.fault.clock(i, now)
             x, y, theta = self.odometry[i].tolist()
-            out[i] = self.layer.tick(at, i, self.command[i], bool(fresh[i]), Odometry(x, y, theta, at))
-            state = self.layer.state(i)
+            out[i] = self.gate.tick(at, i, self.command[i], bool(fresh[i]), Odometry(x, y, theta, at))
+            state = self.gate.state(i)
             self.out.changes[i] += self.states[i] is not None and state is not self.states[i]
             self.states[i] = state
         speed = np.hypot(out[:, 0], out[:, 1])
@@ -242,7 +242,7 @@ class Run:
         self.batch.walk(self.pose[:, :2], self.robot.profile.outline.outer_radius, dt)
 
     def _touch(self, now: float) -> None:
-        """Count first contacts, and pull the robot clear by the same rule for every layer."""
+        """Count first contacts, and pull the robot clear by the same rule for every gate."""
         gap, place, inner = self.hull.contacts(self.batch, self.pose)
         circles = self.batch.circle.shape[1]
         persons = self.batch.circle_kind == PERSON
@@ -251,7 +251,7 @@ class Run:
         self.out.gap = np.minimum(self.out.gap, standing.min(1))
         over = np.flatnonzero(self.bumped & (self.quiet_until <= now))
         for i in over:
-            self.layer.bump(i, self.fault.clock(i, now), False, None)
+            self.gate.bump(i, self.fault.clock(i, now), False, None)
             self.bumped[i] = False
         for i in np.flatnonzero(gap.min(1) <= 0.0):
             j = int(gap[i].argmin())
@@ -299,12 +299,12 @@ class Run:
             blind = not self._in_view(arm, heading)
             self.out.contacts.append(Contact(self.first + i, now, kind, bearing, max(into, 0.0), blind))
         if self.robot.bumpers is None:
-            self.layer.bump(i, self.fault.clock(i, now), True, None)
+            self.gate.bump(i, self.fault.clock(i, now), True, None)
         else:
             felt = min(self.robot.bumpers, key=lambda b: abs(math.remainder(b - bearing, math.tau)))
             if abs(math.remainder(felt - bearing, math.tau)) > math.radians(35.0):
                 return
-            self.layer.bump(i, self.fault.clock(i, now), True, felt)
+            self.gate.bump(i, self.fault.clock(i, now), True, felt)
         self.bumped[i] = True
 
 

@@ -1,4 +1,4 @@
-"""What the safety benchmark runs: robots, layers, speeds, exposure; in as many processes as there are cores."""
+"""What the safety benchmark runs: robots, gates, speeds, exposure; in as many processes as there are cores."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from safety.faults import FAULTS, NO_FAULT
-from safety.layers import BubbleLayer, GateLayer, NoLayer, UniformScaling
+from safety.gates import BubbleGate, NoGate, OurGate, UniformScaling
 from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT, BenchRobot
 from safety.run import Outcome, run
 
@@ -24,36 +24,36 @@ SECONDS = 30.0
 FULL, SOME = 350, 100
 """Scenarios behind a claim, and behind a figure that is only compared with."""
 
-LAYERS: dict[str, Callable] = {}
+GATES: dict[str, Callable] = {}
 
 
-def _bubble(robot: BenchRobot, count: int, gap: float) -> BubbleLayer:
-    return BubbleLayer(robot, count, robot.profile.outline.outer_radius + gap)
+def _bubble(robot: BenchRobot, count: int, gap: float) -> BubbleGate:
+    return BubbleGate(robot, count, robot.profile.outline.outer_radius + gap)
 
 
-LAYERS |= {
-    "no gate": NoLayer,
+GATES |= {
+    "no gate": NoGate,
     "bubble, gap 0.10": partial(_bubble, gap=0.10),
     "bubble, gap 0.20": partial(_bubble, gap=0.20),
     "uniform scaling": UniformScaling,
-    "gate": GateLayer,
-    "gate, careful": partial(GateLayer, careful=True),
+    "gate": OurGate,
+    "gate, careful": partial(OurGate, careful=True),
 }
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One robot behind one layer at one speed.
+    """One robot behind one gate at one speed.
 
     Args:
-        robot, layer: Keys of `ROBOTS` and `LAYERS`.
+        robot, gate: Keys of `ROBOTS` and `GATES`.
         speed: The pilot's [m/s].
         first, count: Scenarios.
         fault: Name of a fault; empty for none.
     """
 
     robot: str
-    layer: str
+    gate: str
     speed: float
     first: int
     count: int
@@ -64,7 +64,7 @@ class Cell:
         """The same, cut into batches."""
         end = self.first + self.count
         return [
-            Cell(self.robot, self.layer, self.speed, first, min(BATCH, end - first), self.seconds, self.fault)
+            Cell(self.robot, self.gate, self.speed, first, min(BATCH, end - first), self.seconds, self.fault)
             for first in range(self.first, end, BATCH)
         ]
 
@@ -76,7 +76,7 @@ class Cell:
         """
         fault = next((kind() for kind in FAULTS if kind.name == self.fault), NO_FAULT)
         return run(
-            ROBOTS[self.robot], LAYERS[self.layer], seed=REPORT_SEEDS[self.robot] if seed is None else seed,
+            ROBOTS[self.robot], GATES[self.gate], seed=REPORT_SEEDS[self.robot] if seed is None else seed,
             first=self.first, count=self.count, speed=self.speed, seconds=self.seconds, fault=fault,
         )  # fmt: skip
 
@@ -88,10 +88,10 @@ def cells(share: float = 1.0) -> list[Cell]:
         return max(BATCH, round(scenarios * share / BATCH) * BATCH)
 
     full, half, some = number(FULL), number(FULL // 2), number(SOME)
-    plan = [Cell("infrared", layer, 0.20, 0, full) for layer in LAYERS]
+    plan = [Cell("infrared", gate, 0.20, 0, full) for gate in GATES]
     for robot in ("laser", "pepper"):
         plan += [Cell(robot, "gate", 0.35, 0, half), Cell(robot, "gate", 0.20, half, half)]
-        plan += [Cell(robot, layer, 0.35, 0, some) for layer in LAYERS if not layer.startswith("gate")]
+        plan += [Cell(robot, gate, 0.35, 0, some) for gate in GATES if not gate.startswith("gate")]
     plan.append(Cell("laser", "gate", 0.50, 2 * half, some))
     plan += [Cell("infrared", "gate", 0.20, full, BATCH, 16.0, kind.name) for kind in FAULTS]
     return plan

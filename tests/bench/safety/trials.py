@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from safety.faults import LinkCut
-from safety.layers import GateLayer
+from safety.gates import OurGate
 from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT, TICK, BenchRobot
 from safety.run import Run
 from safety.suite import in_parallel
@@ -114,15 +114,15 @@ def escapes(robot: BenchRobot, count: int, seed: int) -> Escapes:
     commands = np.stack([speed * np.cos(ways), speed * np.sin(ways), np.zeros(count)], axis=1)
     look = 1.0
     script = Script(count, lambda now, pose: commands if now >= look else np.zeros((count, 3)))
-    layer = GateLayer(robot, count)
-    run = Run(robot, layer, Batch(places, seed), script, (seed, 1))
+    gate = OurGate(robot, count)
+    run = Run(robot, gate, Batch(places, seed), script, (seed, 1))
     obeyed = np.zeros(count, bool)
     direction = commands[:, :2] / speed
     for tick in range(round((look + AWAY_WITHIN) / TICK) + 1):
         if tick == round(look / TICK) - 2:
             for i in range(0, count, 2):
-                layer.gates[i].update_bumper(tick * TICK, True, None)
-                layer.gates[i].update_bumper(tick * TICK, False)
+                gate.gates[i].update_bumper(tick * TICK, True, None)
+                gate.gates[i].update_bumper(tick * TICK, False)
         run.step(tick)
         obeyed |= (run.sent[-1][:, :2] * direction).sum(axis=1) >= OBEYED * speed
     return Escapes(count, int(obeyed.sum()))
@@ -150,7 +150,7 @@ def slide(robot: BenchRobot, speed: float, count: int, seed: int, ahead: bool = 
         places.append(place)
     way -= headings
     commands = np.stack([speed * np.cos(way), speed * np.sin(way), np.zeros(count)], axis=1)
-    run = Run(robot, GateLayer(robot, count), Batch(places, seed), Script(count, lambda now, pose: commands), (seed, 2))
+    run = Run(robot, OurGate(robot, count), Batch(places, seed), Script(count, lambda now, pose: commands), (seed, 2))
     along = np.stack([-np.sin(bearings), np.cos(bearings)], axis=1)
     reached = round(max(4.0, 0.8 / speed) / TICK)
     for tick in range(reached + round(4.0 / TICK)):
@@ -187,7 +187,7 @@ def doorway(robot: BenchRobot, speed: float, count: int, seed: int, extra: float
         command[:, 0] = speed
         return command
 
-    run = Run(robot, GateLayer(robot, count), Batch(places, seed), Script(count, decide), (seed, 3))
+    run = Run(robot, OurGate(robot, count), Batch(places, seed), Script(count, decide), (seed, 3))
     outcome = run.drive(3.0 * way / speed)
     return int((run.pose[:, 0] > way).sum()), int((outcome.hits.sum(axis=1) > 0).sum())
 
@@ -214,8 +214,8 @@ def false_stops(robot: BenchRobot, speed: float, count: int, seconds: float, see
         return command
 
     places = [_place((0.0, 0.0, 0.0)) for _ in range(count)]
-    layer = GateLayer(robot, count)
-    run = Run(robot, layer, Batch(places, seed), Script(count, decide), (seed, 4))
+    gate = OurGate(robot, count)
+    run = Run(robot, gate, Batch(places, seed), Script(count, decide), (seed, 4))
     bad = ticks = 0
     for tick in range(round(seconds / TICK)):
         run.step(tick)
@@ -225,7 +225,7 @@ def false_stops(robot: BenchRobot, speed: float, count: int, seconds: float, see
         settled = phase > 2.2
         given = np.hypot(run.sent[-1][:, 0], run.sent[-1][:, 1])
         cut = (given < 0.95 * speed) & settled
-        shown = np.array([layer.state(i).value != "clear" for i in range(count)])
+        shown = np.array([gate.state(i).value != "clear" for i in range(count)])
         bad += int((cut | shown).sum())
         ticks += count
     return bad / ticks
@@ -241,7 +241,7 @@ def reaction_to_obstacle(robot: BenchRobot, speed: float, gap: float, count: int
         places.append(place)
     batch = Batch(places, seed)
     commands = np.tile([speed, 0.0, 0.0], (count, 1))
-    run = Run(robot, GateLayer(robot, count), batch, Script(count, lambda now, pose: commands), (seed, 5))
+    run = Run(robot, OurGate(robot, count), batch, Script(count, lambda now, pose: commands), (seed, 5))
     appears = np.round(rng.uniform(2.0, 3.0, count) / TICK).astype(int)
     took = np.full(count, math.nan)
     limits = robot.profile.limits
@@ -264,7 +264,7 @@ def reaction_to_silence(robot: BenchRobot, speed: float, count: int, seed: int) 
     places = [_place((0.0, 0.0, 0.0)) for _ in range(count)]
     script = Script(count, lambda now, pose: commands)
     return (
-        Run(robot, GateLayer(robot, count), Batch(places, seed), script, (seed, 6), LinkCut()).drive(12.0).stopped_after
+        Run(robot, OurGate(robot, count), Batch(places, seed), script, (seed, 6), LinkCut()).drive(12.0).stopped_after
     )
 
 

@@ -40,7 +40,7 @@ class FaultyPepper:
                 self._readers[key] = FAULTS[fault](read)
         return len(keys)
 
-    def mend(self) -> None:
+    def fix(self) -> None:
         """All sensors work again."""
         self._readers.update(self._sound)
 

@@ -258,8 +258,8 @@ def test_sleeping_robot_is_left_alone_when_told_so(connection, motion):
     assert "sleeps" in driver.base.state
 
 
-def test_lost_link_stops_first_when_it_is_back(naoqi, memory, motion, make_wire, wait_until):
-    wire = make_wire(naoqi.port)
+def test_lost_link_stops_first_when_it_is_back(naoqi, memory, motion, make_connection, wait_until):
+    wire = make_connection(naoqi.port)
     with Connection(Address.parse("127.0.0.1", wire.port)) as link:
         assert link.wait_connected(10)
         driver = Drive(link)
@@ -297,12 +297,12 @@ def test_halt_forces_a_robot_that_does_not_stop(drive, motion):
 
 def test_refusal_of_the_robot_is_told_for_a_while(drive, memory):
     memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
-    drive.base.look_after(drive.now)
+    drive.base.supervise(drive.now)
     drive.command(0.2, 0.0, 0.0)
     drive.run(0.1)
     assert drive.base.state == "driving", "what was refused before we looked is not news"
     memory.insertData(REFUSAL_KEY, ["obstacle", 1, [1.0, 0.0, 0.0]])
-    drive.base.look_after(drive.now)
+    drive.base.supervise(drive.now)
     drive.command(0.2, 0.0, 0.0)
     drive.run(0.1)
     assert drive.base.state == "driving, but the robot refuses: obstacle"
@@ -313,9 +313,9 @@ def test_refusal_of_the_robot_is_told_for_a_while(drive, memory):
 
 
 def test_first_refusal_of_its_life_is_told_too(drive, memory):
-    drive.base.look_after(drive.now)
+    drive.base.supervise(drive.now)
     memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
-    drive.base.look_after(drive.now)
+    drive.base.supervise(drive.now)
     drive.command(0.2, 0.0, 0.0)
     drive.run(0.1)
     assert drive.base.state == "driving, but the robot refuses: obstacle"
@@ -323,7 +323,7 @@ def test_first_refusal_of_its_life_is_told_too(drive, memory):
 
 def test_robot_that_was_put_to_rest_is_told(drive, motion):
     motion.awake = False
-    drive.base.look_after(drive.now)
+    drive.base.supervise(drive.now)
     drive.command(0.2, 0.0, 0.0)
     drive.run(0.1)
     assert drive.base.state == "stopped: the robot sleeps; wake it up to drive"

@@ -99,8 +99,8 @@ def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, ca
 
 
 @pytest.mark.parametrize("fault", ["cut", "freeze"])
-def test_link_comes_back_after_a_fault_of_the_network(naoqi, motion, make_wire, wait_until, fault):
-    wire = make_wire(naoqi.port)
+def test_link_comes_back_after_a_fault_of_the_network(naoqi, motion, make_connection, wait_until, fault):
+    wire = make_connection(naoqi.port)
     lost = threading.Event()
     with Connection(Address.parse("127.0.0.1", wire.port), on_lost=lambda cause: lost.set()) as link:
         assert link.wait_connected(10)
@@ -128,8 +128,8 @@ def test_link_comes_back_to_a_restarted_robot(naoqi, motion, wait_until):
         again.close()
 
 
-def test_close_does_not_wait_for_a_silent_robot(naoqi, make_wire):
-    wire = make_wire(naoqi.port)
+def test_close_does_not_wait_for_a_silent_robot(naoqi, make_connection):
+    wire = make_connection(naoqi.port)
     wire.freeze()
     link = Connection(Address.parse("127.0.0.1", wire.port)).start()
     time.sleep(0.2)

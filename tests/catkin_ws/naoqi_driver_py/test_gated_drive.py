@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from naoqi_driver.gated_drive import GuardedGate
+from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.range_sensors import Reading
 
 from telepresence.safety import PEPPER, Odometry
@@ -16,7 +16,7 @@ class Driven:
     """The gate of a robot that follows at once."""
 
     def __init__(self):
-        self.gate = GuardedGate()
+        self.gate = GatedDrive()
         self.now = 100.0
         self.x = 0.0
         self.pressed = ()
@@ -27,7 +27,7 @@ class Driven:
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             if self.measures:
-                self.gate.hear(self.reading())
+                self.gate.receive(self.reading())
             if vx is not None:
                 self.gate.command(vx, 0.0, 0.0, self.now)
             decision = self.gate.decide(self.now)

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from gated_station import STANDING, STOP_WITHIN, GuardedStation
+from gated_station import STANDING, STOP_WITHIN, GatedStation
 
 from telepresence.station import processes
 
@@ -46,7 +46,7 @@ class Robot:
         processes.end(self._process, patience=5.0)
 
 
-class Station(GuardedStation):
+class Station(GatedStation):
     def __init__(self, graph, until) -> None:
         self.graph = graph
         self.robot = Robot(graph)
@@ -57,7 +57,7 @@ class Station(GuardedStation):
     def start_afresh(self) -> None:
         """All sensors sound, nothing latched, nobody drives, the robot at its start."""
         self.pilot.silence()
-        self.robot.mend()
+        self.robot.fix()
         for part in ("RightBumper", "LeftBumper", "BackBumper"):
             self.robot.press(part, False)
         self.robot.place_person(3.0, -2.0)
@@ -151,7 +151,7 @@ def test_a_broken_laser_stops_the_robot_until_it_is_mended(station, device, faul
     assert station.time_to_stand(broken) < 0.5 + STOP_WITHIN
     station.told(complaint)
     assert station.drive_state.startswith("stopped: the front laser")
-    station.robot.mend()
+    station.robot.fix()
     station.until(lambda: station.speed() > 0.2, "it drives on by itself")
 
 

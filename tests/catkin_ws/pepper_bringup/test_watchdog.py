@@ -33,12 +33,12 @@ def test_patience_is_longer_than_a_cycle_of_the_driver_and_leaves_time_to_brake(
 
 
 def test_a_beating_heart_is_left_alone(watchdog):
-    heart = watchdog.Heart()
+    heart = watchdog.Heartbeat()
     assert not any(heart.has_stopped(beat, beat * 0.05) for beat in range(1, 100))
 
 
 def test_a_silent_heart_is_noticed_after_the_patience(watchdog):
-    heart = watchdog.Heart()
+    heart = watchdog.Heartbeat()
     assert not heart.has_stopped(7, 10.0)
     assert not heart.has_stopped(7, 10.6)
     assert heart.has_stopped(7, 10.61)
@@ -46,12 +46,12 @@ def test_a_silent_heart_is_noticed_after_the_patience(watchdog):
 
 @pytest.mark.parametrize("beat", [0, None])
 def test_a_robot_that_nobody_holds_is_left_alone(watchdog, beat):
-    heart = watchdog.Heart()
+    heart = watchdog.Heartbeat()
     assert not any(heart.has_stopped(beat, float(now)) for now in range(100))
 
 
 def test_a_new_driver_starts_a_new_life(watchdog):
-    heart = watchdog.Heart()
+    heart = watchdog.Heartbeat()
     heart.has_stopped(900, 0.0)
     assert heart.has_stopped(900, 2.0)
     assert not heart.has_stopped(1, 2.05)

@@ -113,8 +113,8 @@ def test_close_gives_the_camera_back(link, video):
     assert video.subscribers == []
 
 
-def test_subscribes_again_after_a_new_link(naoqi, video, make_wire, wait_until):
-    wire = make_wire(naoqi.port)
+def test_subscribes_again_after_a_new_link(naoqi, video, make_connection, wait_until):
+    wire = make_connection(naoqi.port)
     with Connection(Address.parse("127.0.0.1", wire.port)) as connection:
         assert connection.wait_connected(10)
         camera = Camera(connection, "front", 0, 1, BGR, 15)

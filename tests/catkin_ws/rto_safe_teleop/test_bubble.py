@@ -1,5 +1,5 @@
 """The guide's bubble: what it does, and the ways in which it fails. Those that need time, f11 and f12, are in the tests
-of the layer: tests/catkin_ws/rto_safe_teleop/test_layers.py."""
+of the layer: tests/catkin_ws/rto_safe_teleop/test_gates.py."""
 
 import math
 

@@ -11,7 +11,7 @@ import time
 
 import pytest
 from corrupting_proxy import CorruptingProxy
-from gated_station import STOP_WITHIN, GuardedStation
+from gated_station import STOP_WITHIN, GatedStation
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
@@ -20,7 +20,7 @@ DISTANCES = "/data/distancesensorarray"
 NOTHING = 0.41
 
 
-class Station(GuardedStation):
+class Station(GatedStation):
     def __init__(self, graph, until) -> None:
         self.graph = graph
         port = graph.free_port()

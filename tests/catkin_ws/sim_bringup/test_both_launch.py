@@ -94,7 +94,7 @@ class Both:
         return math.dist(self.place(f"{robot}/truth"), before) < STILL
 
     def wait_for_way(self, robot: str, way: float) -> None:
-        """Until the robot has come so far from where it is now [m]; a failure tells what its safety layer says."""
+        """Until the robot has come so far from where it is now [m]; a failure tells what its safety gate says."""
         begin = self.place(f"{robot}/truth")
         deadline = time.monotonic() + DRIVE_PATIENCE
         while math.dist(self.place(f"{robot}/truth"), begin) < way:
@@ -144,7 +144,7 @@ def test_all_programs_of_both_are_on_one_master(both, until_true):
 
 @pytest.mark.parametrize(("driven", "other"), [("", "/rto3"), ("/rto3", "")], ids=["pepper drives", "robotino drives"])
 def test_each_drives_alone(both, until_true, driven, other):
-    """Through safety layer, driver and wire of the one; the other stands."""
+    """Through safety gate, driver and wire of the one; the other stands."""
     stands = both.place(f"{other}/truth")
     pilot = both.order(f"{driven}/movement_command", 1)
     both.wait_for_way(driven, 0.15)

@@ -33,7 +33,7 @@ def test_every_robot_of_a_fleet_has_drivers_in_a_namespace_of_its_own(workspace_
 def test_the_simulator_is_told_of_all_of_them(workspace_environment):
     parameters = roslaunch(workspace_environment, "--dump-params", "n:=5", "kind:=mixed", "robotino_ports:=8200")
     words = re.search(r"/robot_control_node/robots: (.*)", parameters).group(1).split()
-    assert [(wish.name, wish.port) for wish in parse_robots(words)] == [
+    assert [(request.name, request.port) for request in parse_robots(words)] == [
         *(("pepper_1", 9601), ("pepper_2", 9602)),
         *(("robotino_1", 8200), ("robotino_2", 8201), ("robotino_3", 8202)),
     ]

@@ -102,9 +102,9 @@ def test_com_cam_without_camera_and_robot_serves_a_picture_that_says_so(graph, f
 
 
 def test_com_cam_finds_a_robot_that_comes_later(
-    graph, source: str, make_wire: Callable, naoqi, tablet: Tablet, wait_until: Callable
+    graph, source: str, make_connection: Callable, naoqi, tablet: Tablet, wait_until: Callable
 ) -> None:
-    wire = make_wire(naoqi.port)
+    wire = make_connection(naoqi.port)
     graph.run(program(graph, "com_cam.py"), f"_source:={source}", f"_nao_port:={wire.port}", "_port:=0")
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
     tablet.hide_webview()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from naoqi_driver.connection import Address, Connection
-from telepresence_1.speaker_stream import CUSHION, PIECE, RobotMouth
+from telepresence_1.speaker_stream import CUSHION, PIECE, SpeakerStream
 
 import qi  # isort: skip
 
@@ -65,8 +65,8 @@ def connection(naoqi, device: AudioDevice) -> Iterator[Connection]:
 
 
 @pytest.fixture
-def mouth(connection: Connection) -> Iterator[RobotMouth]:
-    mouth = RobotMouth(connection).start()
+def mouth(connection: Connection) -> Iterator[SpeakerStream]:
+    mouth = SpeakerStream(connection).start()
     yield mouth
     mouth.close()
 
@@ -84,7 +84,7 @@ def sent(device: AudioDevice) -> list[tuple]:
 
 
 def test_a_word_is_sent_with_what_was_heard_just_before_it(
-    mouth: RobotMouth, device: AudioDevice, wait_until: Callable
+    mouth: SpeakerStream, device: AudioDevice, wait_until: Callable
 ) -> None:
     for _ in range(2 * CUSHION):
         mouth.put(quiet())
@@ -96,7 +96,7 @@ def test_a_word_is_sent_with_what_was_heard_just_before_it(
     assert device._calls[0] == ("flush",), "what somebody else left in the robot's queue is dropped first"
 
 
-def test_sound_in_odd_pieces_is_sent_whole(mouth: RobotMouth, device: AudioDevice, wait_until: Callable) -> None:
+def test_sound_in_odd_pieces_is_sent_whole(mouth: SpeakerStream, device: AudioDevice, wait_until: Callable) -> None:
     data = loud() * 5
     for start in range(0, len(data), 777):
         mouth.put(data[start : start + 777])
@@ -104,7 +104,7 @@ def test_sound_in_odd_pieces_is_sent_whole(mouth: RobotMouth, device: AudioDevic
 
 
 def test_a_robot_that_does_not_answer_gets_fresh_sound_afterwards(
-    mouth: RobotMouth, device: AudioDevice, wait_until: Callable
+    mouth: SpeakerStream, device: AudioDevice, wait_until: Callable
 ) -> None:
     mouth.put(loud())
     wait_until(lambda: sent(device), "the first piece")
@@ -129,7 +129,7 @@ def test_a_robot_that_does_not_answer_gets_fresh_sound_afterwards(
     assert device._calls.count(("flush",)) > before, "the delay would stay"
 
 
-def test_a_flood_does_not_become_a_delay(mouth: RobotMouth, device: AudioDevice, wait_until: Callable) -> None:
+def test_a_flood_does_not_become_a_delay(mouth: SpeakerStream, device: AudioDevice, wait_until: Callable) -> None:
     mouth.put(loud(1000))
     wait_until(lambda: sent(device), "the first piece")
     for _ in range(200):
@@ -149,7 +149,7 @@ def test_the_rate_is_set_between_closing_and_opening(
     connection: Connection, device: AudioDevice, wait_until: Callable
 ) -> None:
     changed = threading.Event()
-    mouth = RobotMouth(connection, rate=48000).start()
+    mouth = SpeakerStream(connection, rate=48000).start()
     device._rate = 16000
     mouth.on_rate = changed.set
     mouth.put(np.full(2 * 960, 5000, "<i2").tobytes())
@@ -164,7 +164,7 @@ def test_the_robots_own_rate_is_kept_unless_one_is_asked_for(
 ) -> None:
     device._rate = 16000
     changed = threading.Event()
-    mouth = RobotMouth(connection)
+    mouth = SpeakerStream(connection)
     mouth.on_rate = changed.set
     mouth.start()
     mouth.put(loud())
@@ -175,4 +175,4 @@ def test_the_robots_own_rate_is_kept_unless_one_is_asked_for(
 
 def test_an_impossible_rate_is_refused(connection: Connection) -> None:
     with pytest.raises(ValueError, match="not 12345"):
-        RobotMouth(connection, rate=12345)
+        SpeakerStream(connection, rate=12345)

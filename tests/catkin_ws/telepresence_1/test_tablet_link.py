@@ -77,9 +77,9 @@ def test_shows_the_page_and_takes_it_away(recorder: Recorder, show: Callable, wa
 
 
 def test_shows_it_again_after_a_lost_link(
-    naoqi, recorder: Recorder, make_wire: Callable, show: Callable, wait_until: Callable
+    naoqi, recorder: Recorder, make_connection: Callable, show: Callable, wait_until: Callable
 ) -> None:
-    wire = make_wire(naoqi.port)
+    wire = make_connection(naoqi.port)
     link = show("http://10.0.0.2:10002/", wire.port)
     wait_until(lambda: link.shown_since, "the page is shown")
     wire.cut()

@@ -1,4 +1,4 @@
-"""The safety layer's message: whoever shows or records it relies on its fields, and its words are the gate's."""
+"""The safety gate's message: whoever shows or records it relies on its fields, and its words are the gate's."""
 
 import numpy as np
 from telepresence_msgs.msg import SafetyState

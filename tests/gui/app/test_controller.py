@@ -258,7 +258,7 @@ def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, lin
     late(0.7)
     spin(lambda: link.driven[-1] == pytest.approx((0.1, 0.0, 0.0)), "half speed")
     late(1.2)
-    assert link.driven[-1] == ZERO and "late" in window.controller.driving.hub.block
+    assert link.driven[-1] == ZERO and "late" in window.controller.driving.mux.block
     late(0.1)
-    assert not window.controller.driving.hub.block
+    assert not window.controller.driving.mux.block
     QTest.keyRelease(window, Qt.Key_W)

@@ -4,7 +4,7 @@ import weakref
 
 import pytest
 
-from gui.app.gc_on_qt_thread import CycleCollector
+from gui.app.gc_on_qt_thread import GcOnQtThread
 
 
 class Cycle:
@@ -15,7 +15,7 @@ class Cycle:
 
 @pytest.fixture
 def collector(qt):
-    collector = CycleCollector()
+    collector = GcOnQtThread()
     yield collector
     collector.close()
 
@@ -45,5 +45,5 @@ def test_it_collects_by_itself(collector, spin):
 
 
 def test_python_collects_again_after_it_is_closed(qt):
-    CycleCollector().close()
+    GcOnQtThread().close()
     assert gc.isenabled()

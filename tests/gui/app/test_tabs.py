@@ -5,10 +5,10 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
-from gui.app.capture import Keeping
+from gui.app.capture import Capture
 from gui.app.controller import Attach, Controller
 from gui.app.robot_tab import AWAY
-from gui.app.tabs import Shell
+from gui.app.tabs import RobotTabs
 from gui.ros.picture import Picture
 from gui.window import OperatorWindow
 from telepresence.teleop.drive_lease import PILOT, Account
@@ -30,59 +30,59 @@ def robots(qt, make_link, make_terminal):
 
 
 @pytest.fixture
-def shell(robots, spin):
-    shell = Shell([("Pepper", robots[0][0]), ("Robotino", robots[1][0])])
+def tabs(robots, spin):
+    tabs = RobotTabs([("Pepper", robots[0][0]), ("Robotino", robots[1][0])])
 
     def change(chosen):
         for index, (_, _, controller) in enumerate(robots):
             controller.driving.set_away("" if index == chosen else AWAY)
 
-    shell.changed.connect(change)
+    tabs.changed.connect(change)
     change(0)
-    shell.show_on_screen()
-    spin(shell.isActiveWindow, "the window is active")
+    tabs.show_on_screen()
+    spin(tabs.isActiveWindow, "the window is active")
     for _, link, _ in robots:
         link.become(**RUNNING)
-    yield shell
-    shell.close()
-    shell.deleteLater()
+    yield tabs
+    tabs.close()
+    tabs.deleteLater()
 
 
-def test_every_page_shows_all_robots_and_its_own_chosen(shell):
-    assert [bar.tabText(0) for bar in shell._tabs] == ["Pepper", "Pepper"]
-    shell.choose(1)
-    assert [bar.currentIndex() for bar in shell._tabs] == [1, 1]
-    assert shell.pages[1].isVisible() and not shell.pages[0].isVisible()
+def test_every_page_shows_all_robots_and_its_own_chosen(tabs):
+    assert [bar.tabText(0) for bar in tabs._tabs] == ["Pepper", "Pepper"]
+    tabs.choose(1)
+    assert [bar.currentIndex() for bar in tabs._tabs] == [1, 1]
+    assert tabs.pages[1].isVisible() and not tabs.pages[0].isVisible()
 
 
-def test_a_click_on_a_tab_changes_the_robot(shell):
-    bar = shell._tabs[0]
+def test_a_click_on_a_tab_changes_the_robot(tabs):
+    bar = tabs._tabs[0]
     QTest.mouseClick(bar, Qt.LeftButton, pos=bar.tabRect(1).center())
-    assert shell.current == 1 and shell.pad is shell.pages[1].pad
+    assert tabs.current == 1 and tabs.pad is tabs.pages[1].pad
 
 
-def test_keys_drive_only_the_robot_in_front(shell, robots, spin):
+def test_keys_drive_only_the_robot_in_front(tabs, robots, spin):
     (_, first, _), (_, second, _) = robots
-    shell.choose(1)
-    QTest.keyPress(shell.pages[1], Qt.Key_W)
+    tabs.choose(1)
+    QTest.keyPress(tabs.pages[1], Qt.Key_W)
     spin(lambda: any(any(velocity) for velocity in second.driven), "the robot in front drives")
     assert not any(any(velocity) for velocity in first.driven)
-    shell.choose(0)
+    tabs.choose(0)
     spin(lambda: second.driven[-1] == (0.0, 0.0, 0.0), "changing the robot stops it")
-    QTest.keyRelease(shell.pages[0], Qt.Key_W)
-    assert AWAY in robots[1][2].driving.hub.block
+    QTest.keyRelease(tabs.pages[0], Qt.Key_W)
+    assert AWAY in robots[1][2].driving.mux.block
 
 
-def test_exit_closes_the_whole_window(shell):
-    shell.pages[0].exitButton.click()
-    assert not shell.isVisible()
+def test_exit_closes_the_whole_window(tabs):
+    tabs.pages[0].exitButton.click()
+    assert not tabs.isVisible()
 
 
 def test_a_snapshot_is_the_robots_own_picture(qt, link, terminal, tmp_path):
     window = OperatorWindow(terminal)
     said = []
-    keeping = Keeping(window, link, tmp_path / "kept")
-    keeping.said.connect(lambda text, level: said.append(text))
+    capture = Capture(window, link, tmp_path / "kept")
+    capture.said.connect(lambda text, level: said.append(text))
     window.snapshotButton.click()
     assert "no picture" in said[0]
     pixels = np.zeros((48, 64, 3), np.uint8)
@@ -96,18 +96,18 @@ def test_a_snapshot_is_the_robots_own_picture(qt, link, terminal, tmp_path):
 def test_recording_without_a_master_is_refused_in_words(qt, link, terminal, tmp_path):
     window = OperatorWindow(terminal)
     said = []
-    keeping = Keeping(window, link, tmp_path)
-    keeping.said.connect(lambda text, level: said.append(text))
+    capture = Capture(window, link, tmp_path)
+    capture.said.connect(lambda text, level: said.append(text))
     window.recordButton.click()
-    assert "no ROS master" in said[0] and not window.recordButton.isChecked() and not keeping.recorder.recording
+    assert "no ROS master" in said[0] and not window.recordButton.isChecked() and not capture.recorder.recording
 
 
 def test_a_folder_that_cannot_be_made_is_told(qt, link, terminal, tmp_path):
     (tmp_path / "file").write_text("")
     window = OperatorWindow(terminal)
     said = []
-    keeping = Keeping(window, link, tmp_path / "file" / "below")
-    keeping.said.connect(lambda text, level: said.append(text))
+    capture = Capture(window, link, tmp_path / "file" / "below")
+    capture.said.connect(lambda text, level: said.append(text))
     link.become(master=True)
     window.recordButton.click()
     assert "Nothing can be recorded" in said[0] and not window.recordButton.isChecked()

@@ -162,12 +162,12 @@ def test_a_late_picture_or_lost_odometry_stops_and_it_goes_on_by_itself_while_he
         (old_picture, fresh_picture),
     )
     rig.drive.press(*AHEAD)
-    for count, (interrupt, mend) in enumerate(interruptions, 1):
+    for count, (interrupt, fix) in enumerate(interruptions, 1):
         assert rig.drive.driving
         interrupt()
         spin(lambda: not rig.drive.driving, "it stops")
         assert rig.sent[-1] == (0.0, 0.0, 0.0) and len(rig.refused) == count
-        mend()
+        fix()
         spin(lambda: rig.drive.show_reading(body()) or rig.drive.driving, "it goes on")
         assert rig.drive.target == pytest.approx((2.0, 0.0)) and len(rig.resumed) == count
     rig.drive.set_block("The picture is lost.", passing=True)

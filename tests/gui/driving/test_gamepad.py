@@ -5,7 +5,7 @@ import os
 import pytest
 
 from gui.driving.gamepad import RESTART_HOLD, Gamepad
-from gui.driving.gamepad_view import PadView
+from gui.driving.gamepad_view import GamepadView
 from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
 LB, RB, B = 4, 5, 1
@@ -116,15 +116,15 @@ def test_a_pad_elsewhere_that_falls_silent_stops(qt, spin):
     pad.velocity.connect(lambda *velocity: sent.append(velocity))
     pad.lost.connect(lambda: lost.append(True))
     up, down = [0] * 11, [0] * LB + [1] + [0] * 6
-    pad.hear([0.0] * 8, up)
-    pad.hear([0.0, 1.0] + [0.0] * 6, down)
+    pad.receive([0.0] * 8, up)
+    pad.receive([0.0, 1.0] + [0.0] * 6, down)
     assert sent[-1][0] == pytest.approx(0.2)
     spin(lambda: sent[-1] == ZERO, "silence stops")
     spin(lambda: lost, "and then it counts as gone")
 
 
 def test_the_live_test_paints_every_state(pad, spin):
-    view = PadView()
+    view = GamepadView()
     view.resize(420, 190)
     pad.changed.connect(view.show_state)
     empty = view.grab().toImage()

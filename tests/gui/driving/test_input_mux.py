@@ -3,12 +3,12 @@
 import pytest
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from gui.driving.input_mux import DriveHub
+from gui.driving.input_mux import InputMux
 
 AHEAD, BACK, ZERO = (0.2, 0.0, 0.0), (-0.2, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
-class Hand(QObject):
+class InputDevice(QObject):
     velocity = pyqtSignal(float, float, float)
 
     def __init__(self):
@@ -31,72 +31,72 @@ class Hand(QObject):
 
 
 @pytest.fixture
-def hub(qt):
-    hub = DriveHub()
-    hub.pad, hub.stick = Hand(), Hand()
-    hub.add(hub.pad)
-    hub.add(hub.stick)
-    hub.sent = []
-    hub.velocity.connect(lambda *velocity: hub.sent.append(velocity))
-    return hub
+def mux(qt):
+    mux = InputMux()
+    mux.pad, mux.stick = InputDevice(), InputDevice()
+    mux.add(mux.pad)
+    mux.add(mux.stick)
+    mux.sent = []
+    mux.velocity.connect(lambda *velocity: mux.sent.append(velocity))
+    return mux
 
 
-def test_what_began_last_drives_and_the_other_is_released(hub):
-    hub.pad.move(AHEAD)
-    hub.stick.move(BACK)
-    assert hub.sent == [AHEAD, BACK] and not hub.pad.moving and hub.driver is hub.stick
-    hub.stick.move(ZERO)
-    assert hub.sent == [AHEAD, BACK, ZERO] and hub.driver is None
+def test_what_began_last_drives_and_the_other_is_released(mux):
+    mux.pad.move(AHEAD)
+    mux.stick.move(BACK)
+    assert mux.sent == [AHEAD, BACK] and not mux.pad.moving and mux.driver is mux.stick
+    mux.stick.move(ZERO)
+    assert mux.sent == [AHEAD, BACK, ZERO] and mux.driver is None
 
 
-def test_a_zero_of_a_hand_that_does_not_drive_is_not_passed_on(hub):
-    hub.pad.move(AHEAD)
-    hub.stick.move(ZERO)
-    assert hub.sent == [AHEAD]
+def test_a_zero_of_a_hand_that_does_not_drive_is_not_passed_on(mux):
+    mux.pad.move(AHEAD)
+    mux.stick.move(ZERO)
+    assert mux.sent == [AHEAD]
 
 
-def test_a_reason_not_to_drive_stops_and_holds_for_all(hub):
-    hub.pad.move(AHEAD)
-    hub.set_block("The picture is lost.")
-    assert hub.sent == [AHEAD, ZERO] and hub.stick.block == "The picture is lost."
-    hub.stick.move(BACK)
-    assert hub.sent == [AHEAD, ZERO]
-    hub.set_block("")
-    hub.stick.move(BACK)
-    assert hub.sent[-1] == BACK
+def test_a_reason_not_to_drive_stops_and_holds_for_all(mux):
+    mux.pad.move(AHEAD)
+    mux.set_block("The picture is lost.")
+    assert mux.sent == [AHEAD, ZERO] and mux.stick.block == "The picture is lost."
+    mux.stick.move(BACK)
+    assert mux.sent == [AHEAD, ZERO]
+    mux.set_block("")
+    mux.stick.move(BACK)
+    assert mux.sent[-1] == BACK
 
 
-def test_stop_sends_zero_even_when_nothing_moves(hub):
-    hub.stop()
-    hub.pad.move(AHEAD)
-    hub.stop()
-    assert hub.sent[0] == ZERO and hub.sent[-1] == ZERO and not hub.pad.moving
+def test_stop_sends_zero_even_when_nothing_moves(mux):
+    mux.stop()
+    mux.pad.move(AHEAD)
+    mux.stop()
+    assert mux.sent[0] == ZERO and mux.sent[-1] == ZERO and not mux.pad.moving
 
 
-def test_speeds_reach_every_hand_also_a_later_one(hub):
-    hub.set_speeds(0.3, 0.7)
-    late = Hand()
-    hub.add(late)
-    assert {(hand.speed, hand.turn) for hand in (hub.pad, hub.stick, late)} == {(0.3, 0.7)}
+def test_speeds_reach_every_hand_also_a_later_one(mux):
+    mux.set_speeds(0.3, 0.7)
+    late = InputDevice()
+    mux.add(late)
+    assert {(hand.speed, hand.turn) for hand in (mux.pad, mux.stick, late)} == {(0.3, 0.7)}
 
 
-def test_only_who_waits_hears_that_a_block_passes_by_itself(hub):
-    class Waiter(Hand):
+def test_only_who_waits_hears_that_a_block_passes_by_itself(mux):
+    class Waiter(InputDevice):
         waits = True
 
         def set_block(self, reason, passing):
             self.block = (reason, passing)
 
     waiter = Waiter()
-    hub.add(waiter)
-    hub.set_block("the picture is late", passing=True)
-    assert waiter.block == ("the picture is late", True) and hub.pad.block == "the picture is late"
-    hub.set_block("the picture is late")
+    mux.add(waiter)
+    mux.set_block("the picture is late", passing=True)
+    assert waiter.block == ("the picture is late", True) and mux.pad.block == "the picture is late"
+    mux.set_block("the picture is late")
     assert waiter.block == ("the picture is late", False)
 
 
-def test_who_begins_ends_what_the_others_hold_even_when_that_waits(hub):
+def test_who_begins_ends_what_the_others_hold_even_when_that_waits(mux):
     waiting = []
-    hub.stick.release_all = lambda: waiting.append("released")
-    hub.pad.move(AHEAD)
-    assert waiting and hub.sent == [AHEAD]
+    mux.stick.release_all = lambda: waiting.append("released")
+    mux.pad.move(AHEAD)
+    assert waiting and mux.sent == [AHEAD]

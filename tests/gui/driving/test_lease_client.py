@@ -6,7 +6,7 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
-from gui.app.authorization import Entrance
+from gui.app.authorization import Authorization
 from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
 from gui.driving.lease_client import SILENCE
@@ -32,8 +32,8 @@ def users(tmp_path, monkeypatch):
 def window(qt, link, terminal, spin, users):
     window = OperatorWindow(terminal)
     window.controller = Controller(window, link, terminal, Attach.AUTO, sign_in=True)
-    window.entrance = Entrance(window, terminal, [window.controller], users)
-    window.page = window.entrance.page
+    window.authorization = Authorization(window, terminal, [window.controller], users)
+    window.page = window.authorization.page
     window.show_on_screen()
     spin(window.isActiveWindow, "the window is active")
     yield window
@@ -74,7 +74,7 @@ def test_a_watcher_gets_the_picture_only(window, link, terminal, spin):
     sign_in(window, spin, "will")
     link.become(**RUNNING)
     assert link.watching and not terminal.started and "for pilots" in terminal.denied
-    link.tell_lease(**OTHER)
+    link.report_lease(**OTHER)
     assert "take" not in link.asked and not window.controller.bar.takeButton.isVisible()
     press(window, Qt.Key_W)
     assert link.driven == [] and "may watch" in window.status.message
@@ -131,18 +131,18 @@ def pilot(window, link, spin):
 
 
 def test_a_free_robot_is_taken_and_one_that_was_lost_to_another_is_not(pilot, link):
-    link.tell_lease(pilot="", window="")
+    link.report_lease(pilot="", window="")
     assert link.asked == ["take"]
-    link.tell_lease(pilot="anna", window=link.node_name)
-    link.tell_lease(**OTHER)
+    link.report_lease(pilot="anna", window=link.node_name)
+    link.report_lease(**OTHER)
     assert "ben drives now" in pilot.status.message
     link.called.clear()
-    link.tell_lease(pilot="", window="")
+    link.report_lease(pilot="", window="")
     assert link.asked == []
 
 
 def test_who_drives_is_shown_and_can_be_asked(pilot, link):
-    link.tell_lease(**OTHER)
+    link.report_lease(**OTHER)
     assert "ben drives" in pilot.controller.bar.menuButton.text()
     press(pilot, Qt.Key_W)
     assert link.driven == [] and "ben drives. Press Ask for it." in pilot.status.message
@@ -152,7 +152,7 @@ def test_who_drives_is_shown_and_can_be_asked(pilot, link):
 
 
 def test_a_request_can_be_granted_or_not(pilot, link):
-    link.tell_lease(asking="ben")
+    link.report_lease(asking="ben")
     bar = pilot.controller.bar
     assert "ben asks to drive" in bar.menuButton.text() and bar.takeButton.text() == "Hand over"
     bar.keepButton.click()
@@ -162,7 +162,7 @@ def test_a_request_can_be_granted_or_not(pilot, link):
 
 def test_losing_the_robot_to_another_stops_the_hands(pilot, link):
     press(pilot, Qt.Key_W)
-    link.tell_lease(**OTHER)
+    link.report_lease(**OTHER)
     assert link.driven[-1] == (0.0, 0.0, 0.0) and not pilot.pad.held
 
 
@@ -171,7 +171,7 @@ def test_the_red_stop_shows_who_pressed_it_and_is_let_go(pilot, link, monkeypatc
     press(pilot, Qt.Key_W)
     controls.redStop.click()
     assert link.asked[-1] == "stop" and ("stop_drive",) in link.called and link.driven[-1] == (0.0, 0.0, 0.0)
-    link.tell_lease(stopped_by="will", hold="will has pressed the red stop.")
+    link.report_lease(stopped_by="will", hold="will has pressed the red stop.")
     assert "STOPPED by will" in controls.redStop.text()
     QTest.keyRelease(pilot.pad, Qt.Key_W)
     link.sent.clear()
@@ -186,7 +186,7 @@ def test_the_red_stop_shows_who_pressed_it_and_is_let_go(pilot, link, monkeypatc
 
 def test_a_stop_of_the_safety_layer_shows_too(pilot, link):
     link.channel("safety_text").arrived.emit("stopped: Stopped: stop requested.")
-    assert "STOPPED by the safety layer" in pilot.controller.controls.redStop.text()
+    assert "STOPPED by the safety gate" in pilot.controller.controls.redStop.text()
     press(pilot, Qt.Key_W)
     assert link.driven == []
     link.channel("safety_text").arrived.emit("clear: Way is free.")
@@ -201,7 +201,7 @@ def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatc
 
 
 def test_a_new_arbiter_is_joined_again(pilot, link):
-    link.tell_lease(epoch="2", pilot="", window="")
+    link.report_lease(epoch="2", pilot="", window="")
     assert [call[0] for call in link.called] == ["join", "ask"] and link.asked == ["take"]
 
 
@@ -218,6 +218,6 @@ def test_a_restart_is_for_who_drives(pilot, link):
     pilot.controller.gamepad.restart_wanted.emit()
     assert ("restart_simulation",) in link.called
     link.called.clear()
-    link.tell_lease(**OTHER)
+    link.report_lease(**OTHER)
     pilot.controller.gamepad.restart_wanted.emit()
     assert ("restart_simulation",) not in link.called

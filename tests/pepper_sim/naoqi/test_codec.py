@@ -7,11 +7,11 @@ import pytest
 
 from pepper_sim.naoqi.codec import (
     METAOBJECT,
+    CodecError,
     Decoder,
     Encoder,
     Header,
-    WireError,
-    WireMethod,
+    MethodDescription,
     dynamic_kind,
     metaobject,
     split_signature,
@@ -60,13 +60,13 @@ def test_signatures_split_and_lose_their_annotations():
     assert split_signature("b(fff)") == ("b", "(fff)")
     assert split_signature("(sI)<Info<x>,name,id>[m]+s") == ("(sI)", "[m]", "+s")
     for bad in ("(", "[s", "q", "{s}<", "[" * 100 + "]" * 100):
-        with pytest.raises(WireError):
+        with pytest.raises(CodecError):
             split_signature(bad)
 
 
 @pytest.mark.parametrize("value", ["x", None, 2**31, [1]])
 def test_values_that_do_not_fit_are_refused(value):
-    with pytest.raises(WireError):
+    with pytest.raises(CodecError):
         Encoder().put("i", value)
 
 
@@ -77,25 +77,25 @@ def test_random_bytes_never_do_more_than_raise():
         payload = dice.randbytes(dice.randrange(0, 60))
         try:
             Decoder(payload).get(dice.choice(kinds))
-        except WireError:
+        except CodecError:
             continue
 
 
 def test_announced_sizes_are_not_believed():
     for signature in ("s", "r", "[m]", "{sm}"):
-        with pytest.raises(WireError):
+        with pytest.raises(CodecError):
             Decoder(b"\xff\xff\xff\xff").get(signature)
 
 
 def test_headers():
     header = Header(7, 12, 1, 2, 1, 100)
     assert Header.unpack(header.pack()) == header
-    with pytest.raises(WireError, match="not a qi message"):
+    with pytest.raises(CodecError, match="not a qi message"):
         Header.unpack(b"GET / HTTP/1.1\r\nHost: robot\r\n"[:28])
 
 
 def test_metaobjects_list_methods_by_number():
-    value = metaobject([WireMethod(100, "s", "say", "(s)")], [(106, "heard", "(s)")])
+    value = metaobject([MethodDescription(100, "s", "say", "(s)")], [(106, "heard", "(s)")])
     methods, signals, properties, _ = _round_trip(METAOBJECT, value)
     assert methods[100][2] == "say" and methods[2][2] == "metaObject"
     assert signals[106] == (106, "heard", "(s)") and properties == {}

@@ -33,7 +33,7 @@ def test_sonar_events_only_while_somebody_listens(naoqi, wait_until, simulation)
     near = []
     detected = naoqi.ALMemory.subscriber("SonarRightDetected")
     detected.signal.connect(near.append)
-    service._look(0.3)
+    service._poll(0.3)
     wait_until(lambda: near, "the obstacle was told")
     assert near == [pytest.approx(0.3)]
     naoqi.ALSonar.unsubscribe("listener")

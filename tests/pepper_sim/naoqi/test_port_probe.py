@@ -3,7 +3,7 @@ import socket
 
 import pytest
 
-from pepper_sim.naoqi.port_probe import DoorWatch
+from pepper_sim.naoqi.port_probe import PortProbe
 from pepper_sim.simulation import Simulation
 
 
@@ -12,7 +12,7 @@ def watched(request):
     """A quick watch on an endpoint, closed after the test."""
 
     def make(endpoint):
-        watch = DoorWatch(endpoint, period=0.05, timeout=0.5)
+        watch = PortProbe(endpoint, period=0.05, timeout=0.5)
         request.addfinalizer(watch.close)
         return watch
 
@@ -44,7 +44,7 @@ def test_a_robot_that_lets_nobody_in_has_to_be_started_anew(monkeypatch, wait_un
         raise TimeoutError("nobody opened")
 
     monkeypatch.setattr("pepper_sim.naoqi.port_probe.knock", refuse)
-    monkeypatch.setattr("pepper_sim.simulation.DoorWatch", functools.partial(DoorWatch, period=0.05))
+    monkeypatch.setattr("pepper_sim.simulation.PortProbe", functools.partial(PortProbe, period=0.05))
     with Simulation(scene="empty", port=0) as simulation:
         wait_until(lambda: simulation.failure, "the failure is told")
         assert simulation.failure == f"pepper: {simulation.url} does not let clients in any more"

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from pepper_sim.naoqi.raw_server import PeerMethod, WirePeer
+from pepper_sim.naoqi.raw_server import RawMethod, RawServer
 
 import qi  # isort: skip
 
@@ -22,12 +22,12 @@ def peer():
         raise ValueError("no picture")
 
     methods = [
-        PeerMethod("m", "image", "(s)", lambda name: [640, 0.5, PIXELS, name]),
-        PeerMethod("i", "image", "(ii)", lambda a, b: a + b),
-        PeerMethod("v", "fail", "()", fail),
-        PeerMethod("m", "echo", "(m)", lambda value: value),
+        RawMethod("m", "image", "(s)", lambda name: [640, 0.5, PIXELS, name]),
+        RawMethod("i", "image", "(ii)", lambda a, b: a + b),
+        RawMethod("v", "fail", "()", fail),
+        RawMethod("m", "echo", "(m)", lambda value: value),
     ]
-    server = WirePeer(directory.service("ServiceDirectory").machineId(), {"Images": methods})
+    server = RawServer(directory.service("ServiceDirectory").machineId(), {"Images": methods})
     client = qi.Session()
     client.connect(server.url)
     yield server, client.service("Images"), directory

@@ -17,10 +17,10 @@ points = st.lists(places, min_size=1, max_size=8)
 speeds = st.floats(-0.14, 0.14)
 
 
-def guard(places, profile=ROBOTINO):
+def velocity_bounds(places, profile=ROBOTINO):
     places = np.array(places, float)
     found = Obstacles.around(profile, places, np.zeros(len(places)), np.zeros_like(places))
-    return found.guard(profile.limits, profile.outline)
+    return found.velocity_bounds(profile.limits, profile.outline)
 
 
 @given(st.floats(0.0, 3.0), st.floats(0.05, 0.6), st.floats(0.1, 1.0))
@@ -32,17 +32,17 @@ def test_stopping_speed_and_distance_are_inverse(distance, reaction, braking):
 @given(points, speeds, speeds, st.floats(-math.pi, math.pi))
 @settings(max_examples=100)
 def test_a_disc_knows_no_direction(places, vx, vy, angle):
-    before = guard(places).nearest_allowed(vx, vy)
+    before = velocity_bounds(places).nearest_allowed(vx, vy)
     turned = from_base(np.array(places), 0.0, 0.0, angle)
     (tx, ty), (wx, wy) = from_base(np.array([[vx, vy], before]), 0.0, 0.0, angle)
-    assert math.hypot(*guard(turned).nearest_allowed(tx, ty)) == pytest.approx(math.hypot(wx, wy), abs=1e-5)
+    assert math.hypot(*velocity_bounds(turned).nearest_allowed(tx, ty)) == pytest.approx(math.hypot(wx, wy), abs=1e-5)
 
 
 @given(points, speeds, speeds)
 @settings(max_examples=100)
 def test_what_is_allowed_leaves_every_obstacle_its_room(places, vx, vy):
     for profile in (ROBOTINO, PEPPER):
-        allowed = np.array(guard(places, profile).nearest_allowed(vx, vy))
+        allowed = np.array(velocity_bounds(places, profile).nearest_allowed(vx, vy))
         speed = float(np.hypot(*allowed))
         outside = np.array(places)[profile.outline.measure(np.array(places))[0] > 1e-6]
         if speed < 1e-9 or not len(outside):
@@ -54,22 +54,22 @@ def test_what_is_allowed_leaves_every_obstacle_its_room(places, vx, vy):
 
 def test_straight_at_a_wall_stops_and_along_it_goes():
     wall = [(0.2266 + 0.03, y) for y in np.linspace(-0.5, 0.5, 21)]
-    assert guard(wall).nearest_allowed(0.2, 0.0) == (0.0, 0.0)
-    assert guard(wall).nearest_allowed(0.0, 0.2) == pytest.approx((0.0, 0.2))
-    assert guard(wall).nearest_allowed(-0.2, 0.0) == pytest.approx((-0.2, 0.0))
+    assert velocity_bounds(wall).nearest_allowed(0.2, 0.0) == (0.0, 0.0)
+    assert velocity_bounds(wall).nearest_allowed(0.0, 0.2) == pytest.approx((0.0, 0.2))
+    assert velocity_bounds(wall).nearest_allowed(-0.2, 0.0) == pytest.approx((-0.2, 0.0))
 
 
 @pytest.mark.parametrize("degrees", [30, 45, 60])
 def test_slanted_into_a_wall_keeps_the_part_along_it(degrees):
     wall = [(0.2266 + 0.035, y) for y in np.linspace(-0.6, 0.6, 25)]
     vx, vy = 0.2 * math.sin(math.radians(degrees)), 0.2 * math.cos(math.radians(degrees))
-    x, y = guard(wall).nearest_allowed(vx, vy)
+    x, y = velocity_bounds(wall).nearest_allowed(vx, vy)
     assert y >= 0.9 * vy and x < 0.05
 
 
 def test_away_is_free_from_the_middle_of_a_corner():
     corner = [(0.24, y) for y in np.linspace(-0.3, 0.24, 10)] + [(x, 0.24) for x in np.linspace(-0.3, 0.24, 10)]
-    assert guard(corner).nearest_allowed(-0.1, -0.1) == pytest.approx((-0.1, -0.1))
+    assert velocity_bounds(corner).nearest_allowed(-0.1, -0.1) == pytest.approx((-0.1, -0.1))
 
 
 @given(st.tuples(speeds, speeds), points)

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT
-from safety.suite import LAYERS, Cell
+from safety.suite import GATES, Cell
 from safety.trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
 from safety.worlds import PERSON
 
@@ -15,9 +15,9 @@ SEED = 2
 
 
 @cache
-def drive(robot, layer, speed, first):
+def drive(robot, gate, speed, first):
     """A batch of 10 rooms, 20 s each."""
-    return Cell(robot, layer, speed, first, 10, 20.0).run(SEED)
+    return Cell(robot, gate, speed, first, 10, 20.0).run(SEED)
 
 
 def passed(outcome):
@@ -67,6 +67,6 @@ def test_empty_space_stops_nobody():
     assert false_stops(INFRARED_ROBOT, 0.20, 3, 10.0, SEED) <= 0.01
 
 
-def test_every_layer_of_the_benchmark_drives():
-    for layer in LAYERS:
-        assert Cell("infrared", layer, 0.20, 0, 2, 2.0).run(SEED).commands.sum() == 40
+def test_every_gate_of_the_benchmark_drives():
+    for gate in GATES:
+        assert Cell("infrared", gate, 0.20, 0, 2, 2.0).run(SEED).commands.sum() == 40

@@ -36,15 +36,15 @@ def test_an_outline_that_makes_no_sense_is_refused(vertices, radius):
 
 def test_an_echo_counts_only_if_nothing_known_explains_it():
     echoes, scan = Echoes(), scan_of_ranges(SONAR, np.array([1.0]))
-    echoes.look(SONAR, scan, np.empty((0, 2)))
+    echoes.observe(SONAR, scan, np.empty((0, 2)))
     (echo,) = echoes
     assert echo.place == pytest.approx(SONAR.origins[0] + [1.0, 0.0])
     post = SONAR.origins[0] + 1.02 * np.array([math.cos(0.4), math.sin(0.4)])
-    echoes.look(SONAR, scan, np.array([post]))
+    echoes.observe(SONAR, scan, np.array([post]))
     assert not list(echoes)
-    echoes.look(SONAR, scan, np.array([SONAR.origins[0] + [0.5, 0.0]]))
+    echoes.observe(SONAR, scan, np.array([SONAR.origins[0] + [0.5, 0.0]]))
     assert len(list(echoes)) == 1
-    echoes.look(SONAR, scan_of_ranges(SONAR, np.array([SONAR.max_range])), np.empty((0, 2)))
+    echoes.observe(SONAR, scan_of_ranges(SONAR, np.array([SONAR.max_range])), np.empty((0, 2)))
     assert not list(echoes)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from telepresence.safety import ROBOTINO, Command, Health, Odometry, State, VelocityGate
-from telepresence.safety.gate_state import HOLD, Verdict
+from telepresence.safety.gate_state import HOLD, StateFilter
 from telepresence.safety.latches import BumperLatch, StopLatch
-from telepresence.safety.timeouts import CommandWatch
+from telepresence.safety.timeouts import CommandTimeout
 
 PERIOD = 0.05
 LIMITS = ROBOTINO.limits
@@ -40,7 +40,7 @@ class Robot:
 
 
 def test_a_command_is_obeyed_until_it_times_out():
-    watch = CommandWatch(LIMITS)
+    watch = CommandTimeout(LIMITS)
     assert watch.current(0.0) is None and watch.problem == "No command yet."
     command = Command(0.1, 0.0, 0.0, 1.0)
     assert watch.offer(1.0, command) and watch.current(0.99 + LIMITS.command_timeout) is command
@@ -50,13 +50,13 @@ def test_a_command_is_obeyed_until_it_times_out():
 
 @pytest.mark.parametrize(("stamp", "words"), [(9.4, "0.6 s late"), (10.2, "in the future")])
 def test_a_command_that_waited_in_a_queue_or_comes_from_another_clock_is_refused(stamp, words):
-    watch = CommandWatch(LIMITS)
+    watch = CommandTimeout(LIMITS)
     watch.offer(10.0, Command(0.1, 0.0, 0.0, stamp))
     assert watch.current(10.0) is None and words in watch.problem
 
 
 def test_an_older_command_does_not_replace_a_newer():
-    watch = CommandWatch(LIMITS)
+    watch = CommandTimeout(LIMITS)
     newer = Command(0.1, 0.0, 0.0, 1.0)
     watch.offer(1.0, newer)
     watch.offer(1.0, Command(-0.1, 0.0, 0.0, 0.9))
@@ -149,7 +149,7 @@ def test_latches_alone():
 
 
 def test_worse_states_show_at_once_and_better_ones_after_a_while():
-    verdict = Verdict()
+    verdict = StateFilter()
     assert verdict.judge(0.0, 0.2, 0.2) is State.CLEAR
     assert verdict.judge(0.1, 0.2, 0.1) is State.LIMITED
     assert verdict.judge(0.2, 0.2, 0.0) is State.BLOCKED

@@ -291,7 +291,7 @@ def test_overview_is_a_picture_of_something(scene: str) -> None:
     world = build_world(scene)
     painter = Painter(world)
     try:
-        painter.look()
+        painter.snapshot()
         picture = painter.draw(world.model.cam("overview").id, 320, 240, "rgb")
     finally:
         painter.close()

@@ -14,7 +14,7 @@ from telepresence.sim.camera import Cameras
 from telepresence.sim.placement import SPACING, FreePlaces
 from telepresence.sim.scene import build_world
 from telepresence.sim.simulated_robot import find_kind, kinds, read_pose
-from telepresence.sim.simulation import RobotWish, Simulation, parse_robots
+from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.world import World
 
 APART = 0.75
@@ -23,7 +23,7 @@ APART = 0.75
 
 def test_a_robot_is_named_by_kind_name_and_port():
     wishes = parse_robots(["pepper", "pepper", "robotino:rto3:8081", "pepper:anna:0"], {"rto3": {"laser": True}})
-    assert [(wish.kind, wish.name, wish.port) for wish in wishes] == [
+    assert [(request.kind, request.name, request.port) for request in wishes] == [
         ("pepper", "pepper", 9559),
         ("pepper", "pepper_2", 0),
         ("robotino", "rto3", 8081),
@@ -34,7 +34,7 @@ def test_a_robot_is_named_by_kind_name_and_port():
 
 def test_several_that_are_alike_are_numbered():
     wishes = parse_robots(["robotino*3:cart:8100", "pepper*2"])
-    assert [(wish.name, wish.port) for wish in wishes] == [
+    assert [(request.name, request.port) for request in wishes] == [
         *(("cart_1", 8100), ("cart_2", 8101), ("cart_3", 8102)),
         *(("pepper_1", 0), ("pepper_2", 0)),
     ]
@@ -58,7 +58,7 @@ def test_what_is_no_robot_is_refused_with_the_reason(words, hint):
 
 def test_an_unknown_setting_is_refused_with_those_there_are():
     with pytest.raises(ValueError, match=r"robotino has no setting 'wings'.*laser"):
-        Simulation([RobotWish("robotino", "a", 0, {"wings": 2})], "empty")
+        Simulation([RobotRequest("robotino", "a", 0, {"wings": 2})], "empty")
 
 
 def test_kinds_are_found_by_name():

@@ -55,7 +55,7 @@ class Window:
         return dataclasses.replace(unsigned, proof=sign_command(self.key, unsigned))
 
     def send(self, now, velocity=None, hold="", sent=None):
-        return self.lease.hear(self.session, self.command(now, velocity, hold, sent), now)
+        return self.lease.receive(self.session, self.command(now, velocity, hold, sent), now)
 
     def ask(self, action, now=0.0, to=""):
         self.asked += 1
@@ -95,7 +95,7 @@ def test_a_watcher_cannot_drive_whatever_it_sends(lease):
 def test_a_watcher_cannot_send_as_the_pilot(lease, anna):
     will = Window(lease, "will")
     forged = will.command(0.1, AHEAD)
-    assert lease.hear(anna.session, dataclasses.replace(forged, number=99), 0.1) is None
+    assert lease.receive(anna.session, dataclasses.replace(forged, number=99), 0.1) is None
     with_own_key = Window(lease, "anna", key=b"key of will")
     assert not with_own_key.ask("take").ok
     assert with_own_key.send(0.1, AHEAD) is None
@@ -104,8 +104,8 @@ def test_a_watcher_cannot_send_as_the_pilot(lease, anna):
 
 def test_what_was_sent_before_is_refused(lease, anna):
     command = anna.command(0.1, AHEAD)
-    assert lease.hear(anna.session, command, 0.1) == AHEAD
-    assert lease.hear(anna.session, command, 0.2) is None
+    assert lease.receive(anna.session, command, 0.1) == AHEAD
+    assert lease.receive(anna.session, command, 0.2) is None
     assert anna.ask("stop").ok and anna.ask("reset_stop").ok
     again = lease.ask(anna.session, 2, "stop", "", sign_request(anna.key, 2, "stop"), 0.3)
     assert not again.ok and lease.state(0.3).stopped_by == ""
@@ -113,7 +113,7 @@ def test_what_was_sent_before_is_refused(lease, anna):
 
 @pytest.mark.parametrize("change", [{"number": 50}, {"velocity": Velocity(0.5, 0, 0)}, {"hold": "x"}, {"sent": 5.0}])
 def test_a_changed_command_is_refused(lease, anna, change):
-    assert lease.hear(anna.session, dataclasses.replace(anna.command(0.1, AHEAD), **change), 0.1) is None
+    assert lease.receive(anna.session, dataclasses.replace(anna.command(0.1, AHEAD), **change), 0.1) is None
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
@@ -126,7 +126,7 @@ def test_numbers_that_are_none_are_refused(lease, anna, bad):
 def test_what_a_network_delivers_late_is_refused(lease, anna):
     assert anna.send(0.1, AHEAD) == AHEAD
     late = [anna.command(0.2 + 0.05 * i, AHEAD) for i in range(40)]
-    answers = [lease.hear(anna.session, command, 5.0) for command in late]
+    answers = [lease.receive(anna.session, command, 5.0) for command in late]
     assert answers.count(AHEAD) == 0, "all of them are older than half a second"
     assert anna.send(5.1, AHEAD) == AHEAD
     assert anna.send(5.1 + LATE / 2, AHEAD, sent=1005.1) == AHEAD
@@ -240,17 +240,17 @@ def test_a_stop_outlives_a_change_of_pilot(lease, anna):
 
 
 def test_programs_beside_the_windows_drive_unless_held(lease, anna):
-    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 1.0) is None
+    assert lease.receive_other("/teleop_twist_keyboard", AHEAD, 1.0) is None
     assert lease.state(1.0).other == "/teleop_twist_keyboard" and lease.state(2.0).other == ""
     anna.send(2.0, hold="The picture is lost.")
     assert lease.tick(2.0) == ZERO, "a latched keyboard hears it and lets go"
     assert lease.state(2.0).hold == "The picture is lost."
-    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 2.1) == ZERO
-    assert lease.hear_other("/teleop_twist_keyboard", ZERO, 2.1) is None
+    assert lease.receive_other("/teleop_twist_keyboard", AHEAD, 2.1) == ZERO
+    assert lease.receive_other("/teleop_twist_keyboard", ZERO, 2.1) is None
     assert anna.send(2.2, AHEAD, hold="The picture is lost.") is None
     assert anna.send(2.2, ZERO, hold="The picture is lost.") == ZERO
     anna.send(2.3)
-    assert lease.hear_other("/teleop_twist_keyboard", AHEAD, 2.3) is None
+    assert lease.receive_other("/teleop_twist_keyboard", AHEAD, 2.3) is None
 
 
 def test_unknown_names_and_silly_requests_get_a_sentence(lease, anna):
@@ -258,7 +258,7 @@ def test_unknown_names_and_silly_requests_get_a_sentence(lease, anna):
     assert "16 bytes" in lease.join("anna", "/w", b"", 0.0).reason
     assert "There is no 'dance'" in anna.ask("dance").reason
     assert "does not know this window" in lease.ask("gone", 1, "take", "", b"", 0.0).reason
-    assert lease.hear("gone", anna.command(0.0, AHEAD), 0.0) is None
+    assert lease.receive("gone", anna.command(0.0, AHEAD), 0.0) is None
 
 
 def test_windows_that_pile_up_are_refused_and_forgotten(lease):

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from telepresence.teleop.joystick import AXIS, BUTTON, EVENT, INITIAL, PadDevice, PadGone
+from telepresence.teleop.joystick import AXIS, BUTTON, EVENT, INITIAL, Joystick, JoystickGone
 
 
 @pytest.fixture
@@ -10,7 +10,7 @@ def pad(tmp_path):
     """A pipe in place of /dev/input/js0: the kernel's events are plain bytes."""
     path = tmp_path / "js0"
     os.mkfifo(path)
-    device = PadDevice(str(path))
+    device = Joystick(str(path))
     writer = os.open(path, os.O_WRONLY)
     yield device, writer
     device.close()
@@ -44,10 +44,10 @@ def test_half_an_event_waits_for_the_rest(pad):
 def test_unplugging_is_noticed(pad):
     device, writer = pad
     os.close(writer)
-    with pytest.raises(PadGone):
+    with pytest.raises(JoystickGone):
         device.wait(1.0)
 
 
 def test_no_pad_is_an_error(tmp_path):
     with pytest.raises(OSError):
-        PadDevice(str(tmp_path / "js7"))
+        Joystick(str(tmp_path / "js7"))

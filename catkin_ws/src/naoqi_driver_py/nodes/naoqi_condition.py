@@ -65,13 +65,13 @@ class Condition:
         slow_due = 0.0
         for now in self._node.cycles(self._period):
             try:
-                self._tell_switches(read_switches(self._get(list(SWITCHES.values()))))
+                self._publish_switches(read_switches(self._get(list(SWITCHES.values()))))
                 if now >= slow_due:
                     slow_due = now + SLOW_PERIOD
                     self._joints = self._joints or list(self._node.connection.call("ALMotion", "getBodyNames", "Body"))
-                    self._tell_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
+                    self._publish_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
                     temperatures = self._get(temperature_keys(self._joints))
-                    self._tell_temperatures(read_temperatures(self._joints, temperatures), now)
+                    self._publish_temperatures(read_temperatures(self._joints, temperatures), now)
             except RobotError as error:
                 for diagnostics in self._diagnostics.values():
                     diagnostics.report(now, ERROR, str(error))
@@ -79,7 +79,7 @@ class Condition:
     def _get(self, keys: list[str]) -> list:
         return self._node.connection.call("ALMemory", "getListData", keys)
 
-    def _tell_switches(self, pressed: dict[str, bool]) -> None:
+    def _publish_switches(self, pressed: dict[str, bool]) -> None:
         for name, now_pressed in pressed.items():
             if now_pressed != self._pressed[name]:
                 self._pressed[name] = now_pressed
@@ -87,7 +87,7 @@ class Condition:
                 message.state = message.statePressed if now_pressed else message.stateReleased
                 self._publishers[topic].publish(message)
 
-    def _tell_battery(self, battery: Battery, now: float) -> None:
+    def _publish_battery(self, battery: Battery, now: float) -> None:
         message = BatteryState(
             percentage=battery.charge,
             charge=math.nan,
@@ -108,7 +108,7 @@ class Condition:
             now, WARN if battery.charge < LOW_CHARGE else OK, f"{battery.charge:.0%}", {"current [A]": battery.current}
         )
 
-    def _tell_temperatures(self, temperatures: Temperatures, now: float) -> None:
+    def _publish_temperatures(self, temperatures: Temperatures, now: float) -> None:
         hot = temperatures.hot
         self._diagnostics["joint temperatures"].report(
             now, WARN if hot else OK, f"too warm: {', '.join(hot)}" if hot else "normal", temperatures.celsius

@@ -30,16 +30,16 @@ from naoqi_bridge_msgs.srv import (
 from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import RobotError
-from naoqi_driver.gated_drive import GuardedGate
+from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.naoqi_node import NaoqiNode
-from naoqi_driver.range_sensors import SensorWatch
+from naoqi_driver.range_sensors import RangeSensorReader
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
 from telepresence.safety import PEPPER
-from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
+from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
@@ -54,10 +54,10 @@ STATE_PERIOD = 0.5
 class MoveTo:
     def __init__(self) -> None:
         self._wake = threading.Event()
-        self._late = LateCommands()
+        self._late = StaleCommandFilter()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
-        self._guard = GuardedGate() if rospy.get_param("~safety", True) else None
-        self._gate = self._guard or CommandGate()
+        self._gate = GatedDrive() if rospy.get_param("~safety", True) else None
+        self._gate = self._gate or CommandGate()
         look = rospy.get_param("~look", 0.15)
         self._base = BaseDriver(
             self._node.connection,
@@ -70,10 +70,10 @@ class MoveTo:
         self._state_due = 0.0
         self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
-        if self._guard is not None:
+        if self._gate is not None:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
-            self._safety = SafetyTopics(PEPPER, frame, self._guard, self._guard.obstacles)
-            self._sensors = SensorWatch(self._node.connection, self._guard.hear).start()
+            self._safety = SafetyTopics(PEPPER, frame, self._gate, self._gate.obstacles)
+            self._sensors = RangeSensorReader(self._node.connection, self._gate.receive).start()
         rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
@@ -88,7 +88,7 @@ class MoveTo:
         self._wake.set()
 
     def _on_velocity(self, twist: Twist) -> None:
-        if self._late.is_late(time.monotonic()):
+        if self._late.is_stale(time.monotonic()):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
             return
         self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
@@ -137,8 +137,8 @@ class MoveTo:
                 self._wake.clear()
                 commanded = time.monotonic()
             self._base.step(time.monotonic(), self._node.master.alive)
-            self._tell(time.monotonic())
-        if self._guard is not None:
+            self._report(time.monotonic())
+        if self._gate is not None:
             self._sensors.close()
         self._gate.clear()
         try:
@@ -146,9 +146,9 @@ class MoveTo:
         except RobotError as error:
             rospy.logerr("could not stop the robot at the end, its watchdog has to: %s", error)
 
-    def _tell(self, now: float) -> None:
-        if self._guard is not None and self._guard.decision is not None:
-            self._safety.tell(now, self._guard.decision)
+    def _report(self, now: float) -> None:
+        if self._gate is not None and self._gate.decision is not None:
+            self._safety.report(now, self._gate.decision)
         if self._base.state != self._state or now >= self._state_due:
             if self._base.state != self._state:
                 rospy.loginfo("%s", self._base.state)
@@ -159,7 +159,7 @@ class MoveTo:
         if connected and now >= self._looked_after + LOOK_PERIOD:
             self._looked_after = now
             try:
-                self._base.look_after(now)
+                self._base.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
         self._diagnostics.report(

@@ -46,7 +46,7 @@ def monotonic():
 os.environ.setdefault("QI_LOG_LEVEL", "1")
 
 
-class Heart(object):
+class Heartbeat(object):
     """Judges a heartbeat. No clock and no robot in here: the time is an argument."""
 
     def __init__(self, patience=PATIENCE):
@@ -110,7 +110,7 @@ def watch(robot, heart, stopped):
 
 def run(url, stopped):
     """Watch the robot at `url`, connecting again whenever the link breaks, until `stopped` is set."""
-    heart = Heart()  # it outlives a broken link: silence goes on counting
+    heart = Heartbeat()  # it outlives a broken link: silence goes on counting
     told, pause, failing_since = None, FIRST_PAUSE, monotonic()
     while not stopped.is_set():
         robot = None

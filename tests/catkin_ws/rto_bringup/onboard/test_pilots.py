@@ -23,14 +23,14 @@ class Pilot:
     def session(self):
         return next(each for each in self.pilots.sessions if each.token == self.token)
 
-    def hear(self, stamp: float) -> None:
+    def receive(self, stamp: float) -> None:
         self.pilots.reported(self.session, stamp)
         self.echo = stamp
 
-    def drive(self, now: float, velocity=SLOW, *, after: float | None = None, seq: int | None = None, hear=True):
+    def drive(self, now: float, velocity=SLOW, *, after: float | None = None, seq: int | None = None, receive=True):
         """A command given at `now` that arrives at once, unless `after` says otherwise."""
-        if hear:
-            self.hear(now - 0.01)
+        if receive:
+            self.receive(now - 0.01)
         self.seq = self.seq + 1 if seq is None else seq
         after = now - self.echo if after is None else after
         return self.pilots.receive(
@@ -54,8 +54,8 @@ def pilot(pilots):
 
 
 def test_a_command_counts_and_carries_its_age(pilots, pilot):
-    pilot.hear(100.5)
-    pilot.drive(101.0, FAST, after=0.3, hear=False)
+    pilot.receive(100.5)
+    pilot.drive(101.0, FAST, after=0.3, receive=False)
     command = pilots.command(101.0)
     assert (command.vx, command.vy, command.wz) == FAST
     assert command.stamp == pytest.approx(100.8), "given 0.3 s after a report that was sent 0.5 s ago"
@@ -87,8 +87,8 @@ def test_a_command_that_is_not_newer_is_ignored(pilots, pilot):
 
 
 def test_commands_that_were_held_up_are_refused(pilots, pilot):
-    pilot.hear(100.9)
-    pilot.drive(101.6, after=0.1, hear=False)
+    pilot.receive(100.9)
+    pilot.drive(101.6, after=0.1, receive=False)
     assert pilots.command(101.6) is None
     assert "0.6 s late" in pilots.problem
     assert pilots.refused == 1
@@ -96,21 +96,21 @@ def test_commands_that_were_held_up_are_refused(pilots, pilot):
 
 def test_a_pilot_who_hears_nothing_cannot_drive(pilots, pilot):
     """Given just now, by the pilot's word; but the robot's reports do not reach the pilot."""
-    pilot.hear(100.0)
-    pilot.drive(101.5, after=1.49, hear=False)
+    pilot.receive(100.0)
+    pilot.drive(101.5, after=1.49, receive=False)
     assert pilots.command(101.5) is None
     assert "has not heard this robot for 1.5 s" in pilots.problem
 
 
 def test_an_invented_report_is_no_proof(pilots, pilot):
     pilot.echo = 100.99
-    pilot.drive(101.0, hear=False)
+    pilot.drive(101.0, receive=False)
     assert pilots.command(101.0) is None
 
 
 def test_a_clock_that_runs_ahead_is_refused(pilots, pilot):
-    pilot.hear(100.99)
-    pilot.drive(101.0, after=3.0, hear=False)
+    pilot.receive(100.99)
+    pilot.drive(101.0, after=3.0, receive=False)
     assert pilots.command(101.0) is None
     assert "ahead" in pilots.problem
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gui.ros.topics.sensors import (
-    BumperMemory,
+    BumperHistory,
     Mount,
     infrared_ring,
     read_battery,
@@ -52,7 +52,7 @@ def test_a_sonar_that_is_too_near_to_tell_shows_its_nearest(told, shown):
 
 
 def test_bumpers_are_remembered_one_by_one():
-    memory = BumperMemory()
+    memory = BumperHistory()
     memory.convert(Message(bumper=1, state=1), 0.0)
     assert memory.convert(Message(bumper=0, state=1), 0.0).pressed == {"left", "right"}
     assert memory.convert(Message(bumper=1, state=0), 0.0).pressed == {"right"}

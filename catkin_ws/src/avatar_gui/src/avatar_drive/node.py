@@ -6,7 +6,7 @@ Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and
             stops or falls silent; drive/state (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String,
             latched): why nobody may drive now, for keyboard programs; empty when they may.
 Services:   drive/join (telepresence_msgs/DriveJoin), drive/ask (telepresence_msgs/DriveAsk).
-Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety layer, with the red stop.
+Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety gate, with the red stop.
 Parameters: ~sign_in (true): check names against the accounts of telepresence.teleop.accounts; false: everybody who
             asks is a pilot.
             ~users: file of the accounts; default TELEPRESENCE_USERS, else gui/users.db.
@@ -42,7 +42,7 @@ PERIOD = 0.05
 STATE_PERIOD = 0.2
 """Seconds after which an unchanged state is repeated: windows take a second of silence for a dead arbiter."""
 LAYER_TIMEOUT = 2.0
-"""Seconds in which the safety layer's stop must be found."""
+"""Seconds in which the safety gate's stop must be found."""
 _LAYER = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
@@ -81,7 +81,7 @@ class LeaseNode:
                 velocity = next(filter(None, zeros), None) or self._lease.tick(now)
                 state = self._lease.state(now)
             self._publish(velocity)
-            self._tell(state, now)
+            self._report(state, now)
 
     def _lost_windows(self) -> set[str]:
         """Nodes whose connection has closed since the last look. The kernel closes it when a process is killed, and
@@ -103,7 +103,7 @@ class LeaseNode:
         velocity = Velocity(message.vx, message.vy, message.wz) if message.driving else None
         command = Command(message.number, message.sent, velocity, message.hold, message.proof)
         with self._lock:
-            answer = self._lease.hear(message.session, command, time.monotonic())
+            answer = self._lease.receive(message.session, command, time.monotonic())
         self._publish(answer)
 
     def _on_other(self, message: Twist) -> None:
@@ -112,7 +112,7 @@ class LeaseNode:
             return
         velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
         with self._lock:
-            answer = self._lease.hear_other(caller, velocity, time.monotonic())
+            answer = self._lease.receive_other(caller, velocity, time.monotonic())
         self._publish(answer)
 
     def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
@@ -126,19 +126,19 @@ class LeaseNode:
             reply = self._lease.ask(request.session, request.number, request.action, request.to, request.proof, now)
             velocity, state = self._lease.tick(now), self._lease.state(now)
         self._publish(velocity)
-        self._tell(state, now)
+        self._report(state, now)
         if reply.ok and request.action in _LAYER:
             service = _LAYER[request.action]
-            threading.Thread(target=self._tell_layer, args=(service,), name=service, daemon=True).start()
+            threading.Thread(target=self._call_gate, args=(service,), name=service, daemon=True).start()
         return DriveAskResponse(reply.ok, reply.reason)
 
-    def _tell_layer(self, service: str) -> None:
-        """The safety layer's own stop also holds against programs that drive past the lease."""
+    def _call_gate(self, service: str) -> None:
+        """The safety gate's own stop also holds against programs that drive past the lease."""
         try:
             rospy.wait_for_service(service, timeout=LAYER_TIMEOUT)
             rospy.ServiceProxy(service, Trigger)()
         except (rospy.ROSException, rospy.ServiceException) as error:
-            rospy.logwarn("%s was not done by the safety layer: %s", service, error)
+            rospy.logwarn("%s was not done by the safety gate: %s", service, error)
 
     def _publish(self, velocity: Velocity | None) -> None:
         if velocity is None:
@@ -150,7 +150,7 @@ class LeaseNode:
         except rospy.ROSException:
             self._stop.set()  # the topic was closed: this node is being shut down
 
-    def _tell(self, state: object, now: float) -> None:
+    def _report(self, state: object, now: float) -> None:
         message = DriveState(
             epoch=self._epoch,
             sign_in=self._sign_in,

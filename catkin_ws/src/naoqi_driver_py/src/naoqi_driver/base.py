@@ -16,7 +16,7 @@ import threading
 
 from naoqi_driver.command_gate import CommandGate, Decision, Velocity
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
-from naoqi_driver.gated_drive import GuardedGate
+from naoqi_driver.gated_drive import GatedDrive
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ class BaseDriver:
 
     Args:
         connection: The link to the robot.
-        gate: Holds the newest command; a `CommandGate`, or a `GuardedGate`, which looks where it goes.
+        gate: Holds the newest command; a `CommandGate`, or a `GatedDrive`, which looks where it goes.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
         look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees
@@ -53,7 +53,7 @@ class BaseDriver:
     """
 
     def __init__(
-        self, connection: Connection, gate: CommandGate | GuardedGate, wake_up: bool = True, look: float | None = None
+        self, connection: Connection, gate: CommandGate | GatedDrive, wake_up: bool = True, look: float | None = None
     ) -> None:
         self.state = "stopped: not connected yet"
         """What the base does and why, for people."""
@@ -62,7 +62,7 @@ class BaseDriver:
         self._connection = connection
         self._gate = gate
         self._wake_up = wake_up
-        self._look = look
+        self._head_pitch = look
         self._greeted = 0
         self._awake: bool | None = None
         self._waking: PendingCall | None = None
@@ -95,7 +95,7 @@ class BaseDriver:
         if self._waking is None:
             self._awake = awake
 
-    def look_after(self, now: float, timeout: float = 0.2) -> None:
+    def supervise(self, now: float, timeout: float = 0.2) -> None:
         """Ask, now and then, whether the robot is awake and whether it refused to move; both show in `state`.
 
         Raises:
@@ -163,7 +163,7 @@ class BaseDriver:
             self._waking = self._connection.call_async("ALMotion", "wakeUp")
         else:
             self._awake = awake
-            self._look_ahead()
+            self._raise_head()
         # What an earlier driver or a lost command started must not go on.
         self._unsure = True
         self._greeted = self._connection.connections
@@ -172,11 +172,13 @@ class BaseDriver:
         if self._waking is not None:
             waking, self._waking = self._waking, None
             self._awake = waking.result(CALL_TIMEOUT) is not False
-            self._look_ahead()
+            self._raise_head()
 
-    def _look_ahead(self) -> None:
-        if self._look is not None and self._awake:
-            self._connection.call("ALMotion", "setAngles", "HeadPitch", self._look, LOOK_SPEED, timeout=CALL_TIMEOUT)
+    def _raise_head(self) -> None:
+        if self._head_pitch is not None and self._awake:
+            self._connection.call(
+                "ALMotion", "setAngles", "HeadPitch", self._head_pitch, LOOK_SPEED, timeout=CALL_TIMEOUT
+            )
 
     def _drive(self, velocity: Velocity, reason: str, now: float) -> None:
         if self._take_goal() is not None:

@@ -29,7 +29,7 @@ BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_
 """A zero for these reasons ends the motion as fast as the robot can; other zeros follow the gate's own braking law."""
 
 
-class GuardedGate:
+class GatedDrive:
     """As `CommandGate`; what that lets through goes through the safety gate.
 
     `decide` belongs to the loop that drives. All else may be called on other threads, and never waits for the robot.
@@ -67,7 +67,7 @@ class GuardedGate:
         """As `CommandGate.clear`."""
         self._commands.clear()
 
-    def hear(self, reading: Reading) -> None:
+    def receive(self, reading: Reading) -> None:
         """Take what the robot has measured; it counts from the next decision on."""
         self._readings.append(reading)
 

@@ -143,7 +143,7 @@ class _News:
         return new
 
 
-class SensorWatch:
+class RangeSensorReader:
     """Asks the robot on a thread of its own, so that no velocity waits for a sensor.
 
     Args:
@@ -151,17 +151,17 @@ class SensorWatch:
         hear: Gets every reading, on that thread.
     """
 
-    def __init__(self, connection: Connection, hear: Callable[[Reading], None]) -> None:
+    def __init__(self, connection: Connection, receive: Callable[[Reading], None]) -> None:
         self.problem = "not asked yet"
         """Why there is no reading now; empty if there is one."""
         self._connection = connection
-        self._hear = hear
+        self._receive = receive
         self._reader = Reader()
         self._link = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="sensor-watch", daemon=True)
 
-    def start(self) -> SensorWatch:
+    def start(self) -> RangeSensorReader:
         self._thread.start()
         return self
 
@@ -183,7 +183,7 @@ class SensorWatch:
             try:
                 if self._link != self._connection.connections:
                     self._greet()
-                self._hear(self._ask())
+                self._receive(self._ask())
                 self.problem = ""
             except (RobotError, ValueError) as error:
                 self.problem = str(error)

@@ -11,7 +11,7 @@ import rospy
 from sim_bringup.node import run
 
 from pepper_sim.simulation import DEFAULT_PORT, DEFAULT_SCENE
-from telepresence.sim.simulation import RobotWish
+from telepresence.sim.simulation import RobotRequest
 
 
 def main() -> int:
@@ -19,6 +19,6 @@ def main() -> int:
     return run("pepper_sim", _robots, DEFAULT_SCENE)
 
 
-def _robots() -> list[RobotWish]:
+def _robots() -> list[RobotRequest]:
     options = rospy.get_param("~kinds/pepper", {})
-    return [RobotWish("pepper", "pepper", int(rospy.get_param("~port", DEFAULT_PORT)), options)]
+    return [RobotRequest("pepper", "pepper", int(rospy.get_param("~port", DEFAULT_PORT)), options)]

@@ -2,7 +2,7 @@
 
 Parameters: ~address (127.0.0.1), ~port (8080; 0 takes a free one), ~scene (arena), ~seed (0), ~watchdog (0.2) [s],
             ~laser (false), ~battery (NiMH), ~camera_width, ~camera_height (640, 480), ~viewer (false): open MuJoCo's;
-            ~wires/robotino/{cmd_vel, image}: where the safety layer takes commands and the driver publishes pictures.
+            ~wires/robotino/{cmd_vel, image}: where the safety gate takes commands and the driver publishes pictures.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import rospy
 from sim_bringup.node import run
 
 from robotino_sim.simulation import DEFAULT_PORT, DEFAULT_SCENE
-from telepresence.sim.simulation import RobotWish
+from telepresence.sim.simulation import RobotRequest
 
 
 def main() -> int:
@@ -19,11 +19,11 @@ def main() -> int:
     return run("robotino_sim", _robots, DEFAULT_SCENE)
 
 
-def _robots() -> list[RobotWish]:
+def _robots() -> list[RobotRequest]:
     options = {
         "watchdog": float(rospy.get_param("~watchdog", 0.2)),
         "laser": bool(rospy.get_param("~laser", False)),
         "battery": str(rospy.get_param("~battery", "NiMH")),
         "camera_size": (int(rospy.get_param("~camera_width", 640)), int(rospy.get_param("~camera_height", 480))),
     }
-    return [RobotWish("robotino", "robotino", int(rospy.get_param("~port", DEFAULT_PORT)), options)]
+    return [RobotRequest("robotino", "robotino", int(rospy.get_param("~port", DEFAULT_PORT)), options)]

@@ -79,7 +79,7 @@ class CameraReceiver:
             if now < due:
                 continue
             due = now + LOOK_PERIOD
-            self._tell(now, "idle" if not watched else f"no picture: {camera.problem}" if camera.problem else "live")
+            self._report(now, "idle" if not watched else f"no picture: {camera.problem}" if camera.problem else "live")
             level = OK if not (watched and camera.problem) else ERROR
             rate = (camera.received - counted) / max(1e-3, now - counted_at)
             message = camera.problem if level == ERROR else f"{rate:.1f} pictures/s" if watched else "nobody looks"
@@ -93,7 +93,7 @@ class CameraReceiver:
         def take(frame: av.VideoFrame) -> None:
             self._publish(frame.to_ndarray(format="bgr24"), time.time())
             now = time.monotonic()
-            self._tell(now, "live")
+            self._report(now, "live")
             self._diagnostics.report(now, OK, "pictures come")
 
         async def exchange() -> None:
@@ -104,7 +104,7 @@ class CameraReceiver:
                 work.result()
             work.cancel()
 
-        self._tell(time.monotonic(), "waiting: paste the line that the sender printed into this terminal")
+        self._report(time.monotonic(), "waiting: paste the line that the sender printed into this terminal")
         try:
             asyncio.run(exchange())
         except (ValueError, KeyError, AssertionError) as error:  # of JSON, or of aiortc's reading of it
@@ -119,7 +119,7 @@ class CameraReceiver:
         message.header.stamp, message.header.frame_id = rospy.Time.from_sec(stamp), self._frame
         self._image.publish(message)
 
-    def _tell(self, now: float, state: str) -> None:
+    def _report(self, now: float, state: str) -> None:
         if state == self._told and now < self._told_due:
             return
         lost = state.startswith("no picture")

@@ -238,11 +238,11 @@ class DriveLink:
                 self._hint = _cause(error)
                 return
             try:
-                self._hear(decode(datagram))
+                self._handle(decode(datagram))
             except BadMessage as error:
                 self._hint = f"what answers there is no drive server ({error})"
 
-    def _hear(self, fields: dict) -> None:
+    def _handle(self, fields: dict) -> None:
         match fields["type"]:
             case "welcome" if isinstance(fields.get("session"), str):
                 if not self._session:

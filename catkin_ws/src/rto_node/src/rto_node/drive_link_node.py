@@ -1,6 +1,6 @@
 """The node rto_drive_link: velocities to the drive server that runs on the robot, which gates them there.
 
-It stands where safe_omni_drive stands when the safety layer runs on the pilot's side, with the same names, but what is
+It stands where safe_omni_drive stands when the safety gate runs on the pilot's side, with the same names, but what is
 let through goes to the wheels on the robot itself: a cut network cannot come between the gate and the brakes.
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
@@ -25,7 +25,7 @@ from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from rto_node.drive_datagram import Report
 from rto_node.drive_link import DriveLink
 from rto_node.node import RosNode
-from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
+from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
 """Seconds to wait for a report before looking whether the robot still answers."""
@@ -36,7 +36,7 @@ SECTORS = 72
 
 class DriveLinkNode:
     def __init__(self) -> None:
-        self._late = LateCommands()
+        self._late = StaleCommandFilter()
         self._node = RosNode("rto_drive_link", on_master_lost=self._on_master_lost)
         self._careful = bool(rospy.get_param("~careful", False))
         self._state, self._state_due = "", 0.0
@@ -55,7 +55,7 @@ class DriveLinkNode:
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
-        return self._node.run(self._tell)
+        return self._node.run(self._report)
 
     def _on_master_lost(self) -> None:
         # Whoever published our velocities may be gone with it, and nobody can be told to stop.
@@ -63,7 +63,7 @@ class DriveLinkNode:
         self._link.release()
 
     def _on_velocity(self, twist: Twist) -> None:
-        if self._late.is_late(time.monotonic()) or not self._node.master.alive:
+        if self._late.is_stale(time.monotonic()) or not self._node.master.alive:
             return
         try:
             self._link.drive(twist.linear.x, twist.linear.y, twist.angular.z, self._careful)
@@ -75,7 +75,7 @@ class DriveLinkNode:
         done = self._link.ask(what)
         return TriggerResponse(done.ok, done.text)
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         while not self._node.stop.is_set():
             came = self._link.wait_report(WAIT)
             report, _ = self._link.report()

@@ -113,7 +113,7 @@ class Driver:
                 reached = self._commands.ask(lambda client, velocity=velocity: client.drive(*velocity))
             problem = self._sensors.problem if reached else self._commands.problem
             reason = decision.reason if self._drives else DRIVEN_ELSEWHERE
-            self._tell(sent_at, f"robot unreachable: {problem}" if problem else reason)
+            self._report(sent_at, f"robot unreachable: {problem}" if problem else reason)
         if self._drives:
             self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
         self._commands.client.close()
@@ -124,7 +124,7 @@ class Driver:
             if self._outputs is outputs:
                 self._outputs = None
 
-    def _tell(self, now: float, state: str) -> None:
+    def _report(self, now: float, state: str) -> None:
         if state != self._state or now >= self._state_due:
             if state != self._state:
                 rospy.loginfo("%s", state)

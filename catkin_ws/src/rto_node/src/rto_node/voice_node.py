@@ -13,7 +13,7 @@ from __future__ import annotations
 import logging
 
 import rospy
-from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceSurface
+from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from rto_node.node import RosNode
 from rto_node.robot_sound import RobotSound
@@ -31,7 +31,7 @@ class Voice:
         logging.getLogger("aioice").setLevel(logging.WARNING)
         self._levels = (Level(), Level())
         try:
-            self._robot = RobotSound(str(rospy.get_param("~server", "127.0.0.1")), self._heard)
+            self._robot = RobotSound(str(rospy.get_param("~server", "127.0.0.1")), self._received)
         except ValueError as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
@@ -41,7 +41,7 @@ class Voice:
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
-        self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._surface = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
@@ -58,7 +58,7 @@ class Voice:
                 if part is not None:
                     part.close()
 
-    def _heard(self, frames: bytes) -> None:
+    def _received(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)
 
     # --- for the surface ---------------------------------------------------------------------------------------------

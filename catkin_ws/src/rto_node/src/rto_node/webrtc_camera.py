@@ -233,7 +233,7 @@ async def receive_by_copy_and_paste(
         videos = [each.receiver.track for each in peer.getTransceivers() if each.kind == "video"]
         if not videos:
             raise ValueError("the offer sends no video")
-        ends = {asyncio.ensure_future(drain(videos[0], take)), asyncio.ensure_future(_hear_goodbye(signaling))}
+        ends = {asyncio.ensure_future(drain(videos[0], take)), asyncio.ensure_future(_receive_goodbye(signaling))}
         try:
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -244,7 +244,7 @@ async def receive_by_copy_and_paste(
         await signaling.close()
 
 
-async def _hear_goodbye(signaling: BaseSignaling) -> None:
+async def _receive_goodbye(signaling: BaseSignaling) -> None:
     with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
         while await signaling.receive() is not BYE:
             pass

@@ -1,1 +1,1 @@
-"""Between the pilot's velocity and the robot: a safety layer."""
+"""Between the pilot's velocity and the robot: a safety gate."""

@@ -28,9 +28,9 @@ from telepresence_ros.diagnostics import OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
 from rto_safe_teleop.bubble import ClampLimits
-from rto_safe_teleop.layers import SAFETY_RADIUS, Answer, BubbleLayer, GateLayer, Layer
+from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
 from telepresence.safety import ROBOTINO, State
-from telepresence.teleop.stale_command_filter import BURST_ROOM, LateCommands
+from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 PERIOD = 0.05
 LAYERS = ("gate", "bubble")
@@ -38,19 +38,19 @@ LAYERS = ("gate", "bubble")
 
 class SafeDrive:
     def __init__(self) -> None:
-        self._late = LateCommands()
+        self._late = StaleCommandFilter()
         self._node = RosNode("safe_omni_drive", on_master_lost=self._late.link_lost)
-        self._layer = _choose_layer()
-        self._lock = threading.Lock()  # guards the layer: callbacks come on threads of their own
+        self._gate = _choose_gate()
+        self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        gate = self._layer if isinstance(self._layer, GateLayer) else None
+        gate = self._gate if isinstance(self._gate, RobotGate) else None
         self._topics = SafetyTopics(
             ROBOTINO,
             str(rospy.get_param("~base_frame_id", "base_link")),
             latches=self if gate else None,
             obstacles=self._obstacles if gate else None,
         )
-        self._diagnostics = Diagnostics("safety", type(self._layer).__name__)
+        self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
         rospy.Subscriber("safe_cmd_vel", Twist, self._on_command, queue_size=BURST_ROOM, tcp_nodelay=True)
         for topic, kind, callback in (
             ("distance_sensors", PointCloud, self._on_distances),
@@ -66,7 +66,7 @@ class SafeDrive:
     def _loop(self) -> None:
         for now in self._node.cycles(PERIOD):
             with self._lock:
-                answer = self._layer.tick(now)
+                answer = self._gate.tick(now)
             if answer is not None:
                 self._give(answer, now)
         self._velocities.publish(Twist())
@@ -76,17 +76,17 @@ class SafeDrive:
             message = Twist()
             message.linear.x, message.linear.y, message.angular.z = answer.velocity
             self._velocities.publish(message)
-        self._topics.tell(now, answer.decision)
+        self._topics.report(now, answer.decision)
         level = WARN if answer.decision.state in (State.FAULT, State.SENSOR_STALE) else OK
         self._diagnostics.report(now, level, f"{answer.state}: {answer.reason}")
 
     def _on_command(self, twist: Twist) -> None:
         now = time.monotonic()
-        if self._late.is_late(now):
+        if self._late.is_stale(now):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
             return
         with self._lock:
-            answer = self._layer.hear_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
+            answer = self._gate.receive_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
         if answer is not None:
             self._give(answer, now)
 
@@ -98,35 +98,35 @@ class SafeDrive:
             rospy.logwarn_throttle(10.0, "distance_sensors holds %d readings, wanted are %d", len(ranges), SENSORS)
             return
         with self._lock:
-            self._layer.hear_ranges(ranges, time.monotonic())
+            self._gate.receive_ranges(ranges, time.monotonic())
 
     def _on_bumper(self, message: Bool) -> None:
         with self._lock:
-            self._layer.hear_bumper(message.data, time.monotonic())
+            self._gate.receive_bumper(message.data, time.monotonic())
 
     def _on_odometry(self, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
         with self._lock:
-            self._layer.hear_odometry(position.x, position.y, theta, time.monotonic())
+            self._gate.receive_odometry(position.x, position.y, theta, time.monotonic())
 
     def stop(self, reason: str) -> None:
         """Stop and stay stopped; `reason` completes "Stopped: ..."."""
         with self._lock:
-            self._layer.gate.stop(reason)
+            self._gate.gate.stop(reason)
 
     def reset_stop(self) -> None:
         with self._lock:
-            self._layer.gate.reset_stop()
+            self._gate.gate.reset_stop()
 
     def reset_bumper(self) -> bool:
         """False while the bumper is still pressed."""
         with self._lock:
-            return self._layer.gate.reset_bumper()
+            return self._gate.gate.reset_bumper()
 
     def _obstacles(self) -> np.ndarray:
         with self._lock:
-            return self._layer.gate.obstacles()
+            return self._gate.gate.obstacles()
 
 
 def main() -> int:
@@ -134,11 +134,11 @@ def main() -> int:
     return SafeDrive().run()
 
 
-def _choose_layer() -> Layer:
-    """Raises SystemExit for an unknown layer or limits that make no sense."""
+def _choose_gate() -> Gate:
+    """Raises SystemExit for an unknown gate or limits that make no sense."""
     name = str(rospy.get_param("~layer", LAYERS[0]))
     if name == "gate":
-        return GateLayer(bool(rospy.get_param("~careful", False)))
+        return RobotGate(bool(rospy.get_param("~careful", False)))
     if name != "bubble":
         raise SystemExit(f"{rospy.get_name()}: there is no layer {name!r}; layers: {', '.join(LAYERS)}")
     rospy.logwarn("the guide's bubble drives this robot: it has no memory and no watchdog")
@@ -150,6 +150,6 @@ def _choose_layer() -> Layer:
         float(rospy.get_param("~min_angular_vel", defaults.min_angular)),
     )
     try:
-        return BubbleLayer(float(rospy.get_param("~safety_radius", SAFETY_RADIUS)), limits)
+        return BubbleGate(float(rospy.get_param("~safety_radius", SAFETY_RADIUS)), limits)
     except ValueError as error:
         raise SystemExit(f"{rospy.get_name()}: {error}") from None

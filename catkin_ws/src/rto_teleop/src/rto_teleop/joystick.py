@@ -19,8 +19,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 
 from telepresence.station.ros_master import MasterWatch, master_answers
-from telepresence.teleop.joystick import PadDevice
-from telepresence.teleop.joystick_mapping import Layout, Sticks
+from telepresence.teleop.joystick import Joystick
+from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
 PERIOD = 0.05
 LOOK_PERIOD = 1.0
@@ -28,7 +28,7 @@ LOOK_PERIOD = 1.0
 
 
 class JoystickNode:
-    def __init__(self, sticks: Sticks, device: str) -> None:
+    def __init__(self, sticks: JoystickMapping, device: str) -> None:
         self._sticks = sticks
         self._device = device
         self._stop = threading.Event()
@@ -63,7 +63,7 @@ class JoystickNode:
         missing = False
         while not self._stop.is_set():
             try:
-                pad = PadDevice(self._device)
+                pad = Joystick(self._device)
             except OSError as error:
                 if not missing:
                     rospy.logwarn("no gamepad at %s (%s); looking again every second", self._device, error.strerror)
@@ -93,5 +93,5 @@ def main() -> int:
         return 1
     rospy.init_node("rto_teleop_joystick")
     settings = {field.name: rospy.get_param("~" + field.name, field.default) for field in dataclasses.fields(Layout)}
-    JoystickNode(Sticks(Layout(**settings)), rospy.get_param("~device", "/dev/input/js0")).run()
+    JoystickNode(JoystickMapping(Layout(**settings)), rospy.get_param("~device", "/dev/input/js0")).run()
     return 0

@@ -2,7 +2,7 @@
 
 A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the program that sent
 the command is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
-only the newest command counts. What the robot does goes through its driver, with the safety layer in between; a robot
+only the newest command counts. What the robot does goes through its driver, with the safety gate in between; a robot
 without a wire is told directly.
 """
 

@@ -4,7 +4,7 @@ Drivers reach every robot through its own wire (NAOqi, REST), as they reach a re
 simulation guide defines, and what only a simulator can tell. For every robot, in its namespace (see `surface.py`):
 
     robot_camera      sensor_msgs/Image, 640x480 rgb8, 10 Hz, frame robot_camera: through wire and driver
-    movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety layer, driver and wire
+    movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety gate, driver and wire
     body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, beside the wire
     truth             nav_msgs/Odometry, 20 Hz, in the frame world: the same with velocities
     restart_simulation  std_srvs/Trigger: the whole world back to the start, in place; clients stay connected
@@ -28,9 +28,9 @@ from collections.abc import Callable
 import rosgraph
 import rospy
 
-from sim_bringup.ros_interface import Wire, WorldSurface
+from sim_bringup.ros_interface import RobotTopics, WorldInterface
 from telepresence.sim.camera import CamerasFailed
-from telepresence.sim.simulation import RobotWish, Simulation, parse_robots
+from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
 from telepresence.station.ros_master import MasterWatch, master_answers
 
@@ -42,7 +42,7 @@ def main() -> int:
     return run("robot_control_node", read_robots, DEFAULT_SCENE)
 
 
-def read_robots() -> list[RobotWish]:
+def read_robots() -> list[RobotRequest]:
     """The robots that the parameters name.
 
     Raises:
@@ -54,7 +54,7 @@ def read_robots() -> list[RobotWish]:
     return parse_robots(words, rospy.get_param("~kinds", {}))
 
 
-def run(name: str, robots: Callable[[], list[RobotWish]], scene: str) -> int:
+def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
     """Run a simulation until the node is shut down.
 
     Args:
@@ -87,7 +87,9 @@ def run(name: str, robots: Callable[[], list[RobotWish]], scene: str) -> int:
             for url in simulated.urls:
                 rospy.loginfo("simulated %s listens on %s", robot, url)
         settings = rospy.get_param("~wires", {})
-        with WorldSurface(simulation, {wish.name: Wire.read(wish, settings) for wish in wishes}) as surface:
+        with WorldInterface(
+            simulation, {request.name: RobotTopics.read(request, settings) for request in wishes}
+        ) as surface:
             if rospy.get_param("~viewer", False):
                 try:
                     view(simulation.world, surface.stop)

@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from sim_bringup.movement_command import DirectMover, DriverMover, Movements
 from sim_bringup.picture_topics import PictureTopic, from_cameras, from_topic
 from telepresence.sim.simulated_robot import Pose, SimulatedRobot
-from telepresence.sim.simulation import RobotWish, Simulation
+from telepresence.sim.simulation import RobotRequest, Simulation
 from telepresence.video.images import LatestImage
 
 CAMERA_SIZE = (640, 480)
@@ -35,12 +35,12 @@ DEFAULT_SPEED = 0.2
 
 
 @dataclass(frozen=True)
-class Wire:
+class RobotTopics:
     """Where a robot's programs are in the ROS graph.
 
     Args:
         namespace: Of the robot's topics here; "" for the node's own.
-        cmd_vel: Its driver or safety layer takes geometry_msgs/Twist there; "" for a robot without a driver.
+        cmd_vel: Its driver or safety gate takes geometry_msgs/Twist there; "" for a robot without a driver.
         image: Its driver publishes the camera's pictures there; "" likewise.
         speed: Of `movement_command` [m/s].
     """
@@ -51,45 +51,47 @@ class Wire:
     speed: float = DEFAULT_SPEED
 
     @classmethod
-    def read(cls, wish: RobotWish, settings: Mapping[str, Mapping[str, Any]]) -> Wire:
+    def read(cls, request: RobotRequest, settings: Mapping[str, Mapping[str, Any]]) -> RobotTopics:
         """From the parameters of its kind and of its own name; {name} in a text is the robot's name.
 
         Raises:
             ValueError: An unknown setting, or a speed that is no positive number.
         """
-        found = {**settings.get(wish.kind, {}), **settings.get(wish.name, {})}
+        found = {**settings.get(request.kind, {}), **settings.get(request.name, {})}
         if unknown := set(found) - set(cls.__dataclass_fields__):
-            raise ValueError(f"robot {wish.name!r} has no setting {min(unknown)!r} of its wire")
+            raise ValueError(f"robot {request.name!r} has no setting {min(unknown)!r} of its wire")
         speed = float(found.pop("speed", DEFAULT_SPEED))
         if not (math.isfinite(speed) and speed > 0.0):
-            raise ValueError(f"the speed of robot {wish.name!r} must be a positive number of m/s, got {speed}")
-        return cls(**{key: str(text).format(name=wish.name) for key, text in found.items()}, speed=speed)
+            raise ValueError(f"the speed of robot {request.name!r} must be a positive number of m/s, got {speed}")
+        return cls(**{key: str(text).format(name=request.name) for key, text in found.items()}, speed=speed)
 
     def topic(self, name: str) -> str:
         return f"{self.namespace}/{name}" if self.namespace else name
 
 
-class WorldSurface:
+class WorldInterface:
     """The ROS surface of a simulation, between entering and leaving. `stop` is set when the node shuts down."""
 
-    def __init__(self, simulation: Simulation, wires: Mapping[str, Wire]) -> None:
+    def __init__(self, simulation: Simulation, wires: Mapping[str, RobotTopics]) -> None:
         self.stop = threading.Event()
         self._simulation = simulation
         self._restarting = threading.Lock()
         self._threads: list[threading.Thread] = []
-        self._robots = [RobotSurface(simulation, name, robot, wires[name]) for name, robot in simulation.robots.items()]
+        self._robots = [
+            RobotInterface(simulation, name, robot, wires[name]) for name, robot in simulation.robots.items()
+        ]
         self._overview = PictureTopic(
             "overview/image_raw", "overview", from_cameras(simulation.cameras.subscribe, "overview", CAMERA_RATE)
         )
         namespaces = {wire.namespace for wire in wires.values()} | {""}
         self._services = [
-            rospy.Service(Wire(namespace).topic("restart_simulation"), Trigger, self._restart)
+            rospy.Service(RobotTopics(namespace).topic("restart_simulation"), Trigger, self._restart)
             for namespace in sorted(namespaces)
         ]
         rospy.on_shutdown(self.stop.set)
 
-    def __enter__(self) -> WorldSurface:
-        loops = [self._tell_truth, self._overview.run]
+    def __enter__(self) -> WorldInterface:
+        loops = [self._publish_truth, self._overview.run]
         for robot in self._robots:
             loops += [robot.movements.run, *(topic.run for topic in robot.pictures)]
         for loop in loops:
@@ -117,28 +119,30 @@ class WorldSurface:
             self._overview.reset()
         return TriggerResponse(True, "the world, its robots, controllers and camera timers are back at the start")
 
-    def _tell_truth(self, stop: threading.Event) -> None:
+    def _publish_truth(self, stop: threading.Event) -> None:
         due, count = time.monotonic(), 0
         while not stop.wait(max(0.0, due - time.monotonic())):
             due = max(due + TRUTH_PERIOD, time.monotonic() - TRUTH_PERIOD)
             count += 1
             try:
                 for robot in self._robots:
-                    robot.tell_truth(count % BODY_STATE_EVERY == 0)
+                    robot.publish_truth(count % BODY_STATE_EVERY == 0)
             except rospy.ROSException:
                 return  # the topics were closed: this node is being shut down
 
 
-class RobotSurface:
+class RobotInterface:
     """What the world tells of one robot, and how it is moved and seen."""
 
-    def __init__(self, simulation: Simulation, name: str, robot: SimulatedRobot, wire: Wire) -> None:
+    def __init__(self, simulation: Simulation, name: str, robot: SimulatedRobot, wire: RobotTopics) -> None:
         self._pose: Callable[[], Pose] = lambda: simulation.truth(name)
         self._frame = robot.BASE_FRAME
         self._truth = rospy.Publisher(wire.topic("truth"), Odometry, queue_size=1)
         self._body_state = rospy.Publisher(wire.topic("body_state"), Float32MultiArray, queue_size=1)
         mover = DirectMover(robot.controls) if robot.controls else DriverMover(wire.cmd_vel, wire.speed)
-        rospy.Subscriber(wire.topic("room_speech"), String, lambda message: robot.hear(message.data), queue_size=5)
+        rospy.Subscriber(
+            wire.topic("room_speech"), String, lambda message: robot.say_nearby(message.data), queue_size=5
+        )
         self.movements = Movements(wire.topic("movement_command"), mover)
         self.pictures = [
             PictureTopic(wire.topic(f"{screen}/image_raw"), f"{screen.capitalize()}_frame", _keep(source), first=True)
@@ -153,7 +157,7 @@ class RobotSurface:
     def stands(self) -> bool:
         return math.hypot(*self._pose().velocity[:2]) < STANDING
 
-    def tell_truth(self, body_state_too: bool) -> None:
+    def publish_truth(self, body_state_too: bool) -> None:
         """Publish where the robot is, for those who listen."""
         truth, body_state = self._truth.get_num_connections(), self._body_state.get_num_connections()
         if not truth and not (body_state and body_state_too):

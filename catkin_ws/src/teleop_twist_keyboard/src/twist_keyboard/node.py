@@ -84,7 +84,7 @@ class KeyboardNode:
         self._heard_at: dict[str, float] = {}
         self._line = ""
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        rospy.Subscriber("cmd_vel", Twist, self._hear, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._receive, queue_size=1, tcp_nodelay=True)
         beside = rosgraph.names.namespace(rospy.resolve_name("cmd_vel"))
         self._hold = ""
         self._holds = rospy.Subscriber(f"{beside}drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
@@ -164,7 +164,7 @@ class KeyboardNode:
         """On rospy's thread."""
         self._hold = message.data
 
-    def _hear(self, message: Twist) -> None:
+    def _receive(self, message: Twist) -> None:
         """On rospy's thread."""
         caller = message._connection_header["callerid"]
         if caller == rospy.get_name():

@@ -31,7 +31,7 @@ SILENT_AFTER = 3.0
 _DEVICE = "ALAudioDevice"
 
 
-class RobotEars:
+class MicrophoneStream:
     """Listens while `wanted` and connected, from `start` to `close`.
 
     Args:
@@ -68,7 +68,7 @@ class RobotEars:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="robot-ears", daemon=True)
 
-    def start(self) -> RobotEars:
+    def start(self) -> MicrophoneStream:
         self._thread.start()
         return self
 
@@ -82,7 +82,7 @@ class RobotEars:
             try:
                 self._keep()
             except RobotError as error:
-                self._tell(str(error))
+                self._report(str(error))
                 self._link = -1
                 self._stop.wait(1.0)
             except Exception:
@@ -106,7 +106,7 @@ class RobotEars:
         if not subscribed:
             self._subscribe(now)
         elif now - max(self._last_block, self._asked) > SILENT_AFTER:
-            self._tell(
+            self._report(
                 "the robot's microphones send nothing: can the robot open connections to this machine "
                 f"({self._listen or 'loopback'})? A firewall may be in the way"
             )
@@ -116,7 +116,7 @@ class RobotEars:
         link = self._connection.connections
         call = self._connection.call
         self._name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
-        self._connection.register_service(self._name, _listener(self._heard), self._listen)
+        self._connection.register_service(self._name, _listener(self._received), self._listen)
         call(_DEVICE, "setClientPreferences", self._name, *self._preferences)
         call(_DEVICE, "subscribe", self._name, timeout=3.0)
         self._link, self._asked = link, now
@@ -129,10 +129,10 @@ class RobotEars:
                 log.debug("not unsubscribed: %s", error)
         self._link = -1
 
-    def _heard(self, channels: int, count: int, buffer: Any) -> None:
+    def _received(self, channels: int, count: int, buffer: Any) -> None:
         samples = np.frombuffer(bytes(buffer), "<i2")
         if not 0 < channels <= 8 or len(samples) < channels * count:
-            self._tell(f"a block of {len(samples)} samples claims {channels} x {count}; it is left out")
+            self._report(f"a block of {len(samples)} samples claims {channels} x {count}; it is left out")
             return
         block = samples[: channels * count].reshape(count, channels)
         if channels == 4:
@@ -145,7 +145,7 @@ class RobotEars:
             self.problem = self._told = None
         self._on_block(block, self.rate, self._last_block)
 
-    def _tell(self, problem: str) -> None:
+    def _report(self, problem: str) -> None:
         self.problem = problem
         if problem != self._told and self._connection.connected:
             log.warning("the robot is not heard: %s", problem)

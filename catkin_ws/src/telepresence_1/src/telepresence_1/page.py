@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 from flask import Flask, Response, jsonify, redirect, render_template, request
 
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
-from telepresence_1.page_auth import COOKIE, Door, Refused
+from telepresence_1.page_auth import COOKIE, PageAuth, Refused
 
 POLL_TIMEOUT = 1.0
 """Seconds after which a long poll is answered with the picture that the client has already."""
@@ -53,13 +53,13 @@ def create_app(
     """
     app = Flask(__name__, static_folder=None)
     app.config["MAX_CONTENT_LENGTH"] = 4096
-    door = Door(token, (socket.gethostname(), *hosts))
+    auth = PageAuth(token, (socket.gethostname(), *hosts))
     run = secrets.token_hex(8)
 
     @app.before_request
     def admit() -> None:
-        door.check_host(request.headers.get("Host", ""))
-        door.check_key(request.remote_addr or "", time.monotonic(), request.args.get("k"), request.cookies.get(COOKIE))
+        auth.check_host(request.headers.get("Host", ""))
+        auth.check_key(request.remote_addr or "", time.monotonic(), request.args.get("k"), request.cookies.get(COOKIE))
 
     @app.errorhandler(Refused)
     def refuse(refused: Refused) -> tuple[str, int]:

@@ -34,7 +34,7 @@ class Refused(Exception):
         self.status = status
 
 
-class Door:
+class PageAuth:
     """Lets requests in or raises `Refused`.
 
     Args:

@@ -45,7 +45,7 @@ _BYTES_PER_FRAME = 4
 _DEVICE = "ALAudioDevice"
 
 
-class RobotMouth:
+class SpeakerStream:
     """Sends what it is given while `open`; from `start` to `close`.
 
     Args:
@@ -84,7 +84,7 @@ class RobotMouth:
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="robot-mouth", daemon=True)
 
-    def start(self) -> RobotMouth:
+    def start(self) -> SpeakerStream:
         self._thread.start()
         return self
 

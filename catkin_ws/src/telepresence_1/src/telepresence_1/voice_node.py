@@ -23,14 +23,14 @@ from __future__ import annotations
 
 import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
-from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceSurface
+from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
-from telepresence_1.microphone_stream import RobotEars
+from telepresence_1.microphone_stream import MicrophoneStream
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
-from telepresence_1.speaker_stream import RobotMouth
+from telepresence_1.speaker_stream import SpeakerStream
 
 
 class Voice:
@@ -56,26 +56,28 @@ class Voice:
             raise ValueError(f"~patience is between 0 and 1 s, not {patience}")
         self._levels = (Level(), Level())
         connection = self._node.connection
-        self._mouth = RobotMouth(connection, int(rospy.get_param("~robot_rate", 0)), patience)
-        self._microphone = Microphone(microphone, lambda: self._mouth.rate, self._mouth.put, self._levels[0].put)
-        self._mouth.on_rate = self._microphone.pipeline.reopen
-        self._ears = RobotEars(
+        self._speaker_stream = SpeakerStream(connection, int(rospy.get_param("~robot_rate", 0)), patience)
+        self._microphone = Microphone(
+            microphone, lambda: self._speaker_stream.rate, self._speaker_stream.put, self._levels[0].put
+        )
+        self._speaker_stream.on_rate = self._microphone.pipeline.reopen
+        self._microphone_stream = MicrophoneStream(
             connection,
             lambda block, _rate, arrival: self._sender.push(block, arrival),
             str(rospy.get_param("~robot_microphones", "stereo")),
             self._own_url(),
         )
-        channels = (self._ears.rate, self._ears.channels)
+        channels = (self._microphone_stream.rate, self._microphone_stream.channels)
         self._sender = RtpSender(*channels, host, port, codec, self._levels[1].put, patience)
         self._player: RtpPlayer | None = None
         if is_loopback(host):
-            self._ears.wanted = False  # until there is a loudspeaker
+            self._microphone_stream.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.01))
             self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience)
-        self._surface = VoiceSurface(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._surface = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
-        for part in (self._mouth, self._microphone, self._ears, self._sender, self._player):
+        for part in (self._speaker_stream, self._microphone, self._microphone_stream, self._sender, self._player):
             if part is not None:
                 part.start()
         return self._node.run(self._loop)
@@ -85,7 +87,14 @@ class Voice:
             self._surface.run(self._node.cycles(LEVEL_PERIOD))
         finally:
             # The ears first: their unsubscribing needs the link, which ends after this.
-            for part in (self._ears, self._microphone, self._mouth, self._sender, self._player, self._echo):
+            for part in (
+                self._microphone_stream,
+                self._microphone,
+                self._speaker_stream,
+                self._sender,
+                self._player,
+                self._echo,
+            ):
                 if part is not None:
                     part.close()
 
@@ -96,7 +105,7 @@ class Voice:
         return None if is_loopback(address) else f"tcp://{address}:0"
 
     def _speaker_changed(self, problem: str | None) -> None:
-        self._ears.wanted = problem is None
+        self._microphone_stream.wanted = problem is None
 
     # --- for the surface ---------------------------------------------------------------------------------------------
 
@@ -107,10 +116,10 @@ class Voice:
         pilot = self._microphone.pipeline.problem
         if not pilot and not self._node.connection.connected:
             pilot = "the robot is not connected"
-        if not pilot and self._mouth.problem:
-            pilot = f"not played: {self._mouth.problem}"
+        if not pilot and self._speaker_stream.problem:
+            pilot = f"not played: {self._speaker_stream.problem}"
         robot = self._player.pipeline.problem if self._player else None
-        robot = robot or self._sender.pipeline.problem or self._ears.problem
+        robot = robot or self._sender.pipeline.problem or self._microphone_stream.problem
         if not robot and self._player and self._player.muted:
             robot = "muted"
         return pilot or "live", robot or "live"
@@ -118,10 +127,10 @@ class Voice:
     def figures(self) -> dict[str, object]:
         played, lost = self._player.packets() if self._player else (0, 0)
         return {
-            "pieces sent": self._mouth.pieces,
-            "robot's queue emptied": self._mouth.flushes,
-            "robot's rate": self._mouth.rate,
-            "blocks heard": self._ears.blocks,
+            "pieces sent": self._speaker_stream.pieces,
+            "robot's queue emptied": self._speaker_stream.flushes,
+            "robot's rate": self._speaker_stream.rate,
+            "blocks heard": self._microphone_stream.blocks,
             "packets played": played,
             "packets lost": lost,
         }
@@ -130,7 +139,7 @@ class Voice:
         return self._microphone.device, self._player.device if self._player else "none"
 
     def open_microphone(self, opened: bool) -> None:
-        self._mouth.open = opened
+        self._speaker_stream.open = opened
 
     def mute_speaker(self, muted: bool) -> None:
         if self._player is not None:

@@ -1,4 +1,4 @@
-"""What a safety layer tells on ROS, and how a person stops it and lets it go; the same for every robot.
+"""What a safety gate tells on ROS, and how a person stops it and lets it go; the same for every robot.
 
 Publishes:  safety (telepresence_msgs/SafetyState): every decision; safety_state (std_msgs/String, latched):
             "<state>: <reason>", when it changes and twice a second, so that its readers can tell a dead node;
@@ -68,7 +68,7 @@ class SafetyTopics:
             rospy.Service("reset_stop", Trigger, self._on_reset_stop)
             rospy.Service("reset_bumper", Trigger, self._on_reset_bumper)
 
-    def tell(self, now: float, decision: Decision) -> None:
+    def report(self, now: float, decision: Decision) -> None:
         """Publish what was decided at `now` [s, monotonic]."""
         stamp = rospy.Time.now()
         if self._decisions.get_num_connections():

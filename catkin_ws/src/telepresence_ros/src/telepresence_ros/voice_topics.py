@@ -68,7 +68,7 @@ class Talk(Protocol):
     def choose_speaker(self, device: str) -> None: ...
 
 
-class VoiceSurface:
+class VoiceTopics:
     """Shows a voice connection to the ROS graph.
 
     Args:

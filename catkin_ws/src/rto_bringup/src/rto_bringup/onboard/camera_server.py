@@ -58,7 +58,7 @@ class CameraServer:
             [
                 web.post("/camera", self._offer),
                 web.delete(r"/camera/{number:\d{1,9}}", self._delete),
-                web.get("/camera", self._tell),
+                web.get("/camera", self._report),
             ]
         )
         application.on_shutdown.append(lambda _: self.close())
@@ -116,7 +116,7 @@ class CameraServer:
             if not isinstance(answer, RTCSessionDescription) or answer.type != "answer":
                 raise ValueError("this is not the answer that the receiver printed")
             await peer.setRemoteDescription(answer)
-            goodbye = asyncio.ensure_future(_hear_goodbye(signaling))
+            goodbye = asyncio.ensure_future(_receive_goodbye(signaling))
             try:
                 await asyncio.wait({goodbye, self._receivers[number][1]}, return_when=asyncio.FIRST_COMPLETED)
             finally:
@@ -148,7 +148,7 @@ class CameraServer:
         await self._end(number, "it has left")
         return web.Response()
 
-    async def _tell(self, _request: web.Request) -> web.Response:
+    async def _report(self, _request: web.Request) -> web.Response:
         return web.json_response({"receivers": len(self._receivers), "problem": self._source.problem})
 
     # --- receivers ---------------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
     return max((each.timestamp for each in report.values() if each.type == "remote-inbound-rtp"), default=None)
 
 
-async def _hear_goodbye(signaling: CopyAndPasteSignaling) -> None:
+async def _receive_goodbye(signaling: CopyAndPasteSignaling) -> None:
     with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
         while await signaling.receive() is not BYE:
             pass

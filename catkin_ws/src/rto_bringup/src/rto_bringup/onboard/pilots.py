@@ -91,7 +91,7 @@ class Pilots:
             message = parse_for_robot(datagram)
         except BadMessage as error:
             self.refused += 1
-            self._drop_wish(address, f"A command was refused: {error}.")
+            self._drop_request(address, f"A command was refused: {error}.")
             return [Outgoing(encode(type="refused", text=f"refused: {error}"), address)]
         if isinstance(message, Hello):
             return [self._welcome(address, now)]
@@ -101,7 +101,7 @@ class Pilots:
         session.heard = now
         if isinstance(message, Ask):
             return self._answer(session, message)
-        self._hear(session, message, now)
+        self._receive(session, message, now)
         return []
 
     def command(self, now: float) -> Command | None:
@@ -158,7 +158,7 @@ class Pilots:
             return [self.answered(Request(ask.what, ask.number, session), False, text)]
         return [Request(ask.what, ask.number, session)]
 
-    def _hear(self, session: Session, drive: Drive, now: float) -> None:
+    def _receive(self, session: Session, drive: Drive, now: float) -> None:
         if drive.seq <= session.seq:
             return
         session.seq = drive.seq
@@ -189,7 +189,7 @@ class Pilots:
             return "The pilot's clock runs ahead."
         return f"Commands arrive {age:.1f} s late." if age > OLDEST else ""
 
-    def _drop_wish(self, address: Address, problem: str) -> None:
+    def _drop_request(self, address: Address, problem: str) -> None:
         """What the driver sends cannot be understood: what it wished before must not go on."""
         if self._driver is not None and self._driver.address == address:
             self._wish, self._let_go, self.problem = None, True, problem

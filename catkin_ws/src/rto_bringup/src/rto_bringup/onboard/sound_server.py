@@ -43,7 +43,7 @@ class SoundServer:
     def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", patience: float = 0.0) -> None:
         release_early()
         self._track: MicrophoneTrack | None = None
-        self._microphone = Microphone(microphone, lambda: RATE, self._heard)
+        self._microphone = Microphone(microphone, lambda: RATE, self._received)
         self._loudspeaker = Loudspeaker(loudspeaker, patience=patience)
         self._peer: RTCPeerConnection | None = None
         self._number = 0
@@ -58,7 +58,7 @@ class SoundServer:
             [
                 web.post("/sound", self._offer),
                 web.delete(r"/sound/{number:\d{1,9}}", self._delete),
-                web.get("/sound", self._tell),
+                web.get("/sound", self._report),
             ]
         )
         application.on_startup.append(self._start)
@@ -108,7 +108,7 @@ class SoundServer:
         await self._end(self._number, "the pilot has left")
         return web.Response()
 
-    async def _tell(self, _request: web.Request) -> web.Response:
+    async def _report(self, _request: web.Request) -> web.Response:
         return web.json_response(
             {
                 "pilots": int(self._peer is not None),
@@ -134,7 +134,7 @@ class SoundServer:
         await peer.close()
         log.info("the conversation ended: %s", reason)
 
-    def _heard(self, frames: bytes) -> None:  # on a thread of the microphone
+    def _received(self, frames: bytes) -> None:  # on a thread of the microphone
         track = self._track
         if track is not None:
             track.put(frames)

@@ -1,6 +1,6 @@
-"""The two safety layers behind one face: velocities and readings in, the velocity for the robot out. No ROS, no clock.
+"""The two safety gates behind one interface: velocities and readings in, the robot's velocity out. No ROS, no clock.
 
-`GateLayer` is the project's gate (telepresence.safety), asked at a fixed rate. `BubbleLayer` is the filter of the
+`RobotGate` is the project's gate (telepresence.safety), asked at a fixed rate. `BubbleGate` is the filter of the
 Robotino guide exactly: it acts when a command comes, and only then. The guide's weaknesses come with it; it is here to
 be compared.
 """
@@ -32,7 +32,7 @@ Velocity = tuple[float, float, float]
 
 class Answer(NamedTuple):
     """`velocity` for the robot, None for nothing to send; `decision` says why. Allowed speeds and gap are NaN where the
-    layer knows none."""
+    gate knows none."""
 
     velocity: Velocity | None
     decision: Decision
@@ -46,24 +46,24 @@ class Answer(NamedTuple):
         return self.decision.reason
 
 
-class Layer(Protocol):
+class Gate(Protocol):
     """All times [s] on one monotonic clock."""
 
-    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+    def receive_ranges(self, ranges: Sequence[float], now: float) -> None:
         """Nine infrared readings [m]."""
 
-    def hear_bumper(self, pressed: bool, now: float) -> None: ...
+    def receive_bumper(self, pressed: bool, now: float) -> None: ...
 
-    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None: ...
+    def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None: ...
 
-    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+    def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         """A velocity of the pilot. An answer is to be sent at once."""
 
     def tick(self, now: float) -> Answer | None:
         """Called 20 times a second. An answer is to be sent."""
 
 
-class GateLayer:
+class RobotGate:
     """The project's gate with its profile of Robotino.
 
     Args:
@@ -75,16 +75,16 @@ class GateLayer:
         self._command: Command | None = None
         self._odometry: Odometry | None = None
 
-    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+    def receive_ranges(self, ranges: Sequence[float], now: float) -> None:
         self.gate.update_ranges("infrared", now, ranges)
 
-    def hear_bumper(self, pressed: bool, now: float) -> None:
+    def receive_bumper(self, pressed: bool, now: float) -> None:
         self.gate.update_bumper(now, pressed)
 
-    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None:
+    def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
         self._odometry = Odometry(x, y, theta, now)
 
-    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+    def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         self._command = Command(vx, vy, wz, now)
         return None
 
@@ -96,7 +96,7 @@ class GateLayer:
         return Answer(velocity, decision)
 
 
-class BubbleLayer:
+class BubbleGate:
     """The guide's filter.
 
     Args:
@@ -109,16 +109,16 @@ class BubbleLayer:
             raise ValueError(f"the safety radius must be a positive number of metres, got {radius}")
         self._bubble = Bubble(radius, limits)
 
-    def hear_ranges(self, ranges: Sequence[float], now: float) -> None:
+    def receive_ranges(self, ranges: Sequence[float], now: float) -> None:
         self._bubble.update_points(points_of_ranges(ranges))
 
-    def hear_bumper(self, pressed: bool, now: float) -> None:
+    def receive_bumper(self, pressed: bool, now: float) -> None:
         """The guide does not listen to the bumper."""
 
-    def hear_odometry(self, x: float, y: float, theta: float, now: float) -> None:
+    def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
         """The guide does not need it."""
 
-    def hear_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
+    def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         velocity = self._bubble.command(vx, vy, wz)
         if velocity is None:
             return Answer(None, _decision((0.0, 0.0, 0.0), State.SENSOR_STALE, "No sensor reading yet."))

@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rto_safe_teleop.layers import BubbleLayer, GateLayer
+from rto_safe_teleop.gates import BubbleGate, RobotGate
 
 FREE = [0.41] * 9
 speeds = st.floats(-0.3, 0.3)
@@ -28,36 +28,36 @@ def guide(ranges, velocity, radius=0.4):
 
 @given(st.lists(st.floats(0.04, 0.41), min_size=9, max_size=9), speeds, speeds, st.floats(-1.5, 1.5))
 def test_bubble_is_the_guides_rule(ranges, vx, vy, wz):
-    layer = BubbleLayer()
-    layer.hear_ranges(ranges, 0.0)
-    assert layer.hear_command(vx, vy, wz, 0.0).velocity == guide(ranges, (vx, vy, wz))
+    gate = BubbleGate()
+    gate.receive_ranges(ranges, 0.0)
+    assert gate.receive_command(vx, vy, wz, 0.0).velocity == guide(ranges, (vx, vy, wz))
 
 
 def test_bubble_sends_nothing_before_the_first_reading():
-    assert BubbleLayer().hear_command(0.1, 0.0, 0.0, 0.0).velocity is None
+    assert BubbleGate().receive_command(0.1, 0.0, 0.0, 0.0).velocity is None
 
 
 def test_bubble_acts_only_when_a_command_comes():
-    layer = BubbleLayer()
-    layer.hear_ranges(FREE, 0.0)
-    layer.hear_command(0.1, 0.0, 0.0, 0.0)
-    assert layer.tick(100.0) is None
+    gate = BubbleGate()
+    gate.receive_ranges(FREE, 0.0)
+    gate.receive_command(0.1, 0.0, 0.0, 0.0)
+    assert gate.tick(100.0) is None
 
 
 def test_f11_a_lost_link_leaves_the_bubbles_last_velocity_standing():
-    layer = BubbleLayer()
-    layer.hear_ranges(FREE, 0.0)
-    assert layer.hear_command(0.2, 0.0, 0.0, 0.0).velocity == (0.2, 0.0, 0.0)
-    assert all(layer.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing tells the robot to stop
+    gate = BubbleGate()
+    gate.receive_ranges(FREE, 0.0)
+    assert gate.receive_command(0.2, 0.0, 0.0, 0.0).velocity == (0.2, 0.0, 0.0)
+    assert all(gate.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing tells the robot to stop
 
 
-@pytest.mark.parametrize(("layer", "stops"), [(BubbleLayer, False), (GateLayer, True)])
-def test_f12_a_pilot_that_sends_nothing_on_release_is_stopped_by_the_gate_only(layer, stops):
+@pytest.mark.parametrize(("layer", "stops"), [(BubbleGate, False), (RobotGate, True)])
+def test_f12_a_pilot_that_sends_nothing_on_release_is_stopped_by_the_gate_only(gate, stops):
     driven = Driven()
-    driven.layer = layer()
+    driven.gate = gate()
     driven.run(0.1)
     key_press = (0.2, 0.0, 0.0)  # the guide's window sends once, when the key goes down
-    sent = [driven.layer.hear_command(*key_press, driven.now)]
+    sent = [driven.gate.receive_command(*key_press, driven.now)]
     for _ in range(20):
         driven.run(0.05)
         sent.append(driven.answer)
@@ -69,7 +69,7 @@ def test_f12_a_pilot_that_sends_nothing_on_release_is_stopped_by_the_gate_only(l
 @pytest.mark.parametrize("radius", [0.0, -1.0, math.nan, math.inf])
 def test_bubble_needs_a_radius(radius):
     with pytest.raises(ValueError, match="radius"):
-        BubbleLayer(radius)
+        BubbleGate(radius)
 
 
 class Driven:
@@ -77,7 +77,7 @@ class Driven:
     beam sees comes nearer as it drives."""
 
     def __init__(self, ranges=FREE):
-        self.layer = GateLayer()
+        self.gate = RobotGate()
         self.now = 0.0
         self.x = 0.0
         self.ranges = list(ranges)
@@ -87,11 +87,11 @@ class Driven:
         for _ in range(round(seconds / 0.05)):
             self.now += 0.05
             ahead = self.ranges[0] if self.ranges[0] >= FREE[0] else max(0.04, self.ranges[0] - self.x)
-            self.layer.hear_ranges([ahead, *self.ranges[1:]], self.now)
-            self.layer.hear_odometry(self.x, 0.0, 0.0, self.now)
+            self.gate.receive_ranges([ahead, *self.ranges[1:]], self.now)
+            self.gate.receive_odometry(self.x, 0.0, 0.0, self.now)
             if command is not None:
-                self.layer.hear_command(*command, self.now)
-            self.answer = self.layer.tick(self.now)
+                self.gate.receive_command(*command, self.now)
+            self.answer = self.gate.tick(self.now)
             if self.answer is not None and self.answer.velocity is not None:
                 self.x += self.answer.velocity[0] * 0.05
         return self.answer
@@ -127,15 +127,15 @@ def test_gate_stops_without_readings():
     driven.run(1.0, (0.2, 0.0, 0.0))
     for _ in range(20):
         driven.now += 0.05
-        driven.layer.hear_odometry(driven.x, 0.0, 0.0, driven.now)
-        driven.layer.hear_command(0.2, 0.0, 0.0, driven.now)
-        answer = driven.layer.tick(driven.now)
+        driven.gate.receive_odometry(driven.x, 0.0, 0.0, driven.now)
+        driven.gate.receive_command(0.2, 0.0, 0.0, driven.now)
+        answer = driven.gate.tick(driven.now)
     assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "sensor stale"
 
 
 def test_gate_stops_on_the_bumper():
     driven = Driven()
     driven.run(1.0, (0.2, 0.0, 0.0))
-    driven.layer.hear_bumper(True, driven.now)
+    driven.gate.receive_bumper(True, driven.now)
     driven.run(0.1, (0.2, 0.0, 0.0))
     assert driven.answer.velocity[0] <= 0.0

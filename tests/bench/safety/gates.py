@@ -1,4 +1,4 @@
-"""Safety layers under test, one instance for a whole batch: none, bubble, uniform scaling, and the gate."""
+"""Safety gates under test, one instance for a whole batch: none, bubble, uniform scaling, and the gate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from safety.robots import BenchRobot
 from telepresence.safety import Command, Odometry, State, VelocityGate
 
 
-class Layer(Protocol):
+class Gate(Protocol):
     """Between pilots and bases, S of each."""
 
     def sense(self, name: str, place: int, now: float, stamp: float, ranges: np.ndarray) -> None:
@@ -31,10 +31,10 @@ class Layer(Protocol):
         """What the pilot is shown."""
 
 
-MakeLayer = Callable[[BenchRobot, int], Layer]
+MakeGate = Callable[[BenchRobot, int], Gate]
 
 
-class NoLayer:
+class NoGate:
     """The command goes through and stays until the next one."""
 
     def __init__(self, robot: BenchRobot, count: int) -> None:
@@ -62,7 +62,7 @@ class NoLayer:
         return command.vx, command.vy, command.wz
 
 
-class BubbleLayer(NoLayer):
+class BubbleGate(NoGate):
     """The guide's bubble, with scans at 20 Hz (the guide's own driver gives 5)."""
 
     def __init__(self, robot: BenchRobot, count: int, radius: float) -> None:
@@ -84,7 +84,7 @@ class BubbleLayer(NoLayer):
         return self._out[place] if sent is None else sent
 
 
-class UniformScaling(NoLayer):
+class UniformScaling(NoGate):
     """The command rolled forward; all of it is scaled by time to collision over 2 s (the idea of Nav2's "approach").
 
     Uses what the sensors see at the moment. Runs at every tick, unlike Nav2's monitor.
@@ -121,7 +121,7 @@ class UniformScaling(NoLayer):
         return self._out[place]
 
 
-class GateLayer:
+class OurGate:
     """`telepresence.safety.VelocityGate` as it is, one per place."""
 
     def __init__(self, robot: BenchRobot, count: int, careful: bool = False) -> None:
