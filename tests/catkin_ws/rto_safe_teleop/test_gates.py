@@ -51,7 +51,7 @@ def test_f11_a_lost_link_leaves_the_bubbles_last_velocity_standing():
     assert all(gate.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing tells the robot to stop
 
 
-@pytest.mark.parametrize(("layer", "stops"), [(BubbleGate, False), (RobotGate, True)])
+@pytest.mark.parametrize(("gate", "stops"), [(BubbleGate, False), (RobotGate, True)])
 def test_f12_a_pilot_that_sends_nothing_on_release_is_stopped_by_the_gate_only(gate, stops):
     driven = Driven()
     driven.gate = gate()

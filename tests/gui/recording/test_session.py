@@ -109,7 +109,7 @@ def test_a_bag_becomes_a_page_beside_it(tmp_path):
     bag = tmp_path / "drive.bag"
     subprocess.run([sys.executable, "-c", WRITE_BAG, str(bag)], check=True, timeout=60)
     done = subprocess.run(
-        [sys.executable, "-m", "gui.recording.session_report", str(bag)], capture_output=True, text=True, timeout=60
+        [sys.executable, "-m", "gui.session_report", str(bag)], capture_output=True, text=True, timeout=60
     )
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "drive.html").read_text()

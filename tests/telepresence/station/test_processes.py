@@ -28,7 +28,7 @@ def test_end_of_an_ended_program_returns_its_code():
 
 def test_a_tied_program_ends_when_its_parent_is_killed(wait_until):
     parent = (
-        "import os, signal; from telepresence import processes;"
+        "import os, signal; from telepresence.station import processes;"
         "child = processes.start(['sleep', '60'], tied=True); print(child.pid, flush=True); signal.pause()"
     )
     killed = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
@@ -52,7 +52,7 @@ def test_orphans_in_sessions_of_their_own_are_ended(wait_until):
         "print(child.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
     )
     supervisor = (
-        "from telepresence import processes; import subprocess, sys;"
+        "from telepresence.station import processes; import subprocess, sys;"
         "processes.adopt_orphans();"
         f"p = subprocess.Popen([sys.executable, '-c', {parent!r}], stdout=subprocess.PIPE, text=True);"
         "pid = int(p.stdout.readline()); p.wait();"

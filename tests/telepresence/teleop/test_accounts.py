@@ -128,7 +128,7 @@ def test_the_command_line(tmp_path, capsys):
     add = [
         sys.executable,
         "-m",
-        "telepresence.teleop.accounts",
+        "gui.users",
         *file,
         "add",
         "will",

@@ -20,6 +20,7 @@ ROOT = HERE.parents[3]
 CONTENTS = {
     ROOT: (
         "telepresence/__init__.py",
+        "telepresence/video/__init__.py",
         "telepresence/video/images.py",
         "telepresence/video/frame_timestamp.py",
         "telepresence/video/webrtc.py",
@@ -28,7 +29,7 @@ CONTENTS = {
     ROOT / "catkin_ws/src/rto_node/src": (
         "rto_node/__init__.py",
         "rto_node/client.py",
-        "rto_node/drive_wire.py",
+        "rto_node/drive_datagram.py",
     ),
     ROOT / "catkin_ws/src/rto_bringup/src": ("rto_bringup/__init__.py", "rto_bringup/onboard"),
 }
