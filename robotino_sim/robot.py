@@ -17,6 +17,7 @@ from robotino_sim.inputs_outputs import InputsOutputs
 from robotino_sim.kinematics import Triple
 from robotino_sim.models import PREFIX
 from robotino_sim.power import Battery, PowerState
+from telepresence.geometry import roll_pitch_yaw
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
@@ -179,11 +180,8 @@ class Robotino:
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Where base_link really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
-            x, y, z, qw, qx, qy, qz = (float(value) for value in data.qpos[self._pose])
-        roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
-        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx))))
-        yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        return x, y, z, roll, pitch, yaw
+            x, y, z, *quaternion = data.qpos[self._pose].tolist()
+        return x, y, z, *roll_pitch_yaw(*quaternion)
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 

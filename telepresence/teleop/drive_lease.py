@@ -20,6 +20,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from telepresence.geometry import ZERO_VELOCITY as ZERO
+from telepresence.geometry import Velocity
+
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
 COMMAND_AGE = 0.3
@@ -39,17 +42,6 @@ MOST_WINDOWS = 32
 NONCE = 16
 """Bytes of a random number, and of a proof."""
 PILOT, WATCHER = "pilot", "watcher"
-
-
-class Velocity(NamedTuple):
-    """Of the robot's base: forward, left [m/s], counter-clockwise [rad/s]."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
