@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 
@@ -108,7 +109,7 @@ class Robotino:
         world.every(infrared.PERIOD, self._measure)
         world.every(POWER_PERIOD, lambda _: self._battery.elapse(POWER_PERIOD))
         if self._laser is not None:
-            world.every(laser.PERIOD, self._scan_surroundings, phase=0.015)
+            world.every(laser.PERIOD, partial(self._scan_surroundings, self._laser), phase=0.015)
         world.reset()
 
     # --- what can be told --------------------------------------------------------------------------------------------
@@ -226,6 +227,6 @@ class Robotino:
         self._voltages = tuple(voltages.tolist())
         self._distances = tuple(distances.tolist())
 
-    def _scan_surroundings(self, now: float) -> None:
+    def _scan_surroundings(self, scanner: laser.LaserScanner, now: float) -> None:
         with self.world.locked() as data:
-            self._scan = self._laser.measure(data, self.world.stamp)
+            self._scan = scanner.measure(data, self.world.stamp)

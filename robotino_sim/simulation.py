@@ -59,6 +59,8 @@ class SimulatedRobotino(WebRobot):
         self.webcam = Webcam(self.robot, self._camera_size)
 
     def create_app(self) -> Callable:
+        if self.robot is None or self.webcam is None:
+            raise RuntimeError("the Robotino has not entered a world yet")
         return create_app(self.robot, self.webcam, strict_camera=self._strict_camera, cors=self._cors)
 
     def close(self) -> None:

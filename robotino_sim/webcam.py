@@ -42,10 +42,10 @@ class Webcam:
     def __init__(
         self, robot: Robotino, size: tuple[int, int] = DEFAULT_SIZE, idle_release: float = IDLE_RELEASE
     ) -> None:
-        if tuple(size) not in SIZES:
+        if size not in SIZES:
             raise ValueError(f"the camera has no size {size}; sizes: {', '.join(f'{w}x{h}' for w, h in SIZES)}")
         self.image = LatestImage()
-        self.size = tuple(size)
+        self.size = size
         self._robot = robot
         self._idle_release = idle_release
         self._asked = -idle_release

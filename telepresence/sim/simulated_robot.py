@@ -158,12 +158,12 @@ def read_pose(world: World, prefix: str) -> BodyState:
         (2.0 * (qx * qy - qw * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz + qw * qx)),
         (2.0 * (qx * qz + qw * qy), 2.0 * (qy * qz - qw * qx), 1.0 - 2.0 * (qx * qx + qy * qy)),
     )
-    velocity = tuple(float(sum(a * b for a, b in zip(row, linear, strict=True))) for row in rows)
+    vx, vy, vz = (float(sum(a * b for a, b in zip(row, linear, strict=True))) for row in rows)
     return BodyState(
         x,
         y,
         z,
         *roll_pitch_yaw(qw, qx, qy, qz),
-        velocity=velocity,
+        velocity=(vx, vy, vz),
         turning=tuple(turning),
     )

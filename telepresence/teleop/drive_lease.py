@@ -289,7 +289,8 @@ class DriveLease:
     def _hand_over(self, window: _Window, to: str, now: float) -> Reply:
         if window is not self._pilot:
             return Reply(False, "You do not have the robot.")
-        takers = [w for w in self._windows.values() if w.node == to] if to else [self._asking] * bool(self._asking)
+        asking = [self._asking] if self._asking else []
+        takers = [w for w in self._windows.values() if w.node == to] if to else asking
         taker = next((w for w in takers if w.proven and now - w.heard <= LEASE), None)
         if taker is None:
             return Reply(False, f"{to or 'Who asked'} is not here any more.")

@@ -74,6 +74,8 @@ class SimulatedWalker(WebRobot):
         self.controls = WalkerControls(self.robot)
 
     def create_app(self) -> Callable:
+        if self.robot is None:
+            raise RuntimeError("the walker has not entered a world yet")
         return create_app(self.robot)
 
 
