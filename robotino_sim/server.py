@@ -63,7 +63,7 @@ class Response:
 def create_app(
     robot: Robotino, webcam: Webcam, *, strict_camera: bool = False, cors: bool = False
 ) -> Callable[[Environ, StartResponse], Iterable[bytes]]:
-    """The WSGI application in front of `robot`, to be served by `telepresence.video.mjpeg.WebServer`.
+    """The WSGI application in front of `robot`, to be served by `telepresence.web.server.WebServer`.
 
     Args:
         strict_camera: Answer /cam0 as the web server of 2021 did: 500 unless there is a picture nobody has fetched.

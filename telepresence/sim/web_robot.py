@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from telepresence.sim.simulated_robot import SimulatedRobot
-from telepresence.video.mjpeg import WebServer
+from telepresence.web.server import WebServer
 
 
 class WebRobot(SimulatedRobot):

@@ -57,7 +57,7 @@ class Refused(Exception):
 
 
 def create_app(walker: Walker) -> Callable[[Environ, StartResponse], Iterable[bytes]]:
-    """The WSGI application in front of `walker`, to be served by `telepresence.video.mjpeg.WebServer`."""
+    """The WSGI application in front of `walker`, to be served by `telepresence.web.server.WebServer`."""
     camera = _Camera(walker)
 
     def state(_body: bytes) -> tuple[str, bytes]:
