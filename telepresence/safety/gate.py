@@ -38,12 +38,12 @@ class VelocityGate:
     def __init__(self, profile: RobotProfile, *, careful: bool = False) -> None:
         self.profile = profile
         self.careful = careful
-        self._commands = CommandTimeout(profile.limits)
-        self._timeouts = {source.name: SourceTimeout(source, profile.limits) for source in profile.sources}
-        self._place = KnownObstacles(profile)
-        self._drive = VelocityShaper(profile)
-        self._stop = StopLatch()
-        self._bumper = BumperLatch()
+        self._command_timeout = CommandTimeout(profile.limits)
+        self._source_timeouts = {source.name: SourceTimeout(source, profile.limits) for source in profile.sources}
+        self._known_obstacles = KnownObstacles(profile)
+        self._shaper = VelocityShaper(profile)
+        self._stop_latch = StopLatch()
+        self._bumper_latch = BumperLatch()
         self._now = -math.inf
         self._dt = 0.0
 
@@ -78,37 +78,37 @@ class VelocityGate:
             bearing: Where, in base_link [rad]; None if the bumper doesn't tell.
         """
         if not pressed:
-            self._bumper.release()
+            self._bumper_latch.release()
             return
-        if self._bumper.pressed and bearing is None:
+        if self._bumper_latch.pressed and bearing is None:
             return
-        heading = self._drive.heading
+        heading = self._shaper.heading
         motion = heading[1] if heading is not None and now - heading[0] <= RECENT else None
-        bearing = self._place.bump(now, bearing, motion)
-        pose = self._place.poses.newest
-        self._bumper.press(None if bearing is None or pose is None else bearing + pose.theta)
+        bearing = self._known_obstacles.add_bump(now, bearing, motion)
+        pose = self._known_obstacles.poses.newest
+        self._bumper_latch.press(None if bearing is None or pose is None else bearing + pose.theta)
 
     def stop(self, reason: str) -> None:
         """Stop and stay stopped until `reset_stop`. `reason` completes "Stopped: ..."."""
-        self._stop.set(reason)
+        self._stop_latch.set(reason)
 
     def reset_stop(self) -> None:
         """A person lets the stop go. The controls must be released once before the robot moves again."""
-        self._stop.reset()
+        self._stop_latch.reset()
 
     def reset_bumper(self) -> bool:
         """A person lets the bump go; what was hit stays remembered. False while a bumper is still pressed."""
-        return self._bumper.reset()
+        return self._bumper_latch.reset()
 
     def health(self, now: float) -> dict[str, Health]:
         """State of every range source."""
-        return {name: watch.health(now) for name, watch in self._timeouts.items()}
+        return {name: timeout.health(now) for name, timeout in self._source_timeouts.items()}
 
     def obstacles(self) -> np.ndarray:
         """Places of the known obstacles in base_link as of the last tick, shape (n, 2) [m]."""
-        if self._place.poses.newest is None:
+        if self._known_obstacles.poses.newest is None:
             return np.empty((0, 2))
-        return self._place.obstacles(self._now)[0]
+        return self._known_obstacles.obstacles(self._now)[0]
 
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
         """Decide. Call it at a fixed rate and send every result to the base, zeros too.
@@ -120,26 +120,28 @@ class VelocityGate:
         """
         problem = self._tick(now, command, odometry)
         if problem or odometry is None:  # a missing odometry is a problem, too
-            return self._drive.halt(State.FAULT, problem, self._commands.age(now), None)
-        self._place.update(now, self._timeouts)
-        current = self._commands.current(now)
-        self._stop.see_command(current is not None and (current.vx, current.vy, current.wz) != (0.0, 0.0, 0.0))
-        view = TickState(self.profile, self._timeouts, self._place, self._bumper, now, odometry.theta)
-        age = self._commands.age(now)
-        if self._stop.holds:
-            return self._drive.halt(State.STOPPED, self._stop.message, age, view)
-        if not view.usable:
-            return self._drive.halt(State.SENSOR_STALE, view.complaint, age, view)
+            return self._shaper.halt(State.FAULT, problem, self._command_timeout.age(now), None)
+        self._known_obstacles.update(now, self._source_timeouts)
+        current = self._command_timeout.current(now)
+        self._stop_latch.update(current is not None and (current.vx, current.vy, current.wz) != (0.0, 0.0, 0.0))
+        tick = TickState(
+            self.profile, self._source_timeouts, self._known_obstacles, self._bumper_latch, now, odometry.theta
+        )
+        age = self._command_timeout.age(now)
+        if self._stop_latch.holds:
+            return self._shaper.halt(State.STOPPED, self._stop_latch.message, age, tick)
+        if not tick.usable:
+            return self._shaper.halt(State.SENSOR_STALE, tick.complaint, age, tick)
         if current is None:
-            return self._drive.halt(State.NO_COMMAND, self._commands.problem, age, view)
+            return self._shaper.halt(State.NO_COMMAND, self._command_timeout.problem, age, tick)
         dt = min(self._dt, LONGEST_RAMP)
-        return self._drive.decide(now, dt, current, age, odometry.theta, view, self.careful)
+        return self._shaper.shape(now, dt, current, age, odometry.theta, tick, self.careful)
 
     def _receive(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
         stamp = now if stamp is None else stamp
-        accepted = self._timeouts[name].accept(now, stamp, scan)
+        accepted = self._source_timeouts[name].accept(now, stamp, scan)
         if accepted and scan is not None:  # no source accepts a scan that is missing
-            self._place.put(name, stamp, scan)
+            self._known_obstacles.add_scan(name, stamp, scan)
         return accepted
 
     def _tick(self, now: float, command: Command | None, odometry: Odometry | None) -> str:
@@ -150,19 +152,19 @@ class VelocityGate:
         self._now = now
         if dt < 0.0:
             # Nothing that was stamped before can be told from the future now.
-            self._commands.forget()
-            for watch in self._timeouts.values():
-                watch.forget()
-            self._place.poses.clear()
+            self._command_timeout.forget()
+            for timeout in self._source_timeouts.values():
+                timeout.forget()
+            self._known_obstacles.poses.clear()
             return f"The clock went back by {-dt:.2f} s."
         self._dt = 0.0 if first else dt
-        if not self._commands.offer(now, command):
-            return self._commands.problem
+        if not self._command_timeout.offer(now, command):
+            return self._command_timeout.problem
         if odometry is None or not odometry.finite:
             return "There is no odometry." if odometry is None else "Odometry holds a value that is not a number."
         if not -AHEAD_OF_TIME <= now - odometry.stamp <= ODOMETRY_MAX_AGE:
             return f"Odometry is {now - odometry.stamp:.1f} s old."
-        if not self._place.move(self._dt, odometry):
-            self._drive.forget_heading()
+        if not self._known_obstacles.advance(self._dt, odometry):
+            self._shaper.forget_heading()
             return "Odometry jumped: the surroundings must be seen anew."
         return ""

@@ -41,15 +41,15 @@ class KnownObstacles:
         self.poses = PoseHistory()
         self._memory = ObstacleMemory(profile.limits.memory)
         self._echoes = Echoes()
-        self._moving = MovingObstacles()
-        self._waiting: dict[str, tuple[float, Scan]] = {}
+        self._moving_obstacles = MovingObstacles()
+        self._pending_scans: dict[str, tuple[float, Scan]] = {}
         self._clock = 0.0
 
-    def put(self, name: str, stamp: float, scan: Scan) -> None:
+    def add_scan(self, name: str, stamp: float, scan: Scan) -> None:
         """Keep a scan (base_link) until the pose of its stamp is known; a newer one replaces it."""
-        self._waiting[name] = stamp, scan
+        self._pending_scans[name] = stamp, scan
 
-    def move(self, dt: float, odometry: Odometry) -> bool:
+    def advance(self, dt: float, odometry: Odometry) -> bool:
         """Advance to now. False if the odometry has jumped: everything remembered is then dropped."""
         last = self.poses.newest
         if last is not None:
@@ -69,8 +69,8 @@ class KnownObstacles:
         self.poses.clear()
         self._memory.clear()
         self._echoes.clear()
-        self._moving.clear()
-        self._waiting.clear()
+        self._moving_obstacles.clear()
+        self._pending_scans.clear()
 
     def update(self, now: float, timeouts: dict[str, SourceTimeout]) -> None:
         """Take in the scans that wait, and drop what stale cones said."""
@@ -79,30 +79,30 @@ class KnownObstacles:
         moment = Moment(now, self._clock, self.poses.driven)
         beams: list[Scan] = []
         cones: list[tuple[RangeSource, Scan]] = []
-        for name, (stamp, scan) in self._waiting.items():
-            watch = timeouts[name]
-            watch.compare(stamp, scan, self.poses.moved)
-            if watch.health(now) is Health.FROZEN:
+        for name, (stamp, scan) in self._pending_scans.items():
+            timeout = timeouts[name]
+            timeout.check_frozen(stamp, scan, self.poses.moved)
+            if timeout.health(now) is Health.FROZEN:
                 continue
             placed = scan.seen_from(*self.poses.at(stamp))
-            if watch.source.cone:
-                cones.append((watch.source, placed))
+            if timeout.source.cone:
+                cones.append((timeout.source, placed))
                 continue
-            if watch.source.spread <= NARROW:
-                self._moving.observe(name, stamp, placed, position, self._memory)
+            if timeout.source.spread <= NARROW:
+                self._moving_obstacles.observe(name, stamp, placed, position, self._memory)
             beams.append(placed)
-        self._waiting.clear()
+        self._pending_scans.clear()
         if beams:
             self._memory.integrate(together(beams), position, moment)
         for source, scan in cones:
             self._echoes.observe(source, scan, self._memory.points)
         self._memory.limit(position, moment)
         self._drop_overrun(pose, position)
-        for name, watch in timeouts.items():
-            if watch.source.cone and watch.health(now) is not Health.LIVE:
+        for name, timeout in timeouts.items():
+            if timeout.source.cone and timeout.health(now) is not Health.LIVE:
                 self._echoes.forget(name)
 
-    def bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
+    def add_bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
         """Remember what a bumper has felt.
 
         Args:
@@ -164,7 +164,7 @@ class KnownObstacles:
         """
         pose, limits = self.poses.current, self._profile.limits
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
-        moving, velocity = self._moving.now(now)
+        moving, velocity = self._moving_obstacles.now(now)
         points = np.concatenate([self._memory.points, moving])
         velocities = np.zeros((len(points), 2))
         velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)

@@ -30,7 +30,7 @@ class StopLatch:
         self._waiting = self._waiting or bool(self.reason)
         self.reason = ""
 
-    def see_command(self, asks_for_motion: bool) -> None:
+    def update(self, asks_for_motion: bool) -> None:
         """Tell what the pilot does now; call every tick."""
         if not asks_for_motion and not self.reason:
             self._waiting = False

@@ -36,20 +36,20 @@ class TickState:
         self,
         profile: RobotProfile,
         timeouts: dict[str, SourceTimeout],
-        place: KnownObstacles,
-        bumper: BumperLatch,
+        known_obstacles: KnownObstacles,
+        bumper_latch: BumperLatch,
         now: float,
         theta: float,
     ) -> None:
         self._profile = profile
-        self.obstacles = Obstacles.around(profile, *place.obstacles(now))
-        for echo in place.echoes():
+        self.obstacles = Obstacles.around(profile, *known_obstacles.obstacles(now))
+        for echo in known_obstacles.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
         self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, timeouts, now)
-        self.bumped = bumper.latched
-        if bumper.latched:
+        self.bumped = bumper_latch.latched
+        if bumper_latch.latched:
             self.caps = np.minimum(self.caps, profile.limits.escape_speed)
-            normal = bumper.normal(theta)
+            normal = bumper_latch.normal(theta)
             if normal is not None:
                 self.obstacles = self.obstacles.with_contact(normal)
 
@@ -95,31 +95,31 @@ def _sensor_caps(
     """Caps by what the sensors are good for; sectors that none serves; whether they are usable; the first complaint."""
     caps = np.zeros(SECTORS)
     served = np.zeros(SECTORS, bool)
-    watched = np.zeros(SECTORS, bool)
+    reporting = np.zeros(SECTORS, bool)
     complaint = ""
     usable = refused = False
     beams = np.zeros(SECTORS, bool)
-    for watch in timeouts.values():
-        if not watch.source.cone:
-            beams |= watch.source.sectors
+    for timeout in timeouts.values():
+        if not timeout.source.cone:
+            beams |= timeout.source.sectors
     doubtful = min(profile.limits.unseen_speed, profile.limits.escape_speed)
-    for watch in timeouts.values():
-        source = watch.source
+    for timeout in timeouts.values():
+        source = timeout.source
         served |= source.sectors
-        health = watch.health(now)
+        health = timeout.health(now)
         if health is Health.LIVE:
             usable = True
             # A cone tells that something is there, hardly that nothing is: it doesn't stand in for beams.
             own = source.sectors & ~beams if source.cone else source.sectors
-            seen = own & watch.watched(now)
+            seen = own & timeout.fresh_sectors(now)
             caps[own] = np.maximum(caps[own], doubtful)
             caps[seen] = np.maximum(caps[seen], source.speed)
-            watched |= own
+            reporting |= own
         elif not complaint or health is Health.REFUSED:
-            complaint = watch.complaint(now)
+            complaint = timeout.complaint(now)
         refused |= health is Health.REFUSED
     caps[~served] = profile.limits.unseen_speed
-    closed = served & ~watched
+    closed = served & ~reporting
     if closed.any():
         for _ in range(CLOSED_BESIDE):
             closed = closed | np.roll(closed, 1) | np.roll(closed, -1)

@@ -29,7 +29,7 @@ class CommandTimeout:
 
     def forget(self) -> None:
         self._command: Command | None = None
-        self._heard = -math.inf
+        self._received = -math.inf
         self._newest = -math.inf
         self.problem = "No command yet."
 
@@ -48,14 +48,14 @@ class CommandTimeout:
         elif now - command.stamp > self._limits.command_max_age:
             self.problem = f"Commands arrive {now - command.stamp:.1f} s late."
         else:
-            self._command, self._heard, self._newest = command, now, command.stamp
+            self._command, self._received, self._newest = command, now, command.stamp
             self.problem = ""
         return True
 
     def current(self, now: float) -> Command | None:
         """The command to obey; None if there is none, `problem` then says why."""
-        if self._command is not None and now - self._heard > self._limits.command_timeout:
-            self.problem = f"No command for {now - self._heard:.1f} s."
+        if self._command is not None and now - self._received > self._limits.command_timeout:
+            self.problem = f"No command for {now - self._received:.1f} s."
             return None
         return self._command
 
@@ -105,12 +105,12 @@ class SourceTimeout:
         self._known_at[scan.known] = stamp
         return True
 
-    def watched(self, now: float) -> np.ndarray:
+    def fresh_sectors(self, now: float) -> np.ndarray:
         """(72,) sectors in which some beam has said something lately."""
         fresh = now - self._known_at <= self._timeout
         return self.source.sectors if fresh.all() else np.any(self.source.serves[:, fresh], axis=1)
 
-    def compare(self, stamp: float, scan: Scan, moved: float) -> None:
+    def check_frozen(self, stamp: float, scan: Scan, moved: float) -> None:
         """Look whether anything changes while the robot moves.
 
         Args:
