@@ -1,4 +1,4 @@
-"""VelocityGate: watchdogs, surroundings, guard and latches joined into one decision per tick."""
+"""VelocityGate: timeouts, obstacles, latches and velocity shaping joined into one decision per tick."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from .timeouts import AHEAD_OF_TIME, CommandTimeout, Health, SourceTimeout
 from .velocity_shaper import VelocityShaper
 
 ODOMETRY_MAX_AGE = 0.5
-"""[s]"""
+"""Older odometry is a fault [s]."""
 LONGEST_RAMP = 0.1
-"""Speed rises by no more than this much time's worth in one tick, however long it was [s]."""
+"""A tick counts as no longer than this for the speed ramp [s]."""
 RECENT = 0.5
-"""A bump is put down to the motion commanded within this time [s]."""
+"""A bump is attributed to motion commanded within this time [s]."""
 
 
 class VelocityGate:
-    """The velocity that may reach the wheels now. Not thread safe: one loop calls it.
+    """Decides which velocity may reach the wheels now. Not thread safe: one loop calls it.
 
     Args:
         profile: The robot.
-        careful: Careful scan from the start; see `careful`.
+        careful: Initial value of the attribute `careful`.
     Attributes:
-        careful: Swing the body while driving so that beams with gaps between them see everything. It sways the
-            picture, so it is the pilot's choice. Without effect on a robot whose profile has no swing.
+        careful: Swing the body while driving so that beams with gaps between them see everything. The camera's picture
+            sways with it, so the pilot decides. Without effect on a robot whose profile has no swing.
     """
 
     def __init__(self, profile: RobotProfile, *, careful: bool = False) -> None:
@@ -48,12 +48,12 @@ class VelocityGate:
         self._dt = 0.0
 
     def update_ranges(self, source: str, now: float, ranges: Sequence[float], stamp: float | None = None) -> bool:
-        """Take in the readings of one source, in the order of its beams.
+        """Take the readings of one source, in the order of its beams.
 
         Args:
             source: A name from the profile.
             now: [s].
-            ranges: [m]; max_range or more where nothing is, UNKNOWN where a beam says nothing.
+            ranges: [m]; max_range or more where nothing is, UNKNOWN for a beam without a reading.
             stamp: When it was measured [s]; now by default.
         Returns:
             False if they were refused: wrong number, a value that isn't finite, or not newer than the last.
@@ -65,17 +65,17 @@ class VelocityGate:
     def update_range_points(
         self, source: str, now: float, points_in_base: Sequence[Sequence[float]], stamp: float | None = None
     ) -> bool:
-        """As `update_ranges`, with the place of each return in base_link, shape (n, 2) [m]."""
+        """Take readings as `update_ranges` does, given as the position of each return in base_link (n, 2) [m]."""
         points = np.asarray(points_in_base, float)
         return self._receive(source, now, stamp, scan_of_points(self.profile.source(source), points))
 
     def update_bumper(self, now: float, pressed: bool, bearing: float | None = None) -> None:
-        """Tell the state of the bumpers; a press latches.
+        """Take the state of the bumpers; a press latches.
 
         Args:
             now: [s].
-            pressed: Any of them is pressed.
-            bearing: Where, in base_link [rad]; None if the bumper doesn't tell.
+            pressed: Whether any of them is pressed.
+            bearing: Where, in base_link [rad]; None if the bumper does not report it.
         """
         if not pressed:
             self._bumper_latch.release()
@@ -93,29 +93,29 @@ class VelocityGate:
         self._stop_latch.set(reason)
 
     def reset_stop(self) -> None:
-        """A person lets the stop go. The controls must be released once before the robot moves again."""
+        """Release the stop, for a person. The controls must be released once before the robot moves again."""
         self._stop_latch.reset()
 
     def reset_bumper(self) -> bool:
-        """A person lets the bump go; what was hit stays remembered. False while a bumper is still pressed."""
+        """Release the bump, for a person; what was hit stays remembered. False while a bumper is still pressed."""
         return self._bumper_latch.reset()
 
     def health(self, now: float) -> dict[str, Health]:
-        """State of every range source."""
+        """Return the state of every range source."""
         return {name: timeout.health(now) for name, timeout in self._source_timeouts.items()}
 
     def obstacles(self) -> np.ndarray:
-        """Places of the known obstacles in base_link as of the last tick, shape (n, 2) [m]."""
+        """Return the positions of the known obstacles in base_link as of the last tick, shape (n, 2) [m]."""
         if self._known_obstacles.poses.newest is None:
             return np.empty((0, 2))
         return self._known_obstacles.obstacles(self._now)[0]
 
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
-        """Decide. Call it at a fixed rate and send every result to the base, zeros too.
+        """Decide what to output. Call it at a fixed rate and send every result to the base, zeros too.
 
         Args:
             now: [s], monotonic; the clock of all stamps.
-            command: The newest one; the same object again while nothing newer has come; None if there is none.
+            command: The newest one; the same object again until a newer one arrives; None if there is none.
             odometry: The newest pose.
         """
         problem = self._tick(now, command, odometry)
@@ -145,13 +145,13 @@ class VelocityGate:
         return accepted
 
     def _tick(self, now: float, command: Command | None, odometry: Odometry | None) -> str:
-        """Take in time, command and pose. Returns what is wrong with them; empty if nothing is."""
+        """Take time, command and pose. Return what is wrong with them; empty if nothing is."""
         if not math.isfinite(now):
             return "The clock gives no time."
         first, dt = self._now == -math.inf, now - self._now
         self._now = now
         if dt < 0.0:
-            # Nothing that was stamped before can be told from the future now.
+            # What was stamped before would now seem to come from the future.
             self._command_timeout.forget()
             for timeout in self._source_timeouts.values():
                 timeout.forget()

@@ -1,4 +1,4 @@
-"""From numbers to the state that a pilot sees, without flicker."""
+"""The state that the pilot sees, from the size of command and output, without flicker."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ import math
 from .messages import State
 
 ENTER_LIMITED, LEAVE_LIMITED = 0.95, 0.98
-"""Share of the command that passes."""
+"""Shares of the command that pass, below and above which the state changes."""
 STANDING = 0.02
-"""Slower than this is standing [m/s]."""
+"""An output slower than this means standing [m/s]."""
 MOTION_REQUESTED = 0.05
-"""A command faster than this asks for motion [m/s]."""
+"""A command faster than this requests motion [m/s]."""
 HOLD = 0.3
 """A better state must last this long before it is shown [s]."""
 
 
 class GateStateFilter:
-    """Worse states show at once, better ones after a while."""
+    """Shows worse states at once and better ones after `HOLD` seconds."""
 
     def __init__(self) -> None:
         self._state = State.CLEAR
         self._better_since = math.inf
 
     def update(self, now: float, requested: float, output: float) -> State:
-        """
+        """Return the state to show.
+
         Args:
             now: [s].
             requested, output: Size of the command and of what passes, in the same unit (m/s, or rad/s times an arm).

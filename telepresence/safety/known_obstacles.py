@@ -1,4 +1,4 @@
-"""What is known about the place: obstacles in the odometry frame, fed by scans, bumps and driving."""
+"""All obstacles that the gate knows, in the odometry frame: from scans, cones, bumps and what moves."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from .sonar import Echo, Echoes
 from .timeouts import Health, SourceTimeout
 
 STANDSTILL_AGES = 0.2
-"""Memory ages this fast while the robot stands."""
+"""Rate at which memory ages while the robot stands, relative to driving."""
 LONGEST_TICK = 0.25
-"""A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
+"""A longer step of the clock is a stall or a jump; memory then ages by this much only [s]."""
 OVERRUN = 0.03
-"""What is remembered farther inside the outline than this isn't there: the robot is [m]."""
+"""Points remembered farther inside the outline than this are wrong, because the robot stands there [m]."""
 FASTEST = 2.0
 """Odometry that moves faster than this has been reset [m/s]."""
 BUMP_WIDTH = math.radians(45.0)
-"""A bumper without direction was hit within this of the direction of motion [rad]."""
+"""A bumper that reports no direction was hit within this angle of the direction of motion [rad]."""
 BUMP_SPACING = math.radians(11.25)
+"""Angle between the points that are remembered for a bump [rad]."""
 BUMP_KNOWN = 0.08
-"""A bump is put down to a known obstacle that is nearer to the outline than this [m]."""
+"""A bump is attributed to a known obstacle that is nearer to the outline than this [m]."""
 BUMP_OUTSIDE = 0.01
-"""The thing that was hit begins this far outside the outline [m]."""
+"""What was hit is remembered this far outside the outline [m]."""
 
 
 class KnownObstacles:
-    """Everything the gate remembers about where it is."""
+    """Everything that the gate remembers about the robot's surroundings."""
 
     def __init__(self, profile: RobotProfile) -> None:
         self._profile = profile
@@ -50,7 +51,7 @@ class KnownObstacles:
         self._pending_scans[name] = stamp, scan
 
     def advance(self, dt: float, odometry: Odometry) -> bool:
-        """Advance to now. False if the odometry has jumped: everything remembered is then dropped."""
+        """Advance to the newest pose. False if odometry has jumped; everything remembered is then dropped."""
         last = self.poses.newest
         if last is not None:
             passed = max(odometry.stamp - last.stamp, dt, 0.0)
@@ -65,7 +66,7 @@ class KnownObstacles:
         return True
 
     def forget(self) -> None:
-        """Drop all memory."""
+        """Drop everything that is remembered."""
         self.poses.clear()
         self._memory.clear()
         self._echoes.clear()
@@ -73,7 +74,7 @@ class KnownObstacles:
         self._pending_scans.clear()
 
     def update(self, now: float, timeouts: dict[str, SourceTimeout]) -> None:
-        """Take in the scans that wait, and drop what stale cones said."""
+        """Integrate the pending scans, and drop the echoes of cones that are not live."""
         pose = self.poses.current
         position = np.array([pose.x, pose.y])
         moment = Moment(now, self._clock, self.poses.driven)
@@ -103,12 +104,12 @@ class KnownObstacles:
                 self._echoes.forget(name)
 
     def add_bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
-        """Remember what a bumper has felt.
+        """Remember what a bumper has hit.
 
         Args:
             now: [s].
-            bearing: Where the bumper says it was, in base_link [rad]; None if it doesn't tell.
-            motion: Where the robot was driving [rad]; None if it stood.
+            bearing: Reported by the bumper, in base_link [rad]; None if it reports none.
+            motion: Direction in which the robot was driving [rad]; None if it stood.
         Returns:
             Bearing of the contact [rad]; None if nothing is known about it.
         """
@@ -127,7 +128,7 @@ class KnownObstacles:
         felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         lifetime = self._profile.limits.bumper_memory
         if exact:
-            # Round a corner of the outline lies another side, which would bar the way straight back.
+            # Points around a corner of the outline would bar the way straight back.
             ahead = math.copysign(1.0, math.cos(bearing))
             felt = felt[self._profile.outline.measure(felt)[1][:, 0] * ahead >= 0.0]
         moment = Moment(now, self._clock, self.poses.driven)
@@ -135,7 +136,7 @@ class KnownObstacles:
         return bearing
 
     def _drop_overrun(self, pose: Odometry, position: np.ndarray) -> None:
-        """Take back what is remembered where the robot stands."""
+        """Drop the points that are remembered where the robot stands."""
         outline = self._profile.outline
         inside = squared_lengths(self._memory.points - position) < outline.outer_radius**2
         if inside.any():
@@ -145,7 +146,7 @@ class KnownObstacles:
             self._memory.drop(inside)
 
     def _touching(self, pose: Odometry) -> float | None:
-        """Bearing of the known obstacle that may have been hit."""
+        """Return the bearing of the known obstacle that may have been hit."""
         if not len(self._memory):
             return None
         distance, normals, _ = self._profile.outline.measure(into_base(self._memory.points, pose.x, pose.y, pose.theta))
@@ -155,7 +156,7 @@ class KnownObstacles:
         return math.atan2(normals[nearest, 1], normals[nearest, 0])
 
     def obstacles(self, now: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Known obstacles in base_link now.
+        """Return the known obstacles in base_link now.
 
         Returns:
             points: (n, 2) [m].
@@ -175,7 +176,7 @@ class KnownObstacles:
         )
 
     def echoes(self) -> list[Echo]:
-        """Unexplained readings of wide cones in base_link now."""
+        """Return the unexplained readings of wide cones in base_link now."""
         pose = self.poses.current
         return [
             Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))

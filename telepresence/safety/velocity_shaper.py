@@ -1,4 +1,4 @@
-"""From the pilot's command to the velocity that may go out: caps, swing, turning, obstacles, ramp, and the words."""
+"""From the pilot's command to the output: speed limits, swing, turning, obstacles, ramp, and the reason in words."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .robot_profile import RobotProfile
 from .tick_state import TickState
 
 CUT = 0.98
-"""Less than this share of a velocity left means that something has cut it."""
+"""A velocity of which less than this share is left has been cut."""
 FREE_WAY = 0.10
-"""A direction in which this fast is allowed is offered to a blocked pilot [m/s]."""
+"""A blocked pilot is offered the directions in which this speed is allowed [m/s]."""
 
 
 class VelocityShaper:
-    """Shapes commands tick by tick; remembers what went out last.
+    """Shapes commands tick by tick; keeps the last output for its ramps.
 
     Attributes:
-        heading: Direction of the last driving that went out, base_link [rad], and when [s]; None before the first.
+        heading: When the robot was last driven [s], and in which direction in base_link [rad]; None before that.
     """
 
     def __init__(self, profile: RobotProfile) -> None:
@@ -36,12 +36,12 @@ class VelocityShaper:
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
-        """The body's heading is the pilot's, whatever it was swung to."""
+        """Take the body's heading as the pilot's, whatever it was swung to."""
         if self._swing:
             self._swing.forget()
 
     def halt(self, state: State, reason: str, command_age: float, tick: TickState | None) -> Decision:
-        """Zero, and why."""
+        """Return a decision to stop, with the reason."""
         self._speed = self._turn = self._output_turn = 0.0
         self.forget_heading()
         if tick is None:
@@ -51,7 +51,7 @@ class VelocityShaper:
     def shape(
         self, now: float, dt: float, command: Command, command_age: float, theta: float, tick: TickState, careful: bool
     ) -> Decision:
-        """What is left of a command.
+        """Return what is left of a command.
 
         Args:
             now: [s].
@@ -59,8 +59,8 @@ class VelocityShaper:
             command: Valid and in time.
             command_age: [s].
             theta: Heading in the odometry frame [rad].
-            tick: Of now.
-            careful: Swing the body while driving.
+            tick: Obstacles and speed limits now.
+            careful: Whether to swing the body while driving.
         """
         limits = self._limits
         vx, vy = shorten(command.vx, command.vy, limits.max_speed)
@@ -130,7 +130,7 @@ class VelocityShaper:
 
 
 def _cap(vx: float, vy: float, tick: TickState) -> tuple[tuple[float, float], str]:
-    """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
+    """Return a velocity within what sensors and latches permit in its direction, and why it was cut."""
     speed = math.hypot(vx, vy)
     if speed == 0.0:
         return (0.0, 0.0), ""
@@ -140,7 +140,7 @@ def _cap(vx: float, vy: float, tick: TickState) -> tuple[tuple[float, float], st
 
 
 def shorten(vx: float, vy: float, longest: float) -> tuple[float, float]:
-    """The same direction, no longer than `longest` [m/s]."""
+    """Return a vector of the same direction, no longer than `longest` [m/s]."""
     length = math.hypot(vx, vy)
     if length <= longest:
         return vx, vy
@@ -153,7 +153,7 @@ def _clamp(value: float, size: float) -> float:
 
 
 def _rise(last: float, wanted: float, step: float) -> float:
-    """`wanted`, but its size grows by no more than `step`; falling is immediate."""
+    """Return `wanted`, growing by no more than `step`; falling is immediate."""
     if last * wanted <= 0.0:
         return _clamp(wanted, step)
     return _clamp(wanted, max(abs(last), 0.0) + step)
@@ -165,7 +165,7 @@ def _rotate(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 def _offer(allowed: np.ndarray) -> str:
-    """The main directions that are free, for a pilot who is blocked."""
+    """Return the main directions that are free, for a pilot who is blocked."""
     names = [in_words(eighth * math.tau / 8) for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
     sectors = [eighth * SECTORS // 8 for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
     free = [name for name, sector in zip(names, sectors) if allowed[sector] >= FREE_WAY]  # noqa: B905 Python 3.9
