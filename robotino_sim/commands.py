@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robotino_sim.inputs_outputs import DIGITAL_OUTPUTS, RELAYS
+from robotino_sim.inputs_outputs import DIGITAL_OUTPUTS, MAX_POWER, RELAYS
 from robotino_sim.json_body import MAX_COMMAND, MAX_PROGRAM
 from robotino_sim.programs import Programs
 from robotino_sim.robot import Robotino
@@ -33,7 +33,7 @@ def table(robot: Robotino, programs: Programs) -> dict[str, Command]:
         robot.set_velocity(*numbers(body, 3, "[vx, vy, omega] in m/s, m/s and rad/s"))
 
     def digital_output(body: Any) -> None:
-        meaning = '{"num": 0..7, "val": true or false}'
+        meaning = f'{{"num": 0..{DIGITAL_OUTPUTS - 1}, "val": true or false}}'
         num = index(member(body, "num", meaning), DIGITAL_OUTPUTS, meaning)
         outputs.set_digital_output(num, boolean(member(body, "val", meaning), meaning))
 
@@ -41,7 +41,7 @@ def table(robot: Robotino, programs: Programs) -> dict[str, Command]:
         outputs.set_digital_outputs(booleans(body, DIGITAL_OUTPUTS, "the digital outputs"))
 
     def relay(body: Any) -> None:
-        meaning = '{"num": 0..1, "val": true or false}'
+        meaning = f'{{"num": 0..{RELAYS - 1}, "val": true or false}}'
         num = index(member(body, "num", meaning), RELAYS, meaning)
         outputs.set_relay(num, boolean(member(body, "val", meaning), meaning))
 
@@ -49,7 +49,7 @@ def table(robot: Robotino, programs: Programs) -> dict[str, Command]:
         outputs.set_relays(booleans(body, RELAYS, "the relays"))
 
     def power_output(body: Any) -> None:
-        meaning = '{"value": -100..100} in percent'
+        meaning = f'{{"value": -{MAX_POWER:.0f}..{MAX_POWER:.0f}}} in percent'
         outputs.set_power_output(number(member(body, "value", meaning), meaning))
 
     return {

@@ -16,6 +16,7 @@ import math
 import mujoco
 import numpy as np
 
+from robotino_sim.controller import CYCLE
 from telepresence.sim.rays import RayBundle
 
 COUNT = 9
@@ -24,8 +25,8 @@ MOUNTING_RADIUS, MOUNTING_HEIGHT = 0.2264, 0.0566
 """Where a sensor's distance begins [m]."""
 NOTHING, NEAREST = 0.41, 0.04
 """Largest and smallest reading [m]."""
-PERIOD = 0.020
-"""The controller publishes voltages this often [s]."""
+PERIOD = CYCLE
+"""The controller publishes voltages in every cycle of its loop [s]."""
 NOISE = 0.005
 """Standard deviation of the voltage, relative."""
 ADC_STEP = 5.0 / 4096

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from robotino_sim.infrared import COUNT, MOUNTING_HEIGHT
+from robotino_sim.kinematics import WHEEL_RADIUS
 
 Profile = Sequence[tuple[float, float]]
 Mesh = tuple[np.ndarray, np.ndarray]
@@ -34,7 +35,7 @@ LID: Profile = (
 )
 PLATE: Profile = ((0.132, 0.287), (0.132, 0.2905), (0.1305, 0.2915), (0.0, 0.2915))
 CORE_RADIUS, CORE_OFFSET = 0.11, -0.055
-WHEEL_RADIUS, WHEEL_WIDTH, ROLLERS = 0.060, 0.034, 10
+WHEEL_WIDTH, ROLLERS = 0.034, 10
 
 
 def add_shells(spec: mujoco.MjSpec) -> None:

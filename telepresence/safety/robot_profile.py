@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -249,6 +249,8 @@ ROBOTINO = RobotProfile(
 """Robotino as delivered: nine infrared beams."""
 
 _DEGREE = math.pi / 180.0
+_SIDE_LASER = 1.75728
+"""Bearing of Pepper's lasers at the sides [rad]."""
 _PEPPER_LASER = dict(min_range=0.10, max_range=3.0, clear_range=3.0, period=0.16, speed=0.35, frozen_after=1.0)
 # A cone shows that something is there, hardly that nothing is: as slow as where no sensor looks.
 _PEPPER_SONAR = dict(min_range=0.30, max_range=2.55, clear_range=2.55, period=0.10, speed=0.10, frozen_after=10.0)
@@ -268,8 +270,8 @@ PEPPER = RobotProfile(
     ),
     (
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
-        fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
-        fan("right laser", (-0.018, -0.0899), -1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
+        fan("left laser", (-0.018, 0.0899), _SIDE_LASER, 60 * _DEGREE, 15, **_PEPPER_LASER),
+        fan("right laser", (-0.018, -0.0899), -_SIDE_LASER, 60 * _DEGREE, 15, **_PEPPER_LASER),
         # Assumed 3 cm off the outline: bars motion into the cone and no motion past it.
         sonar("front sonar", (0.0699, 0.0), 0.0, 30 * _DEGREE, near_range=0.135, **_PEPPER_SONAR),
         sonar("back sonar", (-0.0718, 0.0), math.pi, 30 * _DEGREE, near_range=0.215, **_PEPPER_SONAR),
@@ -281,7 +283,7 @@ Deceleration 0.3 m/s² (ALMotion MaxAccXY default), of which four fifths are ass
 ROBOTINO_LASER = RobotProfile(
     "Robotino with laser",
     ROBOTINO.outline,
-    Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0),
+    replace(_ROBOTINO_LIMITS, max_speed=0.50, unseen_speed=0.10),
     (LASER, INFRARED),
 )
 """Robotino with a laser all around; falls back to the infrared sensors' speed when the laser is silent."""

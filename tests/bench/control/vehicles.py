@@ -227,7 +227,7 @@ class PepperVehicle(_Wheeled):
 
 
 class RobotinoVehicle(_Wheeled):
-    label, profile, speed, turn, front = "Robotino", ROBOTINO, 0.20, 0.5, 0.2266
+    label, profile, speed, turn, front = "Robotino", ROBOTINO, 0.20, 0.5, ROBOTINO.outline.radius
 
     def _model(self) -> RobotModel:
         return robotino_model()
