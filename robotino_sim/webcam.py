@@ -91,7 +91,7 @@ class Webcam:
                 log.error("the camera has no picture: %s", error)
                 with self._changed:
                     self._changed.wait_for(lambda: self._closed, timeout=5.0)
-            except Exception:
+            except Exception:  # the top of a thread: whatever it is, it must be in the log
                 log.exception("the camera failed")
                 return
 

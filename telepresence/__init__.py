@@ -1,1 +1,1 @@
-"""What the robots share: pictures, streams, safety, simulation. Importing it imports nothing else."""
+"""What all robots share: safety gate, teleoperation, video, audio, web, station, simulation. It imports nothing."""

@@ -1,11 +1,11 @@
-"""Which microphone, which loudspeaker: what a person chose, as GStreamer elements.
+"""The chosen microphone and loudspeaker as GStreamer elements.
 
 A choice is one of
 
     auto          the sound server's default (PulseAudio, or PipeWire in its place), else ALSA's when there is a card
     NAME          a device of the sound server, as `pactl list short sources` or `... sinks` names it
     alsa:DEVICE   for example alsa:hw:1,0
-    test          a microphone that hears a tone of 440 Hz, a loudspeaker that is a hole in the ground
+    test          a microphone with a tone of 440 Hz, a loudspeaker that discards everything
     none          no device
 
 Delays are short on purpose: PulseAudio's defaults alone are 200 ms in each direction.
@@ -19,7 +19,7 @@ from pathlib import Path
 from telepresence.audio.pipeline import Gst, SoundError
 
 ALIGNMENT, ALIGNMENT_WAIT = 10_000_000, 200_000_000
-"""Sound that has been this far from its time for that long is put right [ns]."""
+"""Sound that has been off its time by the first for as long as the second is realigned [ns]."""
 SOURCE_TIMES = "buffer-time=200000 latency-time=10000"
 """Microseconds. The second is the delay; the first is how long this program may be busy without losing sound."""
 SINK_BUFFER = 0.025
@@ -29,7 +29,7 @@ _CARDS = Path("/proc/asound/cards")
 
 
 def source(choice: str) -> str:
-    """The element that captures from the chosen microphone.
+    """Return the element that captures from the chosen microphone.
 
     Raises:
         SoundError: There is none, or the choice is no device's name.
@@ -40,7 +40,7 @@ def source(choice: str) -> str:
 
 
 def sink(choice: str, patience: float = 0.0) -> str:
-    """The element that plays on the chosen loudspeaker, in time with the clock (sync=true).
+    """Return the element that plays on the chosen loudspeaker, in time with the clock (sync=true).
 
     Args:
         patience: Seconds on top of `SINK_BUFFER`, for a busy machine.
@@ -94,7 +94,7 @@ def _has_card() -> bool:
 
 
 def names() -> dict[str, list[str]]:
-    """What the sound server offers: {"microphones": [...], "loudspeakers": [...]}, by the names that can be chosen."""
+    """Return the names that can be chosen on the sound server: {"microphones": [...], "loudspeakers": [...]}."""
     monitor = Gst.DeviceMonitor.new()
     monitor.add_filter("Audio/Source", None)
     monitor.add_filter("Audio/Sink", None)

@@ -1,4 +1,4 @@
-"""Echo cancellation by the sound server: the pilot's loudspeaker does not come back through the pilot's microphone.
+"""Echo cancellation by the sound server: what the pilot's loudspeaker plays is removed from the pilot's microphone.
 
 PulseAudio's module-echo-cancel (PipeWire has one of the same name) offers a cleaned microphone and a loudspeaker whose
 sound it knows. It is loaded and unloaded through `pactl`.
@@ -15,12 +15,12 @@ from telepresence.audio.pipeline import SoundError
 log = logging.getLogger(__name__)
 
 MICROPHONE, LOUDSPEAKER = "telepresence_echo_free", "telepresence_echo_known"
-"""How the sound server's devices are named, before the name of whom they are for."""
+"""Names of the sound server's devices, followed by the name of their owner."""
 _TIMEOUT = 5.0
 
 
 def without_echo(microphone: str, loudspeaker: str, owner: str) -> tuple[str, str, EchoCancellation | None]:
-    """The devices to use and what has to be closed at the end; the given ones and a warning where nothing helps."""
+    """Return the devices to use and what to close at the end; the given devices, with a warning, if it fails."""
     try:
         echo = EchoCancellation(microphone, loudspeaker, owner)
     except SoundError as error:
@@ -30,11 +30,11 @@ def without_echo(microphone: str, loudspeaker: str, owner: str) -> tuple[str, st
 
 
 class EchoCancellation:
-    """Loaded from construction until `close`; play on its `loudspeaker`, listen to its `microphone`.
+    """Echo cancellation from construction until `close`, between its devices `loudspeaker` and `microphone`.
 
     Args:
         microphone, loudspeaker: The devices behind it; "auto" takes the sound server's usual ones.
-        owner: Who uses it: a word that tells several on one sound server apart.
+        owner: A word that distinguishes several on one sound server.
     Raises:
         SoundError: There is no pactl or no sound server, or the server refuses; the text says which.
     """

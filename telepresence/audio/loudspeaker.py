@@ -9,19 +9,19 @@ from telepresence.audio.pipeline import Gst
 from telepresence.audio.schedule import Schedule
 
 MOST = 0.08
-"""Seconds beyond its lead that a piece may wait for its turn."""
+"""Seconds beyond its lead that a piece may wait before it is played."""
 _LEVEL = "level name=level interval=100000000 post-messages=true"
 
 
 class Loudspeaker(Output):
-    """An `Output` for what is pushed.
+    """An `Output` that plays what is pushed.
 
     Args:
         device: See `telepresence.audio.devices`.
         rate: Of what is pushed [Hz].
         lead: Seconds that a piece may be late without a gap.
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
-        name: In messages.
+        name: Appears in messages.
         on_level: Gets the mean level [dBFS] ten times a second while something is pushed, muted or not.
     """
 

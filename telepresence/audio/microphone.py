@@ -15,7 +15,7 @@ class Microphone:
 
     Args:
         device: See `telepresence.audio.devices`.
-        rate: Asked before every start: samples per second that `on_sound` shall get.
+        rate: Called before every start; returns the sample rate for `on_sound` [Hz].
         on_sound: Gets int16 little-endian, stereo interleaved, some 10 ms at a time, on a thread of GStreamer.
         on_level: Gets the mean level [dBFS] ten times a second.
     """
@@ -40,7 +40,7 @@ class Microphone:
         self.pipeline.close()
 
     def choose(self, device: str) -> None:
-        """Listen to another device."""
+        """Capture from another device."""
         self.device = device
         self.pipeline.reopen()
 

@@ -1,4 +1,4 @@
-"""What every player of sound has in common: a chosen loudspeaker at the end, mute, another device on request."""
+"""The base of everything that plays sound: a chosen loudspeaker, mute, another device on request."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class Output:
     """Plays from `start` to `close`, and whenever a device comes back.
 
     Args:
-        name: In messages.
+        name: Appears in messages.
         device: See `telepresence.audio.devices`.
-        head: What makes the sound (gst-launch syntax), up to the loudspeaker.
+        head: The part of the pipeline before the loudspeaker (gst-launch syntax).
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
         prepare, on_level, on_state: See `KeptPipeline`.
     """

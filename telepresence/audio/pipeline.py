@@ -37,7 +37,7 @@ Gst.init(None)
 
 
 class SoundError(RuntimeError):
-    """Sound cannot come in or go out; the text says why and what to do."""
+    """Sound cannot be captured or played; the text says why and what to do."""
 
 
 class KeptPipeline:
@@ -67,7 +67,7 @@ class KeptPipeline:
         self._describe, self._prepare = describe, prepare
         self._on_level, self._on_state = on_level, on_state
         self._pipeline: Gst.Pipeline | None = None
-        self._told: str | None = None
+        self._reported: str | None = None
         self._again = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -77,7 +77,7 @@ class KeptPipeline:
         return self
 
     def reopen(self) -> None:
-        """Close it and ask `describe` anew: another device was chosen."""
+        """Close it and start again from a new description: another device was chosen."""
         self._again.set()
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ class KeptPipeline:
             found.set_property(name, value)
 
     def get(self, element: str) -> Gst.Element | None:
-        """An element of the running pipeline by name; None while none runs."""
+        """Return an element of the running pipeline by name; None while none runs."""
         pipeline = self._pipeline
         return pipeline.get_by_name(element) if pipeline is not None else None
 
@@ -107,7 +107,7 @@ class KeptPipeline:
                 self._report(str(error))
                 self._again.wait(RETRY_PERIOD)
                 continue
-            except Exception:
+            except Exception:  # the top of a thread that has to go on: callbacks are other people's code
                 log.exception("%s fails", self.name)
                 self._report("it fails; the log says why")
                 self._again.wait(RETRY_PERIOD)
@@ -117,7 +117,7 @@ class KeptPipeline:
                 self._again.wait(RETRY_PERIOD)
 
     def _once(self) -> str | None:
-        """Run one pipeline until it fails (the reason), or until it shall be closed or reopened (None)."""
+        """Run one pipeline until it fails (return the reason), or until it is to be closed or reopened (None)."""
         description = self._describe()
         try:
             pipeline = Gst.parse_launch(description)
@@ -142,9 +142,9 @@ class KeptPipeline:
         clock = Gst.SystemClock.obtain()
         begin = clock.get_time()
         while not self._again.is_set():
-            if self._told is not None and clock.get_time() - begin > STEADY_AFTER * Gst.SECOND:
+            if self._reported is not None and clock.get_time() - begin > STEADY_AFTER * Gst.SECOND:
                 log.info("%s: sound again", self.name)
-                self._told = None
+                self._reported = None
             message = bus.timed_pop_filtered(_POLL, _WATCHED)
             if message is None:
                 continue
@@ -164,9 +164,9 @@ class KeptPipeline:
     def _report(self, problem: str) -> None:
         self.problem = problem
         self._on_state(problem)
-        if problem != self._told and not self._stop.is_set():
+        if problem != self._reported and not self._stop.is_set():
             log.warning("%s: %s; trying again until it works", self.name, problem)
-            self._told = problem
+            self._reported = problem
 
 
 def _loudest(structure: Gst.Structure) -> float:

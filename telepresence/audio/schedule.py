@@ -1,4 +1,4 @@
-"""When to play what arrives unevenly."""
+"""Schedules the playing of sound that arrives unevenly."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ class Schedule:
     """Places pieces of sound one after the other.
 
     Args:
-        lead: Seconds that a piece waits when it arrives on time: what the next one may be late without a gap.
-        most: Seconds that it may wait at most; what would wait longer, after a pause, is dropped.
-        settle: Seconds of sound after a beginning that are dropped while the earliest arrival is looked for. Who
-            receives the pieces may keep the pace of the first one for minutes, and it may have been a late one.
+        lead: Seconds that a piece waits when it arrives on time; the next one may be this late without a gap.
+        most: Seconds that it may wait at most; a piece that would wait longer, after a pause, is dropped.
+        settle: Seconds of sound after a start that are dropped while the earliest arrival is determined. The receiver
+            may keep the timing of the first piece for minutes, and that one may have been late.
     """
 
     def __init__(self, lead: float, most: float, settle: float = 0.0) -> None:
@@ -22,7 +22,7 @@ class Schedule:
         self._settling = settle
 
     def place(self, arrival: float, duration: float) -> tuple[float | None, bool]:
-        """The moment to play a piece [s], None when it is to be dropped; and whether there is a seam before it."""
+        """Return when to play a piece [s], None to drop it; and whether there is a seam before it."""
         wanted = arrival + self._lead
         last = self._due
         if last is None or last < arrival:
@@ -39,5 +39,5 @@ class Schedule:
         return due, seam
 
     def forget(self) -> None:
-        """Begin anew with the next piece."""
+        """Start again with the next piece."""
         self._due, self._settling = None, self._settle

@@ -28,7 +28,7 @@ _SILENCE = bytes(_BYTES)
 
 
 class MicrophoneTrack(MediaStreamTrack):
-    """Sends what `put` is given. While it is not `open`, silence: the connection lives, and nobody listens."""
+    """Sends what `put` is given. While it is not `open` it sends silence, which keeps the connection alive."""
 
     kind = "audio"
 
@@ -74,7 +74,7 @@ class MicrophoneTrack(MediaStreamTrack):
 
 
 async def listen(track: MediaStreamTrack, push: Callable[[bytes], None]) -> None:
-    """Hand over every frame, int16 stereo interleaved at 48 kHz, until the track ends; silence in place of lost ones.
+    """Pass on every frame, int16 stereo interleaved at 48 kHz, until the track ends; silence in place of lost ones.
     `push` must be quick."""
     expected: int | None = None
     while True:

@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 KINDS = ("rgb", "depth")
 TEXTURE_RATE = 15.0
-"""A texture changes at most so often [Hz]; each change costs an upload."""
+"""A texture changes at most this often [Hz]; each change costs an upload."""
 _START_TIMEOUT = 30.0
 
 
@@ -165,7 +165,7 @@ class Cameras:
     def _run(self) -> None:
         try:
             painter = Painter(self._world)
-        except Exception as error:
+        except Exception as error:  # OpenGL and its drivers raise errors of many types; `subscribe` reports them
             log.exception("OpenGL could not be started")
             self._failure = error
             self._ready.set()
@@ -174,7 +174,7 @@ class Cameras:
         try:
             while self._draw_due(painter):
                 pass
-        except Exception as error:
+        except Exception as error:  # the top of a thread; `subscribe` reports it
             log.critical("drawing pictures ended", exc_info=True)
             self._failure = error
         finally:
@@ -217,7 +217,7 @@ class Cameras:
 
 
 def next_due(due: float, fps: float, now: float) -> float:
-    """When the picture after the one due at `due` is due.
+    """Return when the picture after the one due at `due` is due.
 
     Deadlines are absolute, so that 30 Hz stay 30 Hz; after a stall at most one picture is made up for.
     """

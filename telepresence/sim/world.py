@@ -129,11 +129,11 @@ class World:
         return (last_time - first_time) / (last_wall - first_wall)
 
     def locked(self) -> _Held:
-        """Hold the world still and use its state: `with world.locked() as data`. Physics waits meanwhile."""
+        """Stop the world and use its state: `with world.locked() as data`. Physics waits meanwhile."""
         return self._held
 
     def rng(self, name: str) -> np.random.Generator:
-        """A random generator for the part called `name`: the same for the same world seed and name."""
+        """Return a random generator for the part called `name`: the same for the same world seed and name."""
         return np.random.default_rng([self.seed, *name.encode()])
 
     # --- hooks -------------------------------------------------------------------------------------------------------
@@ -181,7 +181,7 @@ class World:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop stepping and let everybody who waits know. Calling it again does nothing."""
+        """Stop stepping and run the callbacks of `on_close`. Calling it again does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -213,7 +213,7 @@ class World:
             self._make_tick()
 
     def reset(self) -> None:
-        """Back to the initial state, at any time and from any thread; clients stay connected, time goes on."""
+        """Return to the initial state, at any time and from any thread; clients stay connected, time goes on."""
         with self._lock:
             self._reset_state()
 
@@ -251,13 +251,13 @@ class World:
             callback = self._posted.popleft()
             try:
                 callback()
-            except Exception:
+            except Exception:  # other people's code: it must not stop the world
                 log.exception("a completion callback failed")
 
     def _run(self) -> None:
         try:
             self._keep_pace()
-        except Exception:
+        except Exception:  # the top of a thread; `running` shows that it has ended
             log.critical("the world stopped stepping", exc_info=True)
 
     def _keep_pace(self) -> None:
@@ -292,6 +292,6 @@ def _log_engine_warning(text: str) -> None:
 
 
 def _free_joint_heights(model: mujoco.MjModel) -> np.ndarray:
-    """Indices in qpos of the height of every free body."""
+    """Return the indices in qpos of the height of every free body."""
     free = model.jnt_type == mujoco.mjtJoint.mjJNT_FREE
     return model.jnt_qposadr[free] + 2

@@ -1,1 +1,1 @@
-"""`./stack up`: starts everything a station consists of, watches it, and ends it. No ROS imports, no Qt."""
+"""`./stack up` and `./stack doctor`: start, watch, end and check the programs of a station. No ROS imports, no Qt."""

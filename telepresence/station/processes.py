@@ -1,4 +1,4 @@
-"""Child processes that leave nothing behind, however they or their parents die.
+"""Starts and ends child processes so that none is left behind, however they or their parents die.
 
 roslaunch puts every node into a session of its own, so ending roslaunch's process group does not reach them; a
 roslaunch that is killed leaves them all. A process that is its descendants' reaper (Linux `PR_SET_CHILD_SUBREAPER`,
@@ -50,10 +50,10 @@ def start(argv: Sequence[str], *, tied: bool = False, **popen: Any) -> subproces
 
 
 def end(process: subprocess.Popen, patience: float = 5.0) -> int:
-    """Ask a program to end (SIGINT, then SIGTERM), insist (SIGKILL), and return its exit code.
+    """End a program by SIGINT, then SIGTERM, then SIGKILL, and return its exit code.
 
     Args:
-        patience: Seconds after each request.
+        patience: Seconds to wait after each signal.
     """
     for request in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         if process.poll() is not None:
@@ -67,7 +67,7 @@ def end(process: subprocess.Popen, patience: float = 5.0) -> int:
 
 
 def descendants(root: int | None = None) -> list[int]:
-    """Process ids of all living descendants of `root` (default: this process), from /proc; zombies are left out."""
+    """Return the process ids of all living descendants of `root` (default: this process), without zombies."""
     children: dict[int, list[int]] = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:

@@ -1,6 +1,6 @@
-"""The picture of a virtual display as a web page on loopback, to look at the window where there is no screen.
+"""Shows a virtual display as a web page on loopback, for machines without a screen.
 
-Look only: nothing a browser sends reaches the display.
+The page is read-only: nothing that a browser sends reaches the display.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
 from telepresence.web.server import WebServer
 
-PERIOD = 0.1  # seconds between pictures while somebody looks
+PERIOD = 0.1  # seconds between pictures while somebody watches
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Operator's window</title>
 <style>html, body { margin: 0; height: 100%; background: #15181d; }
 img { width: 100%; height: 100%; object-fit: contain; }</style>
@@ -26,7 +26,7 @@ img { width: 100%; height: 100%; object-fit: contain; }</style>
 
 
 def create_app(stream: MjpegStream) -> flask.Flask:
-    """`/` is the page, `/screen.mjpeg` its picture."""
+    """Make the application: `/` is the page, `/screen.mjpeg` its picture."""
     app = flask.Flask(__name__)
 
     @app.get("/")

@@ -1,7 +1,7 @@
 """`./stack up`: robots, real or simulated, with drivers, tablet page, teleoperation and the operator's window.
 
-Starts roscore (and brings it back when it dies), a virtual display where there is no real one, and roslaunch with the
-launch file of the robot. Ctrl-C ends all of it, and nothing stays behind, nor when this program is killed.
+Starts roscore (and restarts it when it dies), a virtual display where there is no real one, and roslaunch with the
+launch file of the robot. Ctrl-C ends all of it. No process is left behind, even if this program is killed.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class Simulator:
 PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
 ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
 STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
-"""What `up` can be asked for, and the robots in it. Others of the launch files have wires of their own making."""
+"""Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
 RUN_ID_PATIENCE = 3.0
-"""Seconds that a roscore that is just starting has until it sets its run_id."""
+"""Seconds that a starting roscore has to set its run_id."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -72,7 +72,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
-    """The robot and the launch arguments.
+    """Return the robot and the launch arguments.
 
     Raises:
         SystemExit: With a usage line, for an unknown robot or an argument that is not name:=value.
@@ -156,14 +156,14 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
 
 
 def launch_arguments(robot: str) -> set[str]:
-    """Names of the arguments that a person can give to the launch file."""
+    """Return the names of the arguments that a person can give to the launch file."""
     file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
     return {argument.get("name", "") for argument in file.getroot().iterfind("arg") if argument.get("value") is None}
 
 
 def require_known(robot: str, settings: dict[str, str]) -> None:
-    """Raises RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself says
-    nothing to the former and starts a simulator that ends at once with the latter."""
+    """Raise RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself ignores
+    the former and starts a simulator that ends at once with the latter."""
     known = sorted(launch_arguments(robot) | {"screen_port"})
     for name in settings:
         if name not in known:
@@ -175,14 +175,14 @@ def require_known(robot: str, settings: dict[str, str]) -> None:
 
 
 def require_loopback(settings: dict[str, str], name: str) -> None:
-    """Raises RuntimeError when the drivers would drive a real robot while a simulated one starts beside it."""
+    """Raise RuntimeError when the drivers would drive a real robot while a simulated one starts beside it."""
     address = settings.get(name, "127.0.0.1")
     if address not in ("127.0.0.1", "localhost"):
         raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
 
 
 def require_roscore(uri: str, stop: threading.Event) -> None:
-    """Raises RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
+    """Raise RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
     deadline = time.monotonic() + RUN_ID_PATIENCE
     master: Any = master_proxy(uri, timeout=1.0)  # XML-RPC answers have no types
     while master.getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
@@ -194,7 +194,7 @@ def require_roscore(uri: str, stop: threading.Event) -> None:
 
 
 def require_free(port: int, argument: str, purpose: str) -> None:
-    """Raises RuntimeError when somebody listens on the loopback port already."""
+    """Raise RuntimeError when the loopback port is in use already."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -207,7 +207,7 @@ def require_free(port: int, argument: str, purpose: str) -> None:
 
 
 def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
-    """A web server for the picture of the display, in a process of its own; looking must not slow driving."""
+    """Start a web server for the picture of the display, as a separate process so that it cannot slow driving."""
     return processes.start(
         ["nice", sys.executable, "-m", "telepresence.station.screen_page", str(display.folder), "--port", str(port)],
         tied=True,
@@ -216,7 +216,7 @@ def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
 
 
 def port_setting(settings: dict[str, str], name: str, default: int) -> int:
-    """The port that the person chose. Raises RuntimeError when it is none."""
+    """Return the port that the person chose. Raise RuntimeError when it is none."""
     text = settings.get(name, str(default))
     if not (text.isascii() and text.isdigit() and 0 < int(text) < 65536):
         raise RuntimeError(f"{name}:={text} is not a port: a number from 1 to 65535 is needed")
@@ -231,7 +231,7 @@ def banner(
     display: VirtualDisplay | None,
     screen_port: int,
 ) -> str:
-    """What runs where, for the person at the terminal."""
+    """Return what runs where, for the person at the terminal."""
     wires = STATIONS.get(robot, ())
     lines = [""]
     for wire in wires:

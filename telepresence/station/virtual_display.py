@@ -1,4 +1,4 @@
-"""A virtual X display, and its picture for people who have no screen here.
+"""A virtual X display (Xvfb), and its picture.
 
 Xvfb writes its screen into a memory-mapped file (option -fbdir) in the XWD format of X11/XWDFile.h: 25 big-endian
 32-bit words of header, the window's name, a colour map of 12 bytes per entry, then the rows.
@@ -33,7 +33,7 @@ class VirtualDisplay:
     def __init__(self, width: int = 1280, height: int = 720) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="telepresence-display-"))
         reader, writer = os.pipe()
-        # -noreset: otherwise the server starts anew, and refuses newcomers meanwhile, when its last client leaves.
+        # -noreset: otherwise the server restarts when its last client leaves, and refuses new ones meanwhile.
         options = f"-screen 0 {width}x{height}x24 -nolisten tcp -noreset -fbdir {self.folder}"
         try:
             self._process = processes.start(
@@ -60,7 +60,7 @@ class VirtualDisplay:
 
 
 def grab(folder: Path) -> np.ndarray:
-    """The screen that an Xvfb writes below `folder`, now: (height, width, 3) uint8, BGR.
+    """Return the present screen of the Xvfb that writes to `folder`: (height, width, 3) uint8, BGR.
 
     Raises:
         FileNotFoundError: No Xvfb writes there (any more).
@@ -73,7 +73,7 @@ def grab(folder: Path) -> np.ndarray:
 
 
 def display_answers(name: str | None) -> bool:
-    """Whether an X server listens at this value of DISPLAY ("host:number.screen"; no host: this machine)."""
+    """Return whether an X server listens at this value of DISPLAY ("host:number.screen"; no host: this machine)."""
     host, colon, screen = (name or "").rpartition(":")
     if not colon or not screen.split(".")[0].isdigit():
         return False

@@ -1,1 +1,1 @@
-"""Driving a robot by hand: who may drive, gamepads, and what happens to a command that comes late. No ROS, no Qt."""
+"""Teleoperation: accounts and the drive lease, gamepads, and a filter for stale commands. No ROS, no Qt."""

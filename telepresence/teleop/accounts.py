@@ -1,8 +1,8 @@
-"""Who may sign in:  python -m gui.users add NAME --role pilot
+"""The accounts with which people sign in:  python -m gui.users add NAME --role pilot
 
-Accounts lie in an SQLite file that is made at first use and holds no account then: gui/users.db, or the file that
-TELEPRESENCE_USERS names. Of a password only a salted scrypt hash is kept (RFC 7914); wrong tries are counted there too,
-so that starting the window again gives no new ones. A name that nobody has is answered as slowly as any other.
+They are stored in an SQLite file that is created empty at first use: gui/users.db, or the file that TELEPRESENCE_USERS
+names. Of a password only a salted scrypt hash is kept (RFC 7914); wrong tries are counted there too, so that restarting
+the window gives no new ones. An unknown name is answered as slowly as any other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LONGEST_NAME, LONGEST_PASSWORD = 64, 1024
 TRIES = 5
 """Wrong passwords in a row after which a name is locked."""
 LOCK_TIME = 60.0
-"""Seconds for which it is."""
+"""Seconds for which it is locked."""
 _COST = {"n": 1 << 15, "r": 8, "p": 1, "maxmem": 1 << 26, "dklen": 32}
 """32 MiB and about 0.1 s for one guess."""
 _SCHEMA = """
@@ -39,11 +39,11 @@ CREATE TABLE IF NOT EXISTS tries (name TEXT PRIMARY KEY, failed INTEGER NOT NULL
 
 
 class UserError(ValueError):
-    """It was not done; the text is for the person."""
+    """An account could not be used or changed; the text is for the person."""
 
 
 def default_path() -> Path:
-    """Where the accounts are: TELEPRESENCE_USERS, else gui/users.db."""
+    """Return the path of the accounts: TELEPRESENCE_USERS, else gui/users.db."""
     return Path(os.environ.get("TELEPRESENCE_USERS") or Path(__file__).resolve().parents[2] / "gui" / "users.db")
 
 
@@ -51,17 +51,17 @@ class Users:
     """The accounts in a file. Safe for several processes and threads; calls take milliseconds, `check` 0.1 s.
 
     Args:
-        path: The file; it is made when it is first needed, readable for its owner only.
+        path: The file; it is created when it is first needed, readable for its owner only.
     """
 
     def __init__(self, path: Path | None = None) -> None:
         self.path = path or default_path()
 
     def add(self, name: str, password: str, role: str, rank: int = 0) -> None:
-        """Make an account, or replace the one of this name.
+        """Create an account, or replace the one of this name.
 
         Raises:
-            UserError: Name, password or role won't do.
+            UserError: Name, password or role is not acceptable.
         """
         name = _clean(name)
         if role not in ROLES:
@@ -88,32 +88,32 @@ class Users:
                 raise UserError(f"There is nobody called '{name}'. See  python -m gui.users list")
 
     def all(self) -> list[Account]:
-        """Everybody, by name; without keys."""
+        """Return all accounts by name, without keys."""
         with self._open() as database:
             rows = database.execute("SELECT name, role, rank FROM users ORDER BY name").fetchall()
         return [Account(*row) for row in rows]
 
     def find(self, name: str) -> Account | None:
-        """The account of this name, with its key."""
+        """Return the account of this name, with its key."""
         with self._open() as database:
             row = database.execute("SELECT name, role, rank, key FROM users WHERE name = ?", (name,)).fetchone()
         return Account(*row) if row else None
 
     def check(self, name: str, password: str, now: float | None = None) -> Account:
-        """The account, if the password is right.
+        """Return the account if the password is right.
 
         Args:
             now: The time [s since 1970]; by default the clock's.
         Raises:
-            UserError: It is wrong, or was so too often; the text tells neither which of the two names nor passwords
-                was wrong.
+            UserError: It is wrong, or has been wrong too often. The text does not say whether the name or the password
+                was.
         """
         now = time.time() if now is None else now
         name, password = name.strip()[:LONGEST_NAME], password[:LONGEST_PASSWORD]
         with self._open() as database:
             row = database.execute("SELECT name, role, rank, key, salt FROM users WHERE name = ?", (name,)).fetchone()
         known, role, rank, key, salt = row or ("", "", 0, secrets.token_bytes(32), b"a salt for nobody")
-        # Hashed in every case, or the answer's time would tell which names there are.
+        # Hashed in every case, or the response time would reveal which names exist.
         right = hmac.compare_digest(_hash(password, salt), key) and row is not None
         with self._open() as database:
             # Decided in one transaction: tries made at the same moment count one by one.
@@ -135,10 +135,10 @@ class Users:
 
     @contextlib.contextmanager
     def _open(self) -> Iterator[sqlite3.Connection]:
-        """The database in a transaction that is committed, also when a UserError ends it.
+        """Open the database in a transaction that is committed, also when a UserError ends it.
 
         Raises:
-            UserError: The file can't be used.
+            UserError: The file cannot be used.
         """
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -156,7 +156,7 @@ class Users:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """The command line; its exit code."""
+    """Run the command line and return its exit code."""
     arguments = _parse(argv)
     users = Users(arguments.file)
     try:

@@ -1,4 +1,4 @@
-"""Who may drive: one pilot at a time, by a lease. No ROS, no clock: the time is an argument.
+"""The drive lease decides who may drive: one pilot at a time. No ROS, no clock: the time is an argument.
 
 Every window joins under a name, and signs what it sends with a key that follows from the account's key and two fresh
 random numbers; neither a watcher nor a program that only listens can send as somebody else, or send again what was sent
@@ -26,30 +26,30 @@ from telepresence.geometry import Velocity
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
 COMMAND_AGE = 0.3
-"""Seconds that a velocity holds. Windows repeat it every 0.05 s."""
+"""Seconds for which a velocity is valid. Windows repeat it every 0.05 s."""
 LATE = 0.5
-"""Seconds that a command may be older than the quickest one of its window: a network that comes back delivers all that
-was under way."""
+"""Seconds by which a command may be later than the fastest one of its window: a network that recovers delivers
+everything that was queued."""
 DRIFT = 1e-3
-"""How much two clocks may part, seconds per second."""
+"""Largest drift between two clocks, seconds per second."""
 ZEROS_TIME = 0.3
-"""Seconds for which zero is repeated after a stop, so that latched keyboards hear it and let go."""
+"""Seconds for which zero is repeated after a stop, so that latched keyboards receive it and stop, too."""
 OTHER_TIME = 0.5
 """Seconds for which another program's velocity counts as driving."""
 FORGOTTEN = 30.0
 """Seconds of silence after which a window is forgotten."""
 MOST_WINDOWS = 32
 NONCE = 16
-"""Bytes of a random number, and of a proof."""
+"""Length of a random number and of a proof [bytes]."""
 PILOT, WATCHER = "pilot", "watcher"
 
 
 @dataclass(frozen=True)
 class Account:
-    """Somebody who may join. Of two pilots the higher rank may take the robot from the other.
+    """A person who may join. A pilot of higher rank may take the robot from another one.
 
     Args:
-        key: Known to the window and here only; empty when names are not checked.
+        key: Shared by window and lease only; empty when names are not checked.
     """
 
     name: str
@@ -65,8 +65,8 @@ class Command:
     Args:
         number: Counts up.
         sent: The window's own clock [s].
-        velocity: None when nothing is held.
-        hold: Why this window would not let anybody drive now; empty when it would.
+        velocity: None while no control is held.
+        hold: Why nobody should drive by this window now, a picture that is lost for example; empty if nothing is wrong.
     """
 
     number: int
@@ -77,14 +77,14 @@ class Command:
 
 
 class Reply(NamedTuple):
-    """Whether it was done; if not, a sentence for the person who asked."""
+    """Whether a request was carried out; if not, a sentence for the person who made it."""
 
     ok: bool
     reason: str = ""
 
 
 class Joined(NamedTuple):
-    """A place among the windows. `session` names it, `nonce` goes into its key; both empty when refused."""
+    """The answer to a window that joins. `session` identifies it, `nonce` goes into its key; both empty if refused."""
 
     session: str
     nonce: bytes
@@ -92,19 +92,19 @@ class Joined(NamedTuple):
 
 
 def session_key(account_key: bytes, window_nonce: bytes, lease_nonce: bytes) -> bytes:
-    """The key with which a window signs from now on."""
+    """Return the key with which a window signs from now on."""
     return hmac.digest(account_key, b"telepresence drive lease" + window_nonce + lease_nonce, hashlib.sha256)
 
 
 def sign_command(key: bytes, command: Command) -> bytes:
-    """The proof that belongs into the command."""
+    """Return the proof that belongs into the command."""
     velocity = command.velocity or ZERO
     body = struct.pack("<Id?3d", command.number, command.sent, command.velocity is not None, *velocity)
     return hmac.digest(key, b"command" + body + command.hold.encode(), hashlib.sha256)[:NONCE]
 
 
 def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
-    """The proof for `DriveLease.ask`."""
+    """Return the proof for `DriveLease.ask`."""
     body = struct.pack("<I", number) + action.encode() + b"\0" + to.encode()
     return hmac.digest(key, b"request" + body, hashlib.sha256)[:NONCE]
 
@@ -117,12 +117,12 @@ class _Window:
     account: Account
     node: str
     key: bytes = field(repr=False)
-    heard: float
+    last_message: float
     number: int = 0
-    """Of its last command; `asked` of its last request: the two come by different ways."""
+    """Of its last command; `asked` is that of its last request, because the two use different channels."""
     asked: int = 0
     offset: float = math.inf
-    """Least difference seen between our clock and its own."""
+    """Least difference seen between our clock and its own [s]."""
     measured: float = 0.0
     hold: str = ""
     proven: bool = False
@@ -131,8 +131,17 @@ class _Window:
 
 @dataclass(frozen=True)
 class State:
-    """For everybody to see. `window` is the node of the pilot's window; `hold` is why nobody may drive now; `present`
-    are names with roles, `windows` the nodes of their windows."""
+    """What is published about the lease.
+
+    Args:
+        pilot, window: Name of the pilot, and the node of the pilot's window.
+        asking: Name of who has asked to take over.
+        stopped_by: Name of who has pressed the red stop.
+        hold: Why nobody may drive now; empty if somebody may.
+        other: Node of another program that drives past the lease.
+        velocity: Sent last.
+        present: Names with roles; `windows`: the nodes of their windows.
+    """
 
     pilot: str = ""
     window: str = ""
@@ -146,10 +155,10 @@ class State:
 
 
 class DriveLease:
-    """The arbiter.
+    """Decides which window's commands reach the robot.
 
     Args:
-        find_account: The account of a name, or None.
+        find_account: Returns the account of a name, or None.
     """
 
     def __init__(self, find_account: Callable[[str], Account | None]) -> None:
@@ -166,7 +175,7 @@ class DriveLease:
         """Messages that were not obeyed: unknown, forged, repeated, late, not finite, not by the pilot."""
 
     def join(self, name: str, node: str, nonce: bytes, now: float) -> Joined:
-        """A window wants a place under this name. Whether it may carry the name shows with its first signed message."""
+        """Let a window join under a name. Its first signed message proves whether it may use the name."""
         account = self._find_account(name)
         if account is None:
             return Joined("", b"", f"This robot knows nobody called {name!r}. Sign in with a name it knows.")
@@ -181,7 +190,7 @@ class DriveLease:
         return Joined(session, own_nonce)
 
     def receive(self, session: str, command: Command, now: float) -> Velocity | None:
-        """A window's command; what the robot must be told at once, None for nothing."""
+        """Take a window's command; return the velocity to send to the robot at once, or None."""
         window = self._windows.get(session)
         if window is None or not self._is_genuine(window, command, now):
             self.refused += 1
@@ -199,8 +208,12 @@ class DriveLease:
         return self._give(command.velocity, now)
 
     def ask(self, session: str, number: int, action: str, to: str, proof: bytes, now: float) -> Reply:
-        """A signed request: take, release, give (to the node of a window; empty: to who asks), keep, stop, reset_stop,
-        leave."""
+        """Carry out a signed request.
+
+        Args:
+            action: take, release, give, keep, stop, reset_stop or leave.
+            to: For give: the node of a window; empty for whoever has asked.
+        """
         window = self._windows.get(session)
         if window is None:
             return Reply(False, "This robot does not know this window any more; it joins again by itself.")
@@ -211,7 +224,7 @@ class DriveLease:
         if number <= window.asked:
             self.refused += 1
             return Reply(False, "A later request was here first. Ask again.")
-        window.asked, window.heard, window.proven = number, now, True
+        window.asked, window.last_message, window.proven = number, now, True
         actions = {
             "take": lambda: self._take(window, now),
             "release": lambda: self._release(window, now),
@@ -226,39 +239,43 @@ class DriveLease:
         return actions[action]()
 
     def receive_other(self, node: str, velocity: Velocity, now: float) -> Velocity | None:
-        """A velocity that another program has sent past the lease; what must be sent against it, None for nothing."""
+        """Take a velocity that another program has sent past the lease; return what to send against it, or None."""
         if not any(velocity):
             return None
         self._other, self._other_at = node, now
         return ZERO if self._hold_reason() else None
 
     def lost(self, node: str, now: float) -> Velocity | None:
-        """The connection of a window has closed: it was killed, or the network broke. What it drove ends at once, not
-        `COMMAND_AGE` later; its lease goes on, in case that it comes back. What the robot must be told, None for
-        nothing."""
+        """Report that the connection of a window has closed: it was killed, or the network broke.
+
+        Its motion ends at once, not `COMMAND_AGE` later; its lease continues, in case it comes back.
+
+        Returns:
+            The velocity to send to the robot, or None.
+        """
         if self._pilot is None or self._pilot.node != node or not any(self._velocity):
             return None
         self._zeros_until = now + ZEROS_TIME
         return self._give(ZERO, now)
 
     def tick(self, now: float) -> Velocity | None:
-        """To be called 20 times a second or more; what the robot must be told, None for nothing."""
+        """Check the timeouts, 20 times a second or more; return the velocity to send to the robot, or None."""
         pilot = self._pilot
-        if pilot is not None and now - pilot.heard > LEASE:
+        if pilot is not None and now - pilot.last_message > LEASE:
             self._set_pilot(None, now)
         if any(self._velocity) and now - self._velocity_at > COMMAND_AGE:
             return self._give(ZERO, now)
         return self._give(ZERO, now) if now < self._zeros_until else None
 
     def state(self, now: float) -> State:
-        """What is the case at `now` [s]."""
+        """Return the state at `now` [s]."""
         pilot, asking = self._pilot, self._asking
-        here = (w for w in self._windows.values() if w.proven and now - w.heard <= LEASE)
+        here = (w for w in self._windows.values() if w.proven and now - w.last_message <= LEASE)
         present = sorted((f"{w.account.name} ({w.account.role})", w.node) for w in here)
         return State(
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
-            asking=asking.account.name if asking and now - asking.heard <= LEASE else "",
+            asking=asking.account.name if asking and now - asking.last_message <= LEASE else "",
             stopped_by=self._stopped_by,
             hold=self._hold_reason(),
             other=self._other if now - self._other_at <= OTHER_TIME else "",
@@ -267,7 +284,7 @@ class DriveLease:
             windows=tuple(node for _, node in present),
         )
 
-    # --- what may be asked for ---
+    # --- requests ---
 
     def _take(self, window: _Window, now: float) -> Reply:
         pilot = self._pilot
@@ -291,7 +308,7 @@ class DriveLease:
             return Reply(False, "You do not have the robot.")
         asking = [self._asking] if self._asking else []
         takers = [w for w in self._windows.values() if w.node == to] if to else asking
-        taker = next((w for w in takers if w.proven and now - w.heard <= LEASE), None)
+        taker = next((w for w in takers if w.proven and now - w.last_message <= LEASE), None)
         if taker is None:
             return Reply(False, f"{to or 'Who asked'} is not here any more.")
         if taker.account.role != PILOT:
@@ -328,7 +345,7 @@ class DriveLease:
         del self._windows[window.session]
         return Reply(True)
 
-    # --- parts ---
+    # --- checks and transitions ---
 
     def _is_genuine(self, window: _Window, command: Command, now: float) -> bool:
         if command.number <= window.number:
@@ -342,7 +359,7 @@ class DriveLease:
         window.offset, window.measured = min(window.offset + drift, now - command.sent), now
         if now - command.sent - window.offset > LATE:
             return False
-        window.heard = now
+        window.last_message = now
         return True
 
     def _set_pilot(self, window: _Window | None, now: float) -> None:
@@ -362,5 +379,5 @@ class DriveLease:
 
     def _forget(self, now: float) -> None:
         for window in list(self._windows.values()):
-            if now - window.heard > FORGOTTEN and window is not self._pilot:
+            if now - window.last_message > FORGOTTEN and window is not self._pilot:
                 del self._windows[window.session]

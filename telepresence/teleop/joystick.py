@@ -18,7 +18,7 @@ EVENT = struct.Struct("<IhBB")
 BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80
 FULL = 32767
 MOST = 64
-"""Most axes and most buttons."""
+"""Largest number of axes and of buttons."""
 
 # Requests of linux/joystick.h: _IOR('j', number, size).
 _NAME_SIZE, _AXES, _BUTTONS = 128, 0x40, 0x200
@@ -56,7 +56,7 @@ class Joystick:
         """What the buttons are: BTN_... by number; all 0 when unknown."""
 
     def fileno(self) -> int:
-        """The file, to wait for it elsewhere."""
+        """Return the file descriptor, for `select` elsewhere."""
         return self._file
 
     def _ask(self, request: int, answer: array.array) -> array.array:
@@ -69,7 +69,7 @@ class Joystick:
         os.close(self._file)
 
     def wait(self, timeout: float) -> None:
-        """Take in what happens within `timeout` seconds; returns after the first events.
+        """Wait up to `timeout` seconds for events and apply them; return after the first ones.
 
         Raises:
             JoystickGone: It was unplugged.

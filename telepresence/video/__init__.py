@@ -1,1 +1,1 @@
-"""Pictures on their way: the newest one, MJPEG and WebRTC, words and times drawn into them. No ROS, no Qt."""
+"""Pictures: the newest one, JPEG, MJPEG and WebRTC streams, text and time drawn into them. No ROS, no Qt."""

@@ -1,4 +1,4 @@
-"""Words on pictures, with OpenCV's stroke font and nothing else: no font file, no second image library.
+"""Text in pictures, with OpenCV's stroke font: no font file, no second image library.
 
 The strokes are drawn at several times the size and averaged down, which makes them as smooth as a text renderer's.
 """
@@ -21,12 +21,12 @@ Colour = tuple[int, int, int]
 
 
 def text_width(text: str, size: float, weight: float = 1.0) -> int:
-    """Width of one line [pixel] in capitals `size` pixels high; `weight` as for `write`."""
+    """Return the width of one line [pixel] in capitals `size` pixels high; `weight` as for `write`."""
     return round(_advance(_plain(text)) * size / _CAP_HEIGHT + _stroke(size, weight) / _FINENESS)
 
 
 def wrap(text: str, size: float, width: int, weight: float = 1.0) -> list[str]:
-    """The text in lines of at most `width` pixels, broken at blanks, and inside a word only if it is too long."""
+    """Break the text into lines of at most `width` pixels, at blanks, and inside a word only if it is too long."""
     room = (width - _stroke(size, weight) / _FINENESS) * _CAP_HEIGHT / size
     lines: list[str] = []
     line, used = "", 0

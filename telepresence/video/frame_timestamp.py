@@ -1,6 +1,6 @@
-"""A time that a picture carries in its pixels, so that its age can be told wherever it arrives.
+"""A time drawn into the pixels of a picture, so that its age can be measured wherever it arrives.
 
-Forty blocks, black or white, in two rows at the lower edge: 32 bits of a clock in steps of 0.1 ms, which comes round
+Forty blocks, black or white, in two rows at the lower edge: 32 bits of a clock in steps of 0.1 ms, which wraps
 every five days, and 8 bits that check them, most significant first. Blocks survive compression that digits would not.
 The clock is the machine's time of day: between two machines the age is as good as their clocks agree.
 """
@@ -13,14 +13,14 @@ import numpy as np
 
 COLUMNS, ROWS = 20, 2
 STEP = 1e-4
-"""Of the clock [s]."""
+"""Step of the clock [s]."""
 BLACK, WHITE = 16, 235
 _VALUE_BITS, _CHECK_BITS = 32, 8
 _ROUND = 1 << _VALUE_BITS
 
 
 def strip_height(width: int) -> int:
-    """Rows of pixels that the blocks take in a picture of this width [pixel]; even, as colours at half size need it."""
+    """Return the height of the blocks in a picture of this width [pixel]; even, because colours have half the size."""
     return ROWS * 2 * max(2, width // COLUMNS // 4)
 
 
@@ -47,7 +47,7 @@ def draw_time(pixels: np.ndarray, time: float) -> None:
 
 
 def read_age(pixels: np.ndarray, now: float) -> float | None:
-    """Seconds since the time drawn into a picture; None if it holds none that can be read.
+    """Return the seconds since the time drawn into a picture; None if it contains none that can be read.
 
     Args:
         pixels: (height, width) or (height, width, 3) uint8, as it arrived.

@@ -1,4 +1,4 @@
-"""Pictures on their way: the newest one and its age, and sensor_msgs/Image to and from arrays.
+"""The newest picture and its age, and sensor_msgs/Image to and from arrays.
 
 Neither ROS nor OpenCV is imported. Messages are read and written by field name, because Debian's `cv_bridge` does not
 load beside NumPy 2.
@@ -28,7 +28,7 @@ ENCODINGS: dict[str, tuple[str, int]] = {
 
 
 class StaleImage(RuntimeError):
-    """There is no picture young enough."""
+    """There is no picture that is recent enough."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +62,16 @@ class LatestImage:
             listener()
 
     def peek(self) -> Picture | None:
-        """The newest picture, however old; None before the first."""
+        """Return the newest picture, however old; None before the first."""
         return self._picture
 
     def age(self) -> float:
-        """Seconds since the newest picture arrived here (monotonic clock); infinity before the first."""
+        """Return the seconds since the newest picture arrived here (monotonic clock); infinity before the first."""
         with self._changed:
             return time.monotonic() - self._arrival if self._picture else float("inf")
 
     def read_latest(self, max_age: float) -> Picture:
-        """The newest picture, if it arrived at most `max_age` seconds ago.
+        """Return the newest picture, if it arrived at most `max_age` seconds ago.
 
         Raises:
             StaleImage: No picture yet, or the newest one is older.
@@ -122,7 +122,7 @@ def fill_image_message(message: Any, pixels: np.ndarray, encoding: str) -> Any:
 
 
 def read_image_message(message: Any) -> np.ndarray:
-    """The pixels of a sensor_msgs/Image: (height, width[, channels]), read-only, padding removed.
+    """Return the pixels of a sensor_msgs/Image: (height, width[, channels]), read-only, padding removed.
 
     Raises:
         ValueError: Unknown encoding, or fewer bytes than height and step promise.

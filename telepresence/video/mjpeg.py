@@ -1,4 +1,4 @@
-"""The newest JPEG of a `LatestImage` to any number of viewers over HTTP, by gevent and without monkey patching.
+"""Streams the newest JPEG of a `LatestImage` to any number of viewers over HTTP, by gevent without monkey patching.
 
 A picture is encoded once and handed to every viewer. Nobody queues: a viewer that is slow skips pictures, and the small
 send buffer of `telepresence.web.server.listener` keeps the ones already under way few, hence young.
@@ -80,7 +80,7 @@ class MjpegStream:
         return len(self._viewings)
 
     def stalled(self, viewer: str) -> float | None:
-        """Seconds since the stream with this name last took a picture; None when there is no such stream.
+        """Return the seconds since the stream with this name last took a picture; None when there is no such stream.
 
         At most `resend_period` for a viewer that keeps up. A page uses it to find out that its own stream is dead."""
         now = time.monotonic()
@@ -88,7 +88,7 @@ class MjpegStream:
         return min(ages, default=None)
 
     def view(self, *, advance: bool = False, address: str = "", name: str = "") -> Viewing:
-        """The body of one endless response of type `CONTENT_TYPE`; its `close()` must be called, as WSGI demands.
+        """Return the body of one endless response of type `CONTENT_TYPE`; `close()` it at the end, as WSGI demands.
 
         Args:
             advance: Layout for browsers (see above).
@@ -110,7 +110,7 @@ class MjpegStream:
         deadline = time.monotonic() + timeout
         with self._attached():
             while True:
-                changed = self._changed  # taken before the look, so that no put falls between the two
+                changed = self._changed  # read before `peek`, so that no put falls between the two
                 picture = self.image.peek()
                 if picture is not None and picture.sequence != sequence:
                     return picture
@@ -119,7 +119,7 @@ class MjpegStream:
                     return None
 
     def part(self, picture: Picture, advance: bool) -> bytes:
-        """One part as it goes over the wire, built once for all viewers."""
+        """Return one part as it is sent, built once for all viewers."""
         sequence, part = self._parts.get(advance, (0, b""))
         if sequence != picture.sequence:
             if advance:
@@ -131,7 +131,7 @@ class MjpegStream:
         return part
 
     def forget(self, viewing: Viewing) -> None:
-        """For the viewing that is closed."""
+        """Remove a viewing that is closed."""
         self._viewings.discard(viewing)
 
     @contextmanager

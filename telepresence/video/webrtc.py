@@ -1,4 +1,4 @@
-"""What WebRTC by aiortc lacks for driving by camera: an address of one's own choice, loopback too, and no waiting.
+"""Adapts aiortc to driving by camera: a chosen local address, loopback too, and no waiting for later packets.
 
 aiortc hands out a picture when the first packet of the NEXT one arrives, which costs a whole period. RTP marks the last
 packet of a picture, so `PromptJitterBuffer` need not wait. A packet of sound that is lost makes aiortc wait for sixteen
@@ -32,7 +32,7 @@ from telepresence.video.images import LatestImage
 log = logging.getLogger(__name__)
 
 KNOWN_VERSION = "1.16.0"
-"""Of aiortc."""
+"""The version of aiortc that `PromptJitterBuffer` was written for."""
 _own_address: contextvars.ContextVar[str | None] = contextvars.ContextVar("own_address", default=None)
 _host_addresses = aioice.ice.get_host_addresses
 
@@ -110,7 +110,7 @@ def on_address(address: str | None) -> Iterator[None]:
 
 
 def address_towards(host: str, port: int = 9) -> str:
-    """This machine's address on the way to a host. Looks a name up, so it can take seconds.
+    """Return this machine's address on the route to a host. It looks the name up, so it can take seconds.
 
     Raises:
         OSError: There is no way to it.
@@ -122,7 +122,7 @@ def address_towards(host: str, port: int = 9) -> str:
 
 
 def peer_connection() -> RTCPeerConnection:
-    """A connection that asks no server for its address: robot and pilot are in one network."""
+    """Return a connection that asks no server for its address: robot and pilot are in one network."""
     return RTCPeerConnection(RTCConfiguration(iceServers=[]))
 
 
@@ -176,13 +176,13 @@ class NewestPictureTrack(VideoStreamTrack):
 
 
 def planes_of(frame: av.VideoFrame) -> np.ndarray:
-    """A picture as the encoder wants it: luma above quarter-size colours, shape (height * 3 / 2, width) uint8."""
+    """Return a picture as yuv420p: luma above quarter-size colours, shape (height * 3 / 2, width) uint8."""
     width, height = frame.width // 2 * 2, frame.height // 2 * 2
     return frame.reformat(width=width, height=height, format="yuv420p").to_ndarray()
 
 
 def with_time(planes: np.ndarray, stamp: float) -> np.ndarray:
-    """A copy with a time drawn into it; see `telepresence.video.frame_timestamp`."""
+    """Return a copy with a time drawn into it; see `telepresence.video.frame_timestamp`."""
     planes = planes.copy()
     height, width = planes.shape[0] * 2 // 3, planes.shape[1]
     draw_time(planes[:height], stamp)

@@ -23,11 +23,11 @@ SEND_BUFFER = 65536
 """Bytes asked for in the kernel per viewer (Linux doubles it): at 640x480 a reader of 600 kB/s sees pictures 0.4 s old
 instead of 5.6 s with default buffers, and a fast one still gets 6 MB/s at 20 ms round trip."""
 FIRST_REQUEST_TIMEOUT = 1.0
-"""Seconds that a new connection has for the first line of its request: one that only occupies a place is soon gone."""
+"""Seconds that a new connection has for the first line of its request, so that idle ones do not occupy places."""
 
 
 def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:
-    """A listening TCP socket whose connections hold little unsent data and do not wait to fill packets.
+    """Return a listening TCP socket whose connections hold little unsent data and do not wait to fill packets.
 
     Args:
         address: Of one interface; "0.0.0.0" or "::" for all of them.
@@ -51,7 +51,7 @@ def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.
 
 
 class _Handler(pywsgi.WSGIHandler):
-    """Gives up on a peer that takes or sends nothing for a while, without a traceback: that is daily life."""
+    """Drops a peer that takes or sends nothing for a while, without a traceback: it happens every day."""
 
     timeout = 10.0
 
@@ -157,7 +157,7 @@ class WebServer:
             self._ready.set()
             stop.wait()
             server.stop(timeout=0.1)  # a stream has no end of its own
-        except Exception:
+        except Exception:  # the top of a thread: the log must say why the port is silent
             log.exception("the web server on port %d failed", self.port)
         finally:
             with self._lock:
