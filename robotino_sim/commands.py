@@ -1,4 +1,4 @@
-"""What each writable path under /data does with its body; the vendor's words and units.
+"""The writable paths under /data and what each does with its body, in the vendor's words and units.
 
 A body is checked completely before anything happens, so that a bad one has no effect. Source: wiki.openrobotino.org,
 page Rest api (27 July 2020); the program paths: restapid's ProgramHandler.cpp (mirror BusHero/robotino_api2).
@@ -26,7 +26,7 @@ class Command:
 
 
 def table(robot: Robotino, programs: Programs) -> dict[str, Command]:
-    """Path -> command."""
+    """Return path -> command."""
     outputs = robot.inputs_outputs
 
     def omnidrive(body: Any) -> None:

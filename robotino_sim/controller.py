@@ -21,13 +21,13 @@ from telepresence.geometry import wrap_angle
 CYCLE = 0.020
 """Period of the control loop [s]."""
 MAX_LINEAR = 0.8
-"""Of vx and of vy [m/s]."""
+"""Largest vx and vy [m/s]."""
 MAX_ANGULAR = math.pi
-"""Of omega [rad/s]: 180 degrees per second."""
+"""Largest omega [rad/s]: 180 degrees per second."""
 LINEAR_ACCELERATION = 0.4
-"""Speeding up and slowing down, of vx and of vy [m/s²]."""
+"""Ramp of vx and of vy, speeding up and slowing down [m/s²]."""
 ANGULAR_ACCELERATION = math.pi
-"""Speeding up and slowing down [rad/s²]: 180 degrees per second squared."""
+"""Ramp of omega, speeding up and slowing down [rad/s²]: 180 degrees per second squared."""
 MAX_MOTOR_SPEED = 3000.0
 """[rpm]"""
 MOTOR_ACCELERATION = 11500.0
@@ -69,7 +69,7 @@ class DriveController:
         self.reset()
 
     def reset(self) -> None:
-        """Stand still, forget the command, odometry at its origin and its count at zero."""
+        """Stop, forget the command, and set odometry to its origin and its count to zero."""
         self._command: Triple = (0.0, 0.0, 0.0)
         self._deadline = -math.inf
         self._ramp: Triple = (0.0, 0.0, 0.0)
@@ -88,7 +88,7 @@ class DriveController:
 
     @property
     def motor_setpoints(self) -> Triple:
-        """Speeds that the motors are told to have [rpm]."""
+        """Setpoints of the motors [rpm]."""
         return self._setpoints
 
     @property
@@ -100,7 +100,7 @@ class DriveController:
         return any(self._motors) or any(self._setpoints)
 
     def set_velocity(self, vx: float, vy: float, wz: float, now: float) -> None:
-        """Drive so until the watchdog's time has passed; values beyond the limits are cut, each on its own.
+        """Drive at this velocity until the watchdog expires; values beyond the limits are cut, each on its own.
 
         Args:
             vx, vy, wz: In the body's frame [m/s, m/s, rad/s], finite.
@@ -110,16 +110,16 @@ class DriveController:
         self._deadline = now + self.watchdog
 
     def keep_alive(self, now: float) -> None:
-        """The watchdog's time has not passed at `now`, whatever it counted itself."""
+        """Keep the watchdog from expiring before `now`."""
         self._deadline = max(self._deadline, now)
 
     def set_odometry(self, x: float, y: float, phi: float) -> None:
-        """Put odometry's pose somewhere else; its count starts again at zero, as the real one's does."""
+        """Set odometry's pose; its count starts again at zero, as the real one's does."""
         self._pose = (x, y, wrap_phi(phi))
         self._seq = 0
 
     def cycle(self, now: float) -> None:
-        """One turn of the control loop; call every `CYCLE`."""
+        """Run one cycle of the control loop; call it every `CYCLE`."""
         if self._since_cycle > 0.0:
             self._integrate()
         if now > self._deadline:
@@ -135,7 +135,7 @@ class DriveController:
         self._setpoints = (m1, m2, m3)
 
     def turn_motors(self, dt: float) -> Triple:
-        """Let the motors follow their setpoints for `dt` seconds; returns the body's true velocity over the floor."""
+        """Let the motors follow their setpoints for `dt` seconds; return the body's true velocity over the floor."""
         step = MOTOR_ACCELERATION * dt
         m1, m2, m3 = (
             speed + _cut(wanted - speed, step) for speed, wanted in zip(self._motors, self._setpoints, strict=True)
@@ -148,7 +148,7 @@ class DriveController:
         return body_velocity((m1 * s1, m2 * s2, m3 * s3))
 
     def publish_odometry(self) -> Odometry:
-        """The next reading; call every `ODOMETRY_PERIOD`."""
+        """Return the next reading; call it every `ODOMETRY_PERIOD`."""
         self._seq += 1
         return self.odometry
 

@@ -53,7 +53,7 @@ _SOFTWARE: tuple[tuple[float, float], ...] = (  # volts, metres
 
 
 def voltage(distance: np.ndarray | float) -> np.ndarray:
-    """What a sensor puts out [V] for an obstacle at `distance` [m]; infinity is no obstacle.
+    """Return a sensor's output [V] for an obstacle at `distance` [m]; infinity is no obstacle.
 
     Linear between the table's points, and beyond the last one as steep as before it, down to zero."""
     metres, volts = np.array([*_SENSOR, (_DARK, 0.0)]).T
@@ -61,7 +61,7 @@ def voltage(distance: np.ndarray | float) -> np.ndarray:
 
 
 def reading(volts: np.ndarray | float) -> np.ndarray:
-    """The distance [m] that Robotino reports for a voltage [V]: 0.04 to 0.41, never anything else."""
+    """Return the distance [m] that Robotino reports for a voltage [V]: 0.04 to 0.41, never anything else."""
     table_volts, metres = np.array(_SOFTWARE).T
     return np.interp(volts, table_volts, metres)
 
@@ -80,7 +80,7 @@ class InfraredRing:
         self._beams = [RayBundle(model, f"{prefix}infrared_{i}", _beam(), _DARK + RAY_START) for i in range(COUNT)]
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-        """Voltages [V] as digitised and readings [m], shape (9,) each."""
+        """Return voltages [V] as digitised and readings [m], shape (9,) each."""
         distances = np.stack([beam.cast(data) for beam in self._beams]) - RAY_START
         volts = voltage(spot_distance(np.maximum(distances, 0.0)))
         if self._rng is not None:
@@ -90,7 +90,7 @@ class InfraredRing:
 
 
 def spot_distance(distances: np.ndarray) -> np.ndarray:
-    """Where sensors see their light spot [m] when the beam's five rays fall on several distances, shape (n, 5) -> (n,).
+    """Return where sensors see their light spot (n,) [m] when a beam's five rays hit several distances (n, 5) [m].
 
     The sensor goes by where most of the reflected light comes from; the beam's middle is brightest, and near surfaces
     send more of it back: the median, weighted with brightness over distance squared. On any one surface that is the
@@ -105,6 +105,6 @@ def spot_distance(distances: np.ndarray) -> np.ndarray:
 
 
 def _beam() -> np.ndarray:
-    """The beam's middle and four rays around it; unit vectors, shape (5, 3)."""
+    """Return the beam's middle and four rays around it; unit vectors, shape (5, 3)."""
     c, s = math.cos(_BEAM_HALF_ANGLE), math.sin(_BEAM_HALF_ANGLE)
     return np.array([(1.0, 0.0, 0.0), (c, s, 0.0), (c, -s, 0.0), (c, 0.0, s), (c, 0.0, -s)])

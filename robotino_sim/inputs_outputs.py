@@ -12,20 +12,20 @@ from collections.abc import Sequence
 DIGITAL_INPUTS = DIGITAL_OUTPUTS = ANALOG_INPUTS = 8
 RELAYS = 2
 MAX_VOLTAGE = 10.0
-"""Of an analogue input [V]."""
+"""Range of an analogue input [V]."""
 MAX_POWER = 100.0
-"""Of the power output [%], both ways."""
+"""Range of the power output, in both directions [%]."""
 
 
 class InputsOutputs:
-    """Any thread may read and write."""
+    """State of all inputs and outputs. Any thread may read and write."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self.reset()
 
     def reset(self) -> None:
-        """Everything off, no voltage anywhere."""
+        """Switch everything off."""
         with self._lock:
             self._digital_inputs = [False] * DIGITAL_INPUTS
             self._analog_inputs = [0.0] * ANALOG_INPUTS
@@ -74,19 +74,19 @@ class InputsOutputs:
         self._set(self._analog_inputs, number, max(0.0, min(MAX_VOLTAGE, float(volts))), "analogue input")
 
     def set_digital_output(self, number: int, value: bool) -> None:
-        """Raises IndexError for a number beyond 0..7."""
+        """Set one digital output. Raises IndexError for a number beyond 0..7."""
         self._set(self._digital_outputs, number, bool(value), "digital output")
 
     def set_digital_outputs(self, values: Sequence[bool]) -> None:
-        """Raises ValueError unless there are eight values."""
+        """Set all digital outputs. Raises ValueError unless there are eight values."""
         self._set_all(self._digital_outputs, values, "digital outputs")
 
     def set_relay(self, number: int, value: bool) -> None:
-        """Raises IndexError for a number beyond 0..1."""
+        """Set one relay. Raises IndexError for a number beyond 0..1."""
         self._set(self._relays, number, bool(value), "relay")
 
     def set_relays(self, values: Sequence[bool]) -> None:
-        """Raises ValueError unless there are two values."""
+        """Set both relays. Raises ValueError unless there are two values."""
         self._set_all(self._relays, values, "relays")
 
     def set_power_output(self, percent: float) -> None:

@@ -28,7 +28,7 @@ Triple = tuple[float, float, float]
 
 
 def motor_speeds(vx: float, vy: float, wz: float) -> Triple:
-    """Speeds of the motors 1, 2, 3 [rpm] for a velocity in the body's frame [m/s, m/s, rad/s]."""
+    """Return the speeds of the motors 1, 2, 3 [rpm] for a velocity in the body's frame [m/s, m/s, rad/s]."""
     turn = CENTRE_TO_WHEEL * wz
     return (
         (-_SIN_60 * vx + 0.5 * vy + turn) * RPM_PER_SPEED,
@@ -38,7 +38,7 @@ def motor_speeds(vx: float, vy: float, wz: float) -> Triple:
 
 
 def body_velocity(motors: Triple) -> Triple:
-    """Velocity in the body's frame (vx, vy, wz) [m/s, m/s, rad/s] for motor speeds [rpm]."""
+    """Return the velocity in the body's frame (vx, vy, wz) [m/s, m/s, rad/s] for motor speeds [rpm]."""
     m1, m2, m3 = (speed / RPM_PER_SPEED for speed in motors)
     vx = (m3 - m1) / math.sqrt(3.0)
     vy = (m1 + m3 - 2.0 * m2) / 3.0

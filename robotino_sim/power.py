@@ -11,14 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 SHUTDOWN_COUNTDOWN = 60_000
-"""Milliseconds left when the battery is low; this value while all is well."""
+"""Milliseconds until the robot switches off once the battery is low; constant while it is not."""
 RUN_TIME, CHARGE_TIME = 4 * 3600.0, 3 * 3600.0
 """From full to empty and back [s]."""
 
 
 @dataclass(frozen=True)
 class BatteryKind:
-    """Voltages [V], and how the robot charges it."""
+    """A battery's voltages [V], and how the robot charges it."""
 
     full: float
     empty: float
@@ -67,7 +67,7 @@ class Battery:
         self.reset()
 
     def reset(self) -> None:
-        """As charged as at the start, no mains power."""
+        """Return to the charge at the start, without mains power."""
         self.external = False
         self._charge = self._start
         self._low_for = 0.0

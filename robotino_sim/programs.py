@@ -18,7 +18,7 @@ MAX_PROGRAMS = 100
 
 
 class Programs:
-    """Any thread may use it."""
+    """The stored programs. Any thread may use it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -26,7 +26,7 @@ class Programs:
         self._running: tuple[str, str] | None = None
 
     def listing(self) -> list[dict[str, Any]]:
-        """As the web page shows it, numbered from 1."""
+        """Return the list as the web page shows it, numbered from 1."""
         with self._lock:
             return [
                 {
@@ -40,7 +40,7 @@ class Programs:
             ]
 
     def read(self, file_name: str) -> bytes | None:
-        """The program called `name.suffix`, or None."""
+        """Return the program called `name.suffix`, or None."""
         with self._lock:
             return self._files.get(_split(file_name))
 

@@ -1,4 +1,4 @@
-"""What each readable path under /data answers; the vendor's words and units.
+"""The readable paths under /data and their answers, in the vendor's words and units.
 
 Sources: wiki.openrobotino.org, page Rest api (27 July 2020), and replies of a robot with image 4.20.9 recorded in
 alexkorga/hsbi-robotino-navigation, docs/reference/robotino_http_api_inventory.md. `EMPTY` stands for hardware that this
@@ -22,7 +22,7 @@ CHARGER_STATES = (
     *("None", "Idle", "Monitor", "CheckBattery", "No battery", "NTC Error", "Start"),
     *("Stage1", "Stage2", "Stage3", "Stage4", "Error", "Unknown"),
 )
-"""In the vendor's order; that a state's number is its place in it is a guess, as are the three figures below."""
+"""In the vendor's order; that a state's number is its index here is a guess, as are the three figures below."""
 CHARGER_VERSION, BATTERY_TEMPERATURE, CHARGING_CURRENT = "1.0", 25, 2
 """Text, [°C], [A]."""
 
@@ -36,7 +36,7 @@ SERVICES: dict[str, tuple[tuple[str, bool], ...]] = {
     "robotino-smartsoft-slave": (("ComponentRobotinoBaseServer", False), ("ComponentRobotinoLaserServer", False)),
     "robotino-cobotta": (),
 }
-"""Group -> (service, whether it runs): those that the recorded robot's answers name."""
+"""Group -> (service, whether it runs), from the answers of the recorded robot."""
 
 Reading = Callable[[Robotino], Any]
 
@@ -81,7 +81,7 @@ def festool_charger(robot: Robotino) -> Any:
 
 
 def charger(number: int) -> Reading:
-    """The reading of built-in charger `number`."""
+    """Return the reading of built-in charger `number`."""
 
     def read(robot: Robotino) -> Any:
         snapshot = robot.snapshot()
@@ -128,7 +128,7 @@ def services(_: Robotino) -> list[dict[str, Any]]:
 
 
 def service_status(name: str) -> list[str] | None:
-    """Text records of one service; None if there is no such service."""
+    """Return the text records of one service; None if there is no such service."""
     for members in SERVICES.values():
         for service, runs in members:
             if service == name:
@@ -138,7 +138,7 @@ def service_status(name: str) -> list[str] | None:
 
 
 def table(programs: Programs) -> dict[str, Reading]:
-    """Path -> what to answer."""
+    """Return path -> reading."""
     return {
         "/data/odometry": odometry,
         "/data/distancesensorarray": lambda robot: robot.snapshot().distances,
@@ -159,7 +159,7 @@ def table(programs: Programs) -> dict[str, Reading]:
         "/data/poweroutputcurrent": lambda robot: {"current": robot.inputs_outputs.power_output_current},
         "/data/scan0": scan,
         "/data/services": services,
-        # What the robot's web pages ask for besides.
+        # Requested by the robot's own web pages.
         "/data/config": lambda _: [],
         "/data/program": lambda _: programs.listing(),
         "/data/globalvars": lambda _: [],

@@ -29,7 +29,7 @@ _TOUCH = 0.0005
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What Robotino's controller knows at one instant.
+    """Readings of Robotino's controller at one instant.
 
     Args:
         time: Simulation time [s]; it never runs backwards.
@@ -112,10 +112,10 @@ class Robotino:
             world.every(laser.PERIOD, partial(self._scan_surroundings, self._laser), phase=0.015)
         world.reset()
 
-    # --- what can be told --------------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
-        """Drive so until the watchdog's time has passed, within the robot's limits.
+        """Drive at this velocity, within the robot's limits, until the watchdog expires.
 
         Args:
             vx, vy: Forward and left in base_link [m/s].
@@ -126,27 +126,27 @@ class Robotino:
         if not all(map(math.isfinite, (vx, vy, wz))):
             raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
         with self.world.locked():
-            self._heard = time.monotonic()
+            self._last_command = time.monotonic()
             self._drive.set_velocity(vx, vy, wz, self.world.time)
 
     def set_odometry(self, x: float, y: float, phi: float) -> None:
-        """Put odometry's pose elsewhere [m, m, rad]; the robot stays where it is."""
+        """Set odometry's pose [m, m, rad]; the robot stays where it is."""
         with self.world.locked():
             self._drive.set_odometry(x, y, phi)
             self._odometry = self._drive.odometry
 
     def press_bumper(self, pressed: bool) -> None:
-        """Press or release the bumper strip, as a person would."""
+        """Press or release the bumper strip."""
         with self.world.locked():
             self._held_bumper = pressed
 
     def connect_power(self, connected: bool) -> None:
-        """Plug the mains cable in or out."""
+        """Connect or disconnect the mains cable."""
         with self.world.locked():
             self._battery.external = connected
 
     def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
-        """Pictures of the webcam; see `telepresence.sim.camera.Feed`.
+        """Start pictures of the webcam; see `telepresence.sim.camera.Feed`.
 
         Raises:
             ValueError: Impossible size or rate.
@@ -156,7 +156,7 @@ class Robotino:
             raise RuntimeError("this Robotino was made without cameras")
         return self._cameras.subscribe(self.prefix + "camera", width, height, fps)
 
-    # --- what can be read --------------------------------------------------------------------------------------------
+    # --- readings --------------------------------------------------------------------------------------------
 
     @property
     def watchdog(self) -> float:
@@ -164,7 +164,7 @@ class Robotino:
         return self._drive.watchdog
 
     def snapshot(self) -> Snapshot:
-        """The newest readings, each as old as its own period allows."""
+        """Return the newest readings, each at most one period old."""
         with self.world.locked():
             return Snapshot(
                 time=self.world.time,
@@ -179,7 +179,7 @@ class Robotino:
             )
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
-        """Where base_link really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
+        """Return the true pose of base_link: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             x, y, z, *quaternion = data.qpos[self._pose].tolist()
         return x, y, z, *roll_pitch_yaw(*quaternion)
@@ -196,7 +196,7 @@ class Robotino:
         self._pressed = self._held_bumper = False
         self._scan: laser.Scan | None = None
         self._cycle_due = 0.0
-        self._heard = -math.inf
+        self._last_command = -math.inf
         with self.world.locked() as data:
             data.ctrl[self._actuators] = 0.0
 
@@ -204,7 +204,7 @@ class Robotino:
         if now >= self._cycle_due - 0.5 * TICK:
             self._cycle_due = now + CYCLE
             # A world that makes up for a stall runs ahead of the clock by which clients send.
-            if self.world.running and time.monotonic() - self._heard <= self._drive.watchdog:
+            if self.world.running and time.monotonic() - self._last_command <= self._drive.watchdog:
                 self._drive.keep_alive(now)
             self._drive.cycle(now)
         with self.world.locked() as data:

@@ -19,7 +19,7 @@ _SHIFT = 4  # OpenCV's fixed point: positions in sixteenths of a pixel
 
 
 def draw_sensors(distances: Sequence[float], bumper: bool) -> bytes:
-    """A PNG, ahead is up.
+    """Return a PNG; ahead is up.
 
     Args:
         distances: Nine readings [m], 0 ahead, counter-clockwise.

@@ -19,7 +19,7 @@ DEFAULT_SCENE = "arena"
 
 
 class SimulatedRobotino(WebRobot):
-    """One Robotino of a world. `robot`, `webcam` and `server` are there once it has entered, and once it serves.
+    """One Robotino of a world. `robot` and `webcam` are set once it has entered, `server` once it serves.
 
     Args:
         watchdog: Silence after which the motors stop [s].

@@ -1,4 +1,4 @@
-"""Robotino's webcam as its web server sees it: the newest JPEG, drawn only while somebody asks.
+"""Robotino's webcam for its web server: the newest JPEG, drawn only while clients request it.
 
 Sources: camd2 and restapid (mirror BusHero/robotino_api2): 320x240 by default, other sizes configurable; the camera is
 released about ten seconds after the last request.
@@ -28,7 +28,7 @@ _MAX_AGE = 1.0
 
 
 class Webcam:
-    """Draws and encodes on a thread of its own while pictures are asked for; `jpeg` never waits.
+    """Draws and encodes on a thread of its own while pictures are requested; `jpeg` never waits.
 
     Args:
         size: One of `SIZES`.
@@ -46,7 +46,7 @@ class Webcam:
         self.size = size
         self._robot = robot
         self._idle_release = idle_release
-        self._asked = -idle_release
+        self._last_request = -idle_release
         self._changed = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="webcam", daemon=True)
@@ -54,17 +54,17 @@ class Webcam:
 
     @property
     def awake(self) -> bool:
-        """Whether somebody asked lately."""
-        return time.monotonic() - self._asked < self._idle_release
+        """Whether a picture was requested lately."""
+        return time.monotonic() - self._last_request < self._idle_release
 
     def wake(self) -> None:
-        """Somebody asks: draw from now on."""
+        """Request pictures: draw from now on."""
         with self._changed:
-            self._asked = time.monotonic()
+            self._last_request = time.monotonic()
             self._changed.notify()
 
     def jpeg(self) -> tuple[bytes, int] | None:
-        """The newest picture and its number, if one was drawn during the last second; else None."""
+        """Return the newest picture and its number if one was drawn during the last second, else None."""
         picture = self.image.peek()
         if picture is None or self.image.age() > _MAX_AGE:
             return None

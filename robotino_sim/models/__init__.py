@@ -16,7 +16,7 @@ PREFIX = "robotino/"
 
 
 def load_robotino(laser: bool = False) -> mujoco.MjSpec:
-    """A fresh Robotino: root body `base_link` on the floor with a free joint, servos, camera, sensor sites.
+    """Return a fresh Robotino: root body `base_link` on the floor with a free joint, servos, camera, sensor sites.
 
     Args:
         laser: Whether it carries the optional laser scanner.
@@ -36,12 +36,12 @@ def robotino_model(
     *,
     laser: bool = False,
 ) -> RobotModel:
-    """Robotino for `telepresence.sim.scene.build_world`."""
+    """Return Robotino for `telepresence.sim.scene.build_world`."""
     return RobotModel(lambda: load_robotino(laser), prefix, spawn, offset)
 
 
 def _add_infrared_sites(spec: mujoco.MjSpec) -> None:
-    """Sites `infrared_0` ... `infrared_8`, x outward, where each sensor's rays start."""
+    """Add the sites `infrared_0` ... `infrared_8`, x outward, where each sensor's rays start."""
     radius = MOUNTING_RADIUS - RAY_START
     for i in range(COUNT):
         angle = math.tau * i / COUNT

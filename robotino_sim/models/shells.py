@@ -59,7 +59,7 @@ def add_shells(spec: mujoco.MjSpec) -> None:
 
 
 def lathe(profile: Profile, segments: int = SEGMENTS) -> Mesh:
-    """The surface of revolution of `profile` around z, open where the profile is."""
+    """Return the surface of revolution of `profile` around z, open where the profile is."""
     rings = []
     for radius, height in profile:
         angles = np.arange(segments) * math.tau / segments
@@ -77,7 +77,7 @@ def lathe(profile: Profile, segments: int = SEGMENTS) -> Mesh:
 
 
 def box(near: float, far: float, half_width: float, half_height: float) -> Mesh:
-    """A block along x from `near` to `far`, centred on the x axis [m]."""
+    """Return a block along x from `near` to `far`, centred on the x axis [m]."""
     y, z = half_width, half_height
     corners = np.array([(x, sy * y, sz * z) for x in (near, far) for sy in (-1, 1) for sz in (-1, 1)])
     quads = ((4, 6, 7, 5), (0, 1, 3, 2), (0, 4, 5, 1), (2, 3, 7, 6), (1, 5, 7, 3), (0, 2, 6, 4))
@@ -85,7 +85,7 @@ def box(near: float, far: float, half_width: float, half_height: float) -> Mesh:
 
 
 def join(*meshes: Mesh) -> Mesh:
-    """One mesh of several."""
+    """Join several meshes into one."""
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in meshes[:-1]])
     return (
         np.vstack([vertices for vertices, _ in meshes]),
@@ -94,19 +94,19 @@ def join(*meshes: Mesh) -> Mesh:
 
 
 def moved(mesh: Mesh, by: tuple[float, float, float], turn: float = 0.0) -> Mesh:
-    """The mesh turned about z by `turn` [rad], then moved [m]."""
+    """Return the mesh turned about z by `turn` [rad], then moved [m]."""
     c, s = math.cos(turn), math.sin(turn)
     rotation = np.array([(c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)])
     return mesh[0] @ rotation + np.array(by), mesh[1]
 
 
 def _around(mesh: Mesh) -> Mesh:
-    """The mesh once per infrared sensor."""
+    """Repeat the mesh at every infrared sensor."""
     return join(*(moved(mesh, (0.0, 0.0, MOUNTING_HEIGHT), math.tau * i / COUNT) for i in range(COUNT)))
 
 
 def _wheel() -> Mesh:
-    """An omni wheel with its axle along x: a drum whose rim is wavy from the rollers."""
+    """Return an omni wheel with its axle along x: a drum whose rim is wavy from the rollers."""
     spokes = 6 * ROLLERS
     rings = []
     for x, scale in ((-0.5, 0.80), (-0.5, 0.93), (0.0, 1.0), (0.5, 0.93), (0.5, 0.80)):

@@ -21,16 +21,16 @@ ODOMETRY_SCALE_ERROR = 0.002
 several times worse; this keeps a 2 m drive within millimetres of truth while odometry still isn't truth."""
 
 HOLD_GAIN = 5.0
-"""Speed per distance from the held place [1/s]."""
+"""Speed per distance from the held position [1/s]."""
 SLIP_DISTANCE = 0.02
-"""Pushed farther than this [m], the wheels have slipped and hold the new place."""
+"""Pushed farther than this [m], the wheels have slipped and hold the new position."""
 
 _ACTUATORS = ("drive_x", "drive_y", "drive_yaw")
 
 
 @dataclass
 class BaseLimits:
-    """What the base may do. All positive.
+    """Limits of the base's motion. All positive.
 
     Args:
         max_xy: Speed in any direction [m/s].
@@ -88,7 +88,7 @@ class PlanarBase:
         return self.vx == self.vy == self.wz == 0.0
 
     def reset(self) -> None:
-        """Stand still at the odometry's origin."""
+        """Stop, and set odometry to its origin."""
         self.x = self.y = self.theta = 0.0
         self.vx = self.vy = self.wz = 0.0
         self._held = None
@@ -104,7 +104,7 @@ class PlanarBase:
         """Change the velocity towards (vx, vy, wz) as far as acceleration allows in `dt`, and integrate odometry.
 
         Args:
-            vx, vy, wz: Wanted velocity in the robot's frame [m/s, m/s, rad/s].
+            vx, vy, wz: Requested velocity in the robot's frame [m/s, m/s, rad/s].
             dt: Length of the tick [s].
             braking: Deceleration for this tick; the base's usual one by default.
             on_course: Limit acceleration as seen from the floor, for a straight course while turning. Otherwise it is
@@ -126,7 +126,7 @@ class PlanarBase:
             self._integrate(dt)
 
     def write(self, data: mujoco.MjData) -> None:
-        """Hand the limited velocity to the servos; a base that stands holds its place, also on a ramp."""
+        """Write the limited velocity to the servos; a standing base holds its position, also on a ramp."""
         if self.standing:
             data.ctrl[self._actuators] = (*self._hold(data), 0.0)
         else:
@@ -144,7 +144,7 @@ class PlanarBase:
         )
 
     def _hold(self, data: mujoco.MjData) -> tuple[float, float]:
-        """Velocity in the robot's frame back to where the wheels were stopped, as motors that hold their angle do.
+        """Return the velocity in the robot's frame back to where the wheels were stopped: motors hold their angle.
 
         A velocity servo alone would creep down a ramp by a few mm/s.
         """
@@ -167,5 +167,5 @@ class PlanarBase:
 
 
 def _scale_to(size: float, limit: float) -> float:
-    """Factor that brings `size` down to `limit`; 1 if it is small enough."""
+    """Return the factor that brings `size` down to `limit`; 1 if it is small enough."""
     return 1.0 if size <= limit else limit / size

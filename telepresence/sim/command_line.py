@@ -1,4 +1,4 @@
-"""What the command lines of all simulated robots share: options, the viewer, running until a signal ends it."""
+"""The command line of every simulation: options, the viewer, and running until a signal ends it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ALIVE_PERIOD = 0.5
 
 
 def parser(program: str, description: str, *, scene: str, port: int | None = None) -> argparse.ArgumentParser:
-    """A parser with the options that every simulation has; `port` and `scene` are the defaults."""
+    """Return a parser with the options that every simulation has; `port` and `scene` are the defaults."""
     options = argparse.ArgumentParser(prog=f"python -m {program}", description=description)
     if port is not None:
         options.add_argument("--port", type=_port, default=port, help="0 takes a free one (default: %(default)s)")
@@ -52,7 +52,7 @@ def run(
     Args:
         program: Name for error messages.
         options: From `parser`.
-        open_simulation: Builds it; its errors about settings, addresses and displays are told in one line.
+        open_simulation: Builds it; its errors about settings, addresses and displays are printed as one line.
     Returns:
         The program's exit status.
     """

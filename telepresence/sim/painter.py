@@ -45,7 +45,7 @@ class Painter:
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
 
     def close(self) -> None:
-        """Free everything; on the thread that made it."""
+        """Free everything, on the thread that made it."""
         self._context.free()
         self._gl.free()
 
@@ -57,7 +57,7 @@ class Painter:
             mujoco.mjr_uploadTexture(self._model, self._context, texture)
 
     def snapshot(self) -> float:
-        """Copy where everything is now; returns that instant [s since 1970]."""
+        """Copy the present state; return its instant [s since 1970]."""
         with self._world.locked() as live:
             self._data.qpos[:] = live.qpos
             if self._model.nmocap:
@@ -71,7 +71,7 @@ class Painter:
         return stamp
 
     def draw(self, camera: int, width: int, height: int, kind: str) -> np.ndarray:
-        """A picture as `snapshot` saw the world: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
+        """Draw the world as of the last `snapshot`: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
 
         Args:
             camera: Its index in the model.
@@ -89,7 +89,7 @@ class Painter:
         return _frozen(np.ascontiguousarray(pixels[::-1]))
 
     def _in_view(self, camera: int, aspect: float) -> np.ndarray:
-        """Which geoms' bounding spheres reach into the camera's field of view, shape (ngeom,) bool."""
+        """Return which geoms' bounding spheres reach into the camera's field of view, shape (ngeom,) bool."""
         model, data = self._model, self._data
         if (
             model.cam_projection[camera] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE
@@ -118,13 +118,13 @@ class Painter:
 
 
 def _frozen(pixels: np.ndarray) -> np.ndarray:
-    """Several feeds share one picture, so nobody may write into it."""
+    """Make a picture read-only, because several feeds share it."""
     pixels.flags.writeable = False
     return pixels
 
 
 def make_context(width: int, height: int) -> Any:
-    """An OpenGL context as MUJOCO_GL asks for, also when `mujoco` was imported before that default was set."""
+    """Make an OpenGL context of the kind that MUJOCO_GL names, even if that was set after `mujoco` was imported."""
     if os.environ.get("MUJOCO_GL", "").lower() == "egl":
         from mujoco.egl import GLContext
     else:

@@ -11,13 +11,13 @@ import numpy as np
 from telepresence.sim.scene import load_scene
 
 SPACING = 0.9
-"""Between the middles of neighbouring robots [m]; the widest robot needs 0.5 m."""
+"""Distance between the centres of neighbouring robots [m]; the widest robot needs 0.5 m."""
 ROOM = 0.4
-"""Nothing stands nearer to a robot's middle than this [m]."""
+"""Nothing stands nearer to a robot's centre than this [m]."""
 UNEVENNESS = 0.016
-"""The floor under a robot may be so much higher or lower than its middle [m]: rough ground is, a ramp is not."""
+"""Largest difference in height of the floor under a robot [m]: rough ground is within it, a ramp is not."""
 FARTHEST = 24
-"""Places to the side of a spawn point that are looked at."""
+"""Width of the grid around a spawn point that is searched, in places."""
 
 _HEIGHTS = (0.06, 0.3, 0.7, 1.1)
 _DIRECTIONS = 24
@@ -37,7 +37,7 @@ class FreePlaces:
         self._taken: list[np.ndarray] = []
 
     def find(self, spawn: str) -> tuple[float, float]:
-        """Offset of the next free place from the site `spawn`, along its axes (x, y) [m]; (0, 0) while that is free.
+        """Return the offset of the next free place from the site `spawn`, along its axes (x, y) [m]; (0, 0) at first.
 
         Raises:
             ValueError: The scene has no such site, or no room.
@@ -58,7 +58,7 @@ class FreePlaces:
         return all(np.linalg.norm(place - other) >= SPACING - 1e-6 for other in self._taken)
 
     def _is_free(self, place: np.ndarray, origin: np.ndarray) -> bool:
-        """Level floor below, nothing around, and no wall between here and the spawn point."""
+        """Return whether the floor is level, nothing is near, and no wall separates the place from the spawn point."""
         around = [(math.cos(angle), math.sin(angle)) for angle in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS]
         for x, y in ((0.0, 0.0), *around):
             drop = self._cast(place, (ROOM * x, ROOM * y, _ABOVE), (0.0, 0.0, -1.0))
@@ -80,7 +80,7 @@ class FreePlaces:
 
 
 def _spiral() -> Iterator[tuple[float, float]]:
-    """Points of a grid, nearest first; of equally near ones those to the left and right before those in front."""
+    """Yield points of a grid, nearest first; of equally near ones those at the sides before those in front."""
     count = range(-FARTHEST // 2, FARTHEST // 2 + 1)
     points = [(x * SPACING, y * SPACING) for x in count for y in count]
     yield from sorted(points, key=lambda point: (round(math.hypot(*point), 6), abs(point[0]), point[0] > 0, point[1]))

@@ -17,22 +17,22 @@ GROUPS = 6
 BLIND_GROUP = 5
 """Rays pass through geoms of this group; no scene uses it for geoms."""
 FEW_RAYS = 3
-"""Up to so many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
+"""Up to this many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
 
 MANY_RAYS, MANY_GEOMS = 10, 300
-"""From so many on, looking for what is in the cone costs less than it saves."""
+"""From these numbers on, testing what is in the cone costs less than it saves."""
 WIDEST = math.radians(75.0)
-"""A wider cone leaves nearly nothing out."""
+"""A wider cone excludes nearly nothing [rad]."""
 
 
 def fan(angles: np.ndarray) -> np.ndarray:
-    """Unit vectors in the x-y plane at `angles` [rad] from x, counter-clockwise. Shape (n, 3)."""
+    """Return unit vectors in the x-y plane at `angles` [rad] from x, counter-clockwise. Shape (n, 3)."""
     angles = np.asarray(angles, float)
     return np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
 
 
 def cone(half_angle: float, rings: int = 2) -> np.ndarray:
-    """Unit vectors around x that fill a cone: one in the middle, then 6, 12, ... per ring out to `half_angle` [rad].
+    """Return unit vectors around x that fill a cone: one in the middle, then 6, 12, ... per ring to `half_angle` [rad].
 
     Returns:
         Shape (1 + 3 * rings * (rings + 1), 3): 19 rays for two rings.
@@ -72,12 +72,12 @@ class RayBundle:
         self._normals = np.empty(3 * count)
 
     def cast(self, data: mujoco.MjData) -> np.ndarray:
-        """Distance along each ray [m], shape (n,); infinity where nothing is within `max_range`."""
+        """Return the distance along each ray [m], shape (n,); infinity where nothing is within `max_range`."""
         self._shoot(data, None)
         return self._finite()
 
     def cast_echo(self, data: mujoco.MjData, max_incidence: float) -> np.ndarray:
-        """As `cast`, for a sensor that hears an echo only from surfaces that face it.
+        """Do as `cast`, for a sensor that receives an echo only from surfaces that face it.
 
         Args:
             max_incidence: Largest angle between ray and surface normal that sends something back [rad].
@@ -89,7 +89,7 @@ class RayBundle:
         return distances
 
     def pose_in_body(self, data: mujoco.MjData, body: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation (3, 3) and origin (3,) of the rays' frame in the frame of `body`."""
+        """Return rotation (3, 3) and origin (3,) of the rays' frame in the frame of `body`."""
         frame = data.xmat[body].reshape(3, 3).T
         origin = frame @ (data.site_xpos[self._site] - data.xpos[body])
         return frame @ data.site_xmat[self._site].reshape(3, 3), origin
@@ -149,14 +149,14 @@ class _Cone:
         self._axis = axis / length if length > 0.0 else axis
         half_angle = math.acos(max(-1.0, min(1.0, float((directions @ self._axis).min()))))
         self.narrows = len(directions) >= MANY_RAYS and model.ngeom >= MANY_GEOMS and half_angle <= WIDEST
-        """Whether looking into it is worth while."""
+        """Whether the test is worth its time."""
         self._cos, self._sin = math.cos(half_angle), math.sin(half_angle)
         # Radius of the sphere around a geom [m], and a hair; a plane has none.
         self._radii = np.where(model.geom_rbound > 0.0, model.geom_rbound + 1e-6, np.inf)
         self._reaches = (reach + self._radii) ** 2
 
     def outside(self, data: mujoco.MjData) -> np.ndarray:
-        """For each geom whether the rays surely miss it: its sphere is out of reach or beside the cone."""
+        """Return for each geom whether all rays miss it: its sphere is out of reach or beside the cone."""
         away = data.geom_xpos - data.site_xpos[self._site]
         along = away @ (data.site_xmat[self._site].reshape(3, 3) @ self._axis)
         squares = np.einsum("ij,ij->i", away, away)
@@ -165,8 +165,8 @@ class _Cone:
 
 
 def _groups_of_robot(model: mujoco.MjModel, site: int) -> np.ndarray:
-    """The groups of all geoms of the robot that carries `site`, as a view into the model; empty for the scene's own
-    sites. MuJoCo numbers the geoms of one tree of bodies in a row."""
+    """Return the groups of all geoms of the robot that carries `site`, as a view into the model; empty for a site of
+    the scene. MuJoCo numbers the geoms of one tree of bodies in a row."""
     robot = model.body_rootid[model.site_bodyid[site]]
     if robot == 0:
         return model.geom_group[:0]
@@ -183,7 +183,7 @@ def add_noise(
     resolution: float = 0.0,
     minimum: float = 0.0,
 ) -> np.ndarray:
-    """What a sensor would read instead of the true distances; infinite ones stay infinite.
+    """Return what a sensor reads instead of the true distances; infinite ones stay infinite.
 
     Args:
         sigma: Standard deviation at distance zero [m].

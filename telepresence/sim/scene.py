@@ -41,12 +41,12 @@ class RobotModel:
 
 
 def scene_names() -> list[str]:
-    """Names of the scenes there are."""
+    """Return the names of the scenes."""
     return sorted(path.stem for path in SCENES.glob("*.xml"))
 
 
 def load_scene(name: str) -> mujoco.MjSpec:
-    """The scene called `name` without robots.
+    """Return the scene called `name` without robots.
 
     Raises:
         ValueError: There is no such scene; the message names those that exist.
@@ -60,7 +60,7 @@ def load_scene(name: str) -> mujoco.MjSpec:
 
 
 def build_world(scene: str = "apartment", robots: Sequence[RobotModel] = (), seed: int = 0) -> World:
-    """A world with `robots` standing at their spawn points in `scene`.
+    """Build a world with `robots` standing at their spawn points in `scene`.
 
     Raises:
         ValueError: Unknown scene, a spawn point that the scene lacks, or two robots with one prefix.

@@ -1,7 +1,7 @@
-"""SimulatedRobot: what a kind of robot provides so that worlds can hold it, alone or among others.
+"""SimulatedRobot: the interface that every kind of robot implements to be part of a simulated world.
 
 A kind is a subclass, found by name through the entry point group `telepresence.robots` (see setup.py), so that this
-package imports none of them. A robot's life, in this order, always by `telepresence.sim.simulation.Simulation`:
+package imports none of them. `telepresence.sim.simulation.Simulation` calls its methods in this order:
 
     robot = SimulatedPepper(prefix="anna/", offset=(0.0, 1.0))     its model is known, nothing runs
     robot.enter(world, cameras, seed)                               the world is built and stands still
@@ -36,23 +36,23 @@ class Movement(IntEnum):
 
 
 class Controls(Protocol):
-    """What `robot_control_node` needs of a robot that has no wire of its own. Any thread may call."""
+    """What `robot_control_node` needs from a robot that has no wire of its own. Any thread may call."""
 
     def move(self, movement: Movement) -> None:
-        """Go on like this until told otherwise; a restart of the world stops it."""
+        """Keep this movement until the next call; a restart of the world stops it."""
 
     def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
-        """Pictures of the robot's own camera; the reader closes the feed."""
+        """Start pictures of the robot's own camera; the caller closes the feed."""
 
 
 @dataclass(frozen=True)
 class BodyState:
-    """Where a robot's base really is and how it moves.
+    """True pose and velocity of a robot's base.
 
     Args:
         x, y, z: In the world [m].
         roll, pitch, yaw: [rad].
-        velocity: Of the base along its own axes x, y, z [m/s].
+        velocity: Along the base's own axes x, y, z [m/s].
         turning: Angular velocity about its own axes [rad/s].
     """
 
@@ -76,16 +76,16 @@ class SimulatedRobot(ABC):
     """
 
     DEFAULT_PORT: ClassVar[int | None] = None
-    """Where its wire listens on a real robot; None for a kind without a wire."""
+    """Port of the wire on a real robot; None for a kind without a wire."""
     BASE_FRAME: ClassVar[str] = "base_link"
     """The frame whose pose is the robot's pose; the model's free joint `root` moves it."""
 
     controls: Controls | None = None
-    """Set by kinds without a wire; the others are driven and seen through theirs."""
+    """Set by kinds without a wire; the others are controlled through theirs."""
     robot: Any = None
-    """The body, in SI units, for programs of the same process; there once it has entered."""
+    """The body, in SI units, for code in the same process; set once the robot has entered a world."""
     server: Any = None
-    """The wire; there once it serves."""
+    """The wire; set once it serves."""
 
     @abstractmethod
     def __init__(self, prefix: str, offset: tuple[float, float] = (0.0, 0.0), **options: Any) -> None: ...
@@ -93,14 +93,14 @@ class SimulatedRobot(ABC):
     @property
     @abstractmethod
     def model(self) -> RobotModel:
-        """What to build the world with."""
+        """The model to build the world with."""
 
     @abstractmethod
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
-        """Take over one's body in `world`, which was built with `model` and does not run yet."""
+        """Connect to the robot's body in `world`, which was built with `model` and does not run yet."""
 
     def serve(self, address: str, port: int) -> None:  # noqa: B027 -- a robot without a wire has nothing to serve
-        """Answer the wire; port 0 takes a free one.
+        """Start to answer the wire; port 0 takes a free one.
 
         Raises:
             OSError: The port is taken or the address is not this machine's.
@@ -113,7 +113,7 @@ class SimulatedRobot(ABC):
 
     @property
     def failure(self) -> str:
-        """Why its wire does not let clients in any more; "" while it does."""
+        """Why its wire no longer accepts clients; "" while it does."""
         return ""
 
     @property
@@ -121,20 +121,20 @@ class SimulatedRobot(ABC):
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}
 
-    def say_nearby(self, text: str) -> None:  # noqa: B027 -- nor ears
-        """A person beside the robot says a text."""
+    def say_nearby(self, text: str) -> None:  # noqa: B027 -- most robots have no microphone
+        """Let a person beside the robot say a text."""
 
-    def close(self) -> None:  # noqa: B027 -- nor to end
+    def close(self) -> None:  # noqa: B027 -- and nothing to end
         """End the wire and everything else of this robot. Calling it again does nothing."""
 
 
 def kinds() -> list[str]:
-    """Names of the kinds of robots that are installed."""
+    """Return the names of the kinds of robots that are installed."""
     return sorted(entry_points(group=ENTRY_POINTS).names)
 
 
 def find_kind(name: str) -> type[SimulatedRobot]:
-    """The kind called `name`.
+    """Return the kind called `name`.
 
     Raises:
         ValueError: There is none; the message names those that exist.
@@ -145,7 +145,7 @@ def find_kind(name: str) -> type[SimulatedRobot]:
 
 
 def read_pose(world: World, prefix: str) -> BodyState:
-    """Pose and velocity of the robot's base by physics, not by its sensors."""
+    """Return the true pose and velocity of the robot's base, from physics and not from its sensors."""
     joint = world.model.joint(prefix + "root")
     place, motion = int(joint.qposadr[0]), int(joint.dofadr[0])
     with world.locked() as data:

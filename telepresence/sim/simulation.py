@@ -1,7 +1,7 @@
 """Simulation: one world with any number of robots in it, each behind its own wire.
 
-Also the command line's words for robots, `kind[:name[:port]]`: `pepper`, `pepper:anna`, `robotino:rto3:8080`, and
-`robotino*8` for eight of them.
+It also parses the command line's notation for robots, `kind[:name[:port]]`: `pepper`, `pepper:anna`,
+`robotino:rto3:8080`, and `robotino*8` for eight of them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 @dataclass(frozen=True)
 class RobotRequest:
-    """A robot that a simulation shall have.
+    """A robot to be simulated.
 
     Args:
         kind: One of `telepresence.sim.simulated_robot.kinds()`.
@@ -49,7 +49,7 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
     Raises:
         ValueError: Unknown kind, a count or port that is none, or a name that is none or is taken.
     """
-    wishes: list[RobotRequest] = []
+    requests: list[RobotRequest] = []
     for word in words:
         kind, _, rest = word.partition(":")
         kind, _, count = kind.partition("*")
@@ -60,18 +60,18 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
             many = _number(word, count, "count", 1, 999)
             entries = [(f"{name or kind}_{i + 1}", number + i if number else 0) for i in range(many)]
         else:
-            alike = sum(request.kind == kind for request in wishes)
+            alike = sum(request.kind == kind for request in requests)
             if number is None:
                 number = 0 if alike else usual or 0
             entries = [(name or (f"{kind}_{alike + 1}" if alike else kind), number)]
         for name, number in entries:
             if not _NAME.fullmatch(name):
                 raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
-            if name in (request.name for request in wishes):
+            if name in (request.name for request in requests):
                 raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
             settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
-            wishes.append(RobotRequest(kind, name, number, settings))
-    return wishes
+            requests.append(RobotRequest(kind, name, number, settings))
+    return requests
 
 
 def _number(word: str, text: str, what: str, least: int, most: int) -> int:
@@ -84,7 +84,7 @@ class Simulation:
     """Runs from construction until `close`.
 
     Args:
-        robots: Who is in the world; those of one kind start side by side.
+        robots: The robots of the world; those of one kind start side by side.
         scene: Name of a scene, see `telepresence.sim.scene.scene_names`.
         seed: Start of every random sequence.
         address: Where all wires listen.
@@ -103,11 +103,11 @@ class Simulation:
         *,
         start: bool = True,
     ) -> None:
-        wishes = list(robots)
+        requests = list(robots)
         self.robots: dict[str, SimulatedRobot] = {}
         """By name."""
-        places = FreePlaces(scene) if len(wishes) > 1 else None
-        for request in wishes:
+        places = FreePlaces(scene) if len(requests) > 1 else None
+        for request in requests:
             self.robots[request.name] = _make(request, places)
         with contextlib.ExitStack() as stack:
             self.world = build_world(scene, [robot.model for robot in self.robots.values()], seed)
@@ -119,7 +119,7 @@ class Simulation:
                 robot.enter(self.world, self.cameras, seed)
             if start:
                 self.world.start()
-            for request in wishes:
+            for request in requests:
                 self.robots[request.name].serve(address, request.port)
             self._stack = stack.pop_all()
 
@@ -130,13 +130,13 @@ class Simulation:
 
     @property
     def failure(self) -> str:
-        """Why this cannot go on and has to be started anew; "" while all is well."""
+        """Why the simulation cannot continue and has to be restarted; "" while it runs."""
         if not self.world.running:
             return "the simulated world has stopped"
         return next((f"{name}: {robot.failure}" for name, robot in self.robots.items() if robot.failure), "")
 
     def truth(self, name: str) -> BodyState:
-        """Where the robot called `name` really is.
+        """Return the true pose and velocity of the robot called `name`.
 
         Raises:
             KeyError: There is no such robot.
@@ -144,7 +144,7 @@ class Simulation:
         return read_pose(self.world, self.robots[name].model.prefix)
 
     def restart(self) -> None:
-        """Everything back to the start; clients stay connected."""
+        """Return everything to the start; clients stay connected."""
         self.world.reset()
 
     def close(self) -> None:

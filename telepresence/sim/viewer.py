@@ -24,9 +24,10 @@ class NoDisplay(RuntimeError):
 
 
 def require_display() -> None:
-    """MuJoCo ends the whole process when it finds no display, so this is asked first.
+    """Check that there is a display, because MuJoCo ends the whole process without one.
 
-    Raises: NoDisplay.
+    Raises:
+        NoDisplay: There is no screen.
     """
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise NoDisplay("the viewer needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set")
@@ -60,7 +61,7 @@ def view(world: World, stopping: threading.Event) -> None:
 
 
 def _look_over(model: mujoco.MjModel, camera: mujoco.MjvCamera) -> None:
-    """Start where the scene's camera `overview` is; from there the mouse turns around what it looks at."""
+    """Place the viewer where the scene's camera `overview` is; the mouse then orbits what that looks at."""
     overview = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, "overview")
     if overview < 0:
         return

@@ -10,13 +10,13 @@ from telepresence.web.server import WebServer
 
 
 class WebRobot(SimulatedRobot):
-    """What kinds with HTTP in front of them share; a subclass provides the application."""
+    """A robot whose wire is a web server; a subclass provides the WSGI application."""
 
     server: WebServer | None = None
 
     @abstractmethod
     def create_app(self) -> Application:
-        """The WSGI application in front of the robot, which has entered its world."""
+        """Make the WSGI application in front of the robot, which has entered its world."""
 
     def serve(self, address: str, port: int) -> None:
         self.server = WebServer(self.create_app(), address, port)

@@ -1,6 +1,6 @@
-"""A small four-legged robot of our own: body, gait, robot, and a web interface in front of it.
+"""A small four-legged robot that exists in simulation only: body, gait, robot, and a web interface.
 
-There is no such machine to buy; it is here because a robot that walks can fall, and a gait can be frozen in mid-step.
+It is included because a walking robot can fall, and because a gait can be frozen in mid-step.
 """
 
 from telepresence.sim.walker.simulation import SimulatedWalker

@@ -1,4 +1,4 @@
-"""The walker's body: trunk and head from `walker.xml`, and four legs that differ by their place only."""
+"""The walker's body: trunk and head from `walker.xml`, and four legs that differ in position only."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _JOINT_DAMPING = 0.05
 
 
 def load_walker() -> mujoco.MjSpec:
-    """A fresh walker that stands: root body `trunk` with a free joint, legs, servos, camera."""
+    """Return a fresh walker that stands: root body `trunk` with a free joint, legs, servos, camera."""
     spec = mujoco.MjSpec.from_file(str(MJCF))
     spec.body("trunk").pos = [0.0, 0.0, HEIGHT + 0.002]
     for leg, hip, side in zip(LEGS, HIPS, SIDE, strict=True):
@@ -35,12 +35,12 @@ def load_walker() -> mujoco.MjSpec:
 def walker_model(
     prefix: str = PREFIX, spawn: str = "spawn_walker", offset: tuple[float, float] = (0.0, 0.0)
 ) -> RobotModel:
-    """The walker for `telepresence.sim.scene.build_world`."""
+    """Return the walker for `telepresence.sim.scene.build_world`."""
     return RobotModel(load_walker, prefix, spawn, offset)
 
 
 def standing_angles() -> np.ndarray:
-    """Joint angles of the standing robot, shape (4, 3) [rad]."""
+    """Return the joint angles of the standing robot, shape (4, 3) [rad]."""
     return joint_angles(STANCE)
 
 
@@ -117,5 +117,5 @@ def _add_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, axis: list[
 
 
 def joint_names(prefix: str = PREFIX) -> list[str]:
-    """Names of joints and of their servos, leg by leg."""
+    """Return the names of joints and of their servos, leg by leg."""
     return [f"{prefix}{leg}_{joint}" for leg in LEGS for joint in JOINTS]

@@ -1,4 +1,4 @@
-"""The gait: a phase that runs, four feet that take turns by it. Pure; time and attitude are arguments.
+"""The gait: a running phase, and four feet that are lifted in turn by it. Time and attitude are arguments.
 
 A foot on the ground moves backward under the trunk as fast as the trunk is to move forward; a foot in the air swings
 from where it left the ground to where the middle of its next time on the ground will be under its hip. So starting,
@@ -16,10 +16,10 @@ import numpy as np
 from telepresence.sim.walker.kinematics import FOOT_RADIUS, HIPS, OFFSET, SIDE
 
 HEIGHT = 0.185
-"""Of the trunk's middle over the ground [m]."""
+"""Height of the trunk's middle above the ground [m]."""
 STANCE = HIPS + np.stack([np.full(4, -0.020), 1.15 * OFFSET * SIDE, np.full(4, FOOT_RADIUS - HEIGHT)], axis=1)
-"""Feet of the standing robot in the trunk's frame (4, 3) [m], so far behind the hips that it trots forward as
-fast as backward."""
+"""Feet of the standing robot in the trunk's frame (4, 3) [m]; far enough behind the hips that it trots forward as fast
+as backward."""
 ACCELERATION = np.array([0.6, 0.6, 3.0])
 """[m/s², m/s², rad/s²]"""
 LANDING = 0.10
@@ -32,7 +32,7 @@ LEVELLING = 0.35
 
 @dataclass(frozen=True)
 class Gait:
-    """In which order and for how long feet are lifted.
+    """A gait: in which order and for how long feet are lifted.
 
     Args:
         name: For people.
@@ -85,7 +85,7 @@ class GaitController:
         self._tilt = (0.0, 0.0)
 
     def choose(self, gait: Gait) -> None:
-        """Walk so from the next start on; at once if the robot stands."""
+        """Use this gait from the next start on; at once if the robot stands."""
         self.next = gait
         if not self.walking:
             self.gait = gait
@@ -96,7 +96,7 @@ class GaitController:
         self.velocity[:] = 0.0
 
     def step(self, wanted: np.ndarray, dt: float, tilt: tuple[float, float]) -> np.ndarray:
-        """One tick.
+        """Advance by one tick.
 
         Args:
             wanted: Velocity of the trunk (vx, vy [m/s], wz [rad/s]), cut to what the gait can do; zeros freeze it.
@@ -142,7 +142,7 @@ class GaitController:
         self._lean_over(dt)
 
     def _ground_velocity(self) -> np.ndarray:
-        """Velocity of the trunk above each foot (4, 2) [m/s]."""
+        """Return the velocity of the trunk above each foot (4, 2) [m/s]."""
         vx, vy, wz = self.velocity
         x, y = self.feet[:, 0], self.feet[:, 1]
         return np.stack([vx - wz * y, vy + wz * x], axis=1)
@@ -162,7 +162,7 @@ class GaitController:
         self.feet[:, 2] = np.maximum(self.feet[:, 2] - self.gait.lift / LANDING * dt, STANCE[:, 2])
 
     def _levelled(self, tilt: tuple[float, float]) -> np.ndarray:
-        """The feet with the trunk's lean, and longer legs on the side that sinks; as they were, once frozen."""
+        """Return the feet with the trunk's lean and longer legs on the lower side; frozen, it keeps its last tilt."""
         if self.walking:
             self._tilt = tilt
         roll, pitch = self._tilt
@@ -173,7 +173,7 @@ class GaitController:
 
 
 def _swing(start: np.ndarray, end: np.ndarray, run: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Where feet in the air are, shape (4, 2): cubic, with the ground's velocity at both ends so that none scuffs.
+    """Return where feet in the air are (4, 2): a cubic with the ground's velocity at both ends, so that none scuffs.
 
     Args:
         start, end: Where they left the ground and will meet it (4, 2) [m].

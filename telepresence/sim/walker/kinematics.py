@@ -24,7 +24,7 @@ _SHORTEST, _LONGEST = 0.07, 0.226
 
 
 def joint_angles(feet: np.ndarray) -> np.ndarray:
-    """Angles that put the feet there; feet out of reach are brought into it.
+    """Return the joint angles for feet at these positions; feet out of reach are moved within reach.
 
     Args:
         feet: Middles of the feet in the trunk's frame, shape (4, 3) [m].
@@ -42,7 +42,7 @@ def joint_angles(feet: np.ndarray) -> np.ndarray:
 
 
 def feet_at(angles: np.ndarray) -> np.ndarray:
-    """Middles of the feet in the trunk's frame (4, 3) [m] for joint angles (4, 3) [rad]."""
+    """Return the middles of the feet in the trunk's frame (4, 3) [m] for joint angles (4, 3) [rad]."""
     out, hip, knee = angles.T
     x = -THIGH * np.sin(hip) - SHANK * np.sin(hip + knee)
     down = THIGH * np.cos(hip) + SHANK * np.cos(hip + knee)

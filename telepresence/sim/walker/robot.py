@@ -37,13 +37,13 @@ JOINT_ZERO_ERROR = 0.008
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What the robot's own sensors say at one instant.
+    """Readings of the robot's own sensors at one instant.
 
     Args:
         time: Simulation time [s]; it never runs backwards.
         stamp: Wall-clock time [s since 1970].
         odometry: By legs and inertial sensor since the last reset: x, y, theta [m, m, rad].
-        velocity: The same's: vx, vy, wz in the trunk's frame [m/s, m/s, rad/s].
+        velocity: By the same: vx, vy, wz in the trunk's frame [m/s, m/s, rad/s].
         attitude: Roll, pitch, yaw by the inertial sensor [rad].
         joints: `out`, `hip`, `knee` of each leg [rad]: 12 angles in the order of `kinematics.LEGS`.
         torques: Of the same joints [N m].
@@ -125,10 +125,10 @@ class Walker:
         world.every(CYCLE, self._cycle)
         world.reset()
 
-    # --- what can be told --------------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
-        """Walk so until the watchdog's time has passed, within the gait's limits; zeros freeze it at once.
+        """Walk at this velocity, within the gait's limits, until the watchdog expires; zeros freeze the gait at once.
 
         Args:
             vx, vy: Forward and left in the trunk's frame [m/s].
@@ -139,12 +139,12 @@ class Walker:
         if not all(map(math.isfinite, (vx, vy, wz))):
             raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
         with self.world.locked():
-            self._heard = time.monotonic()
+            self._last_command = time.monotonic()
             self._deadline = self.world.time + self._watchdog
             self._wanted = np.array([vx, vy, wz])
 
     def move(self, direction: int) -> None:
-        """Walk at the gait's own speed until told otherwise, without a watchdog: the topic `movement_command`.
+        """Walk at the gait's own speed until the next call, without a watchdog: the topic `movement_command`.
 
         Args:
             direction: 1 forward, -1 backward, 0 freezes the gait.
@@ -156,7 +156,7 @@ class Walker:
             self._deadline = math.inf
 
     def choose_gait(self, name: str) -> None:
-        """Walk so from the next start on; a standing robot changes at once.
+        """Use this gait from the next start on; a standing robot changes at once.
 
         Raises:
             ValueError: There is no such gait; the message names those that exist.
@@ -167,7 +167,7 @@ class Walker:
             self._gait.choose(GAITS[name])
 
     def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
-        """Pictures of the camera in its head; see `telepresence.sim.camera.Feed`.
+        """Start pictures of the camera in its head; see `telepresence.sim.camera.Feed`.
 
         Raises:
             ValueError: Impossible size or rate.
@@ -177,10 +177,10 @@ class Walker:
             raise RuntimeError("this walker was made without cameras")
         return self._cameras.subscribe(self.prefix + "camera", width, height, fps)
 
-    # --- what can be read --------------------------------------------------------------------------------------------
+    # --- readings --------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
-        """The sensors after the last control cycle."""
+        """Return the readings of the last control cycle."""
         with self.world.locked() as data:
             return Snapshot(
                 time=self.world.time,
@@ -198,7 +198,7 @@ class Walker:
             )
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
-        """Where the trunk really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
+        """Return the true pose of the trunk: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             pose = data.qpos[self._pose].tolist()
         return (*pose[:3], *roll_pitch_yaw(*pose[3:]))
@@ -213,7 +213,7 @@ class Walker:
             self._start_yaw = roll_pitch_yaw(*data.qpos[self._pose][3:].tolist()).yaw
         self._gait.reset()
         self._wanted = np.zeros(3)
-        self._deadline = self._heard = -math.inf
+        self._deadline = self._last_command = -math.inf
         self._fallen = False
         self._odometry = self._velocity = (0.0, 0.0, 0.0)
         self._tilt = (0.0, 0.0)
@@ -224,7 +224,7 @@ class Walker:
 
     def _cycle(self, now: float) -> None:
         with self.world.locked() as data:
-            self._feel(data)
+            self._sense(data)
             if self._fallen:
                 return
             if 1.0 - math.cos(self._tilt[0]) * math.cos(self._tilt[1]) > 1.0 - math.cos(FALLEN_TILT):
@@ -234,9 +234,11 @@ class Walker:
             data.ctrl[self._servos] = joint_angles(feet).ravel() + self._zero_error
 
     def _command(self, now: float) -> np.ndarray:
-        """The velocity to walk with now; zeros when nobody has asked lately."""
+        """Return the velocity to walk with now; zeros when no command has come lately."""
         # A world that makes up for a stall runs ahead of the clock by which clients send.
-        silent = now > self._deadline and not (self.world.running and time.monotonic() - self._heard <= self._watchdog)
+        silent = now > self._deadline and not (
+            self.world.running and time.monotonic() - self._last_command <= self._watchdog
+        )
         if silent or not self._wanted.any():
             self._heading = None
             return np.zeros(3)
@@ -249,7 +251,7 @@ class Walker:
         wanted[2] = HEADING_GAIN * wrap_angle(self._heading - self._yaw)
         return wanted
 
-    def _feel(self, data: mujoco.MjData) -> None:
+    def _sense(self, data: mujoco.MjData) -> None:
         """Inertial sensor and leg odometry."""
         roll, pitch, yaw = roll_pitch_yaw(*data.qpos[self._pose][3:].tolist())
         noise = self._rng.standard_normal(2)
@@ -297,5 +299,5 @@ class Walker:
         model.actuator_biasprm[self._servos, 1] = -share * self._stiffness
 
     def _contacts(self, data: mujoco.MjData) -> np.ndarray:
-        """Which feet touch something, shape (4,) bool."""
+        """Return which feet touch something, shape (4,) bool."""
         return (data.contact.geom[: data.ncon].reshape(-1, 1) == self._feet).any(axis=0)

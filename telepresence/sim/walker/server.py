@@ -2,7 +2,7 @@
 
     GET   /state      JSON object, see below
     GET   /camera     image/jpeg, 640x480, the newest picture; 503 while there is none yet
-    PUT   /velocity   [vx, vy, wz] in m/s, m/s, rad/s: walk so for 0.5 s, or until the next one; zeros freeze the gait
+    PUT   /velocity   [vx, vy, wz] in m/s, m/s, rad/s: walk for 0.5 s, or until the next one; zeros freeze the gait
     PUT   /gait       "trot" or "crawl", from the next start on
 
 POST does what PUT does. A body that is not what a path takes is answered with 400 and a reason and has no effect. The
@@ -87,16 +87,16 @@ def create_app(walker: Walker) -> Application:
 
 
 class _Camera:
-    """Has pictures drawn while somebody asks for them. Its methods belong to the server's thread."""
+    """Has pictures drawn while clients request them. Its methods belong to the server's thread."""
 
     def __init__(self, walker: Walker) -> None:
         self._walker = walker
         self._feed: Feed | None = None
-        self._asked = 0.0
+        self._last_request = 0.0
         self._encoded: tuple[int, bytes] = (0, b"")
 
     def jpeg(self) -> bytes:
-        self._asked = time.monotonic()
+        self._last_request = time.monotonic()
         if self._feed is None:
             try:
                 self._feed = self._walker.subscribe_camera(WIDTH, HEIGHT, RATE)
@@ -111,7 +111,7 @@ class _Camera:
         return self._encoded[1]
 
     def _release(self) -> None:
-        left = self._asked + CAMERA_RELEASE - time.monotonic()
+        left = self._last_request + CAMERA_RELEASE - time.monotonic()
         if left > 0.0:
             gevent.spawn_later(left, self._release)
         elif self._feed is not None:

@@ -19,13 +19,13 @@ DEFAULT_SCENE = "flat"
 
 
 class WalkerControls:
-    """What `robot_control_node` needs of a walker: a gait that goes on until it is told to freeze."""
+    """Controls a walker for `robot_control_node`: the gait continues until it is stopped."""
 
     def __init__(self, walker: Walker) -> None:
         self._walker = walker
 
     def move(self, movement: Movement) -> None:
-        """Walk forward or backward at the gait's own speed until told otherwise, or freeze."""
+        """Walk forward or backward at the gait's own speed until the next call, or freeze."""
         self._walker.move({Movement.FORWARD: 1, Movement.BACKWARD: -1}.get(movement, 0))
 
     def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
@@ -33,7 +33,7 @@ class WalkerControls:
 
 
 class SimulatedWalker(WebRobot):
-    """One walker of a world. `robot` and `server` are there once it has entered, and once it serves.
+    """One walker of a world. `robot` is set once it has entered, `server` once it serves.
 
     Args:
         gait: "trot" or "crawl".
