@@ -85,7 +85,7 @@ def station(tmp_path_factory, free_port, wait_until):
     station.kept = folder / "kept"
     try:
         station.start_everything(free_port)
-        station.screenshot()
+        station.start_tracking()
         yield station
     finally:
         station.close()
@@ -111,12 +111,12 @@ WHERE = textwrap.dedent("""
     application.setStyle("Fusion")
     from gui import theme
     from gui.__main__ import leave, parse, make_tabs
-    from gui.memory import Memory
-    from gui.ros_link import RosNode
-    from gui.shell import Shell
+    from gui.settings import Settings
+    from gui.ros.link import RosNode
+    from gui.app.tabs import RobotTabs
     theme.apply("dark")
-    seats = make_tabs(RosNode(), parse(sys.argv[1:]), Memory(None))
-    shell = Shell([(seat.title, seat.window) for seat in seats])
+    tabs = make_tabs(RosNode(), parse(sys.argv[1:]), Settings(None))
+    shell = RobotTabs([(tab.title, tab.window) for tab in tabs])
     shell.show_on_screen()
     shell.pages[0].health.show_picture(0.1, 15.0)
     for _ in range(50):

@@ -103,7 +103,7 @@ def test_roscore_start(desk, station, wait_until):
 
 def test_session_start_brings_the_original_programs(desk, station, wait_until):
     station.start("rosrun", "pepper_bringup", "pepper_sim", f"_port:={station.port}", "_scene:=flat")
-    station.screenshot()
+    station.start_tracking()
     for topic, kind, fields in (
         ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
         ("/drive/state", "telepresence_msgs/DriveState", ["pilot", "stopped_by"]),
@@ -308,7 +308,7 @@ def test_stop_ends_the_session_and_the_robot_stands(desk, station, wait_until):
 
 def test_exit_takes_along_what_was_started_here(desk, station, wait_until):
     family = desk.window.family()
-    station.end_screenshot()
+    station.end_tracking()
     desk.click("exitButton")
     assert desk.window.process.wait(20) == 0
     wait_until(lambda: not {*family} & {*processes.descendants()}, "nothing of the window is left")

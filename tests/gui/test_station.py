@@ -34,7 +34,7 @@ def station(tmp_path_factory, free_port, wait_until):
         ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port")]
         launch = str(ROOT / "launch" / "pepper.launch")
         station.start("roslaunch", launch, "gui:=false", "terrain:=flat", "source:=test", "sign_in:=true", *ports)
-        station.screenshot()
+        station.start_tracking()
         station.origin = station.place()
         yield station
     finally:
