@@ -13,7 +13,7 @@ from gui.widgets.robot_panel import SENTENCES
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
 PROGRAMS = {
     "/pepper_publisher", "/naoqi_driver", "/pepper_robot/pepper_sonar", "/pepper_robot/pepper_laser",
