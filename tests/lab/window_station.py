@@ -107,6 +107,10 @@ class Station:
         self.probe("watch", "/safety", "telepresence_msgs/SafetyState", ["state", "reason"])
         self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
 
+    @property
+    def tracking(self) -> bool:
+        return self._probe is not None
+
     def end_tracking(self) -> None:
         if self._probe is not None:
             self._probe.close()
@@ -189,6 +193,7 @@ class Desk:
         self.window = self.screen.open_window(*self._arguments, program=program, signed_in=False)
 
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
+        self.click("nameField", "signInPage")
         self.screen.do("key", "ctrl+a")
         self.screen.do("type", name)
         self.screen.do("key", "Return")
