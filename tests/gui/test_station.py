@@ -10,7 +10,7 @@ import signal
 import time
 
 import pytest
-from window_station import QUIET, ROOT, ROWS, SPEED, Desk, Station
+from window_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
 
 from telepresence.station import processes
 from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
@@ -80,7 +80,7 @@ def signed_in(desk, station, wait_until):
     wait_until(station.stands, "the robot stands")
 
 
-def test_signed_out_shows_and_receives_nothing(desk, station, wait_until):
+def test_a_wrong_password_shows_nothing_and_the_right_one_everything(desk, station, wait_until):
     """A fresh window: whoever may have signed in before has ended theirs."""
     if desk.window.process.poll() is not None or "first picture" in desk.window.output:
         processes.end(desk.window.process, patience=10.0)
@@ -92,6 +92,11 @@ def test_signed_out_shows_and_receives_nothing(desk, station, wait_until):
     desk.key("w")
     assert station.subscriptions("/gui_ros_node") == []
     assert len(desk.window.family()) == 1, "no terminal"
+    desk.key("ctrl+a")
+    desk.screen.do("type", PASSWORD)
+    desk.key("Return")
+    wait_until(lambda: "first picture" in desk.window.output, "the picture is shown")
+    wait_until(lambda: "a key holds until the next one" in desk.window.terminal_text(), "the keyboard program runs")
 
 
 def test_a_held_key_drives_for_as_long_as_it_is_held_and_then_the_robot_stands(

@@ -184,16 +184,18 @@ class Desk:
         self.screen, self.find, self._arguments = screen, place, arguments
         self._manager = processes.start(["openbox", "--sm-disable"], env=screen.environment, **QUIET)
         self._corner: tuple[int, ...] | None = None
+        self.signed_in = False
         self.pressed: set[str] = set()
         """Names of what was clicked."""
         self.open()
 
     def open(self) -> None:
+        self.signed_in = False
         program = (sys.executable, "-m", "gui", "--tell")
         self.window = self.screen.open_window(*self._arguments, program=program, signed_in=False)
 
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
-        self.click("nameField", "signInPage")
+        """On a fresh sign-in page, whose name field has the keyboard."""
         self.screen.do("key", "ctrl+a")
         self.screen.do("type", name)
         self.screen.do("key", "Return")
