@@ -1,4 +1,4 @@
-"""One law for every obstacle: come no nearer than what lets the robot stop in time.
+"""One rule for every obstacle: keep the distance that the robot needs to stop in time.
 
 For an obstacle at distance d from the outline in direction n, a velocity v that closes on it with the share
 c = n·v/|v| of its length is allowed if
@@ -8,15 +8,17 @@ c = n·v/|v| of its length is allowed if
 or if the strip that the outline sweeps along v passes it at m_passing or more. Something that comes nearer by itself
 at a speed w takes w (tau + |v|/a) more: the robot stands when it arrives.
 
-Left: what reacting and then braking along v takes off the distance, and the wider margin for driving straight at
-something. The distance to a convex outline along a straight line is convex, so its slope at the start bounds what is
-lost: the robot can always stop short of the margin. c <= 0 is always allowed: any motion away, and along a wall.
+The left side is what reacting and then braking along v takes off the distance, and the wider margin for driving
+straight at something. The distance to a convex outline along a straight line is convex, so its slope at the start
+bounds what is lost: the robot can always stop short of the margin. c <= 0 is always allowed: any motion away from an
+obstacle, and along a wall.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -25,11 +27,19 @@ from .plane import left_of
 _STRAIGHT = 1e-9
 """Closing shares below this are motion along the obstacle."""
 MOST_CUTS = 6
-"""So many obstacles may bend the direction. The speed is always checked against all."""
+"""At most this many obstacles may change the direction. The speed is always checked against all."""
+
+
+@overload
+def stopping_speed(distance: float, reaction: float, braking: float) -> float: ...
+
+
+@overload
+def stopping_speed(distance: np.ndarray, reaction: np.ndarray | float, braking: float) -> np.ndarray: ...
 
 
 def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, braking: float) -> np.ndarray | float:
-    """Fastest speed that stops within a distance: solves v tau + v²/2a = d, for d >= 0.
+    """Return the fastest speed that stops within a distance: solves v tau + v²/2a = d, for d >= 0.
 
     Args:
         distance: [m]; infinity allowed.
@@ -39,7 +49,7 @@ def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, b
 
 
 def stopping_distance(speed: float, reaction: float, braking: float) -> float:
-    """Distance driven until standing [m]."""
+    """Return the distance driven until the robot stands [m]."""
     return speed * reaction + 0.5 * speed * speed / braking
 
 
@@ -50,10 +60,10 @@ class VelocityBounds:
     Args:
         points: (n, 2) obstacles [m].
         normals: (n, 2) unit vectors from the outline to them.
-        room: (n,) their distance from the outline less margin beside and uncertainty of the place [m].
-        passing: (n,) room to leave when the way leads past them [m]; infinity where that is no excuse.
-        least_share: (n,) obstacles on which a motion closes with a smaller share don't concern it.
-        coming: (n,) speed at which they come nearer by themselves [m/s].
+        room: (n,) their distance from the outline less the margin beside and the uncertainty of their position [m].
+        passing: (n,) room to leave when driving past them [m]; infinity where passing is not allowed.
+        least_share: (n,) a motion that closes on an obstacle with a smaller share ignores it.
+        coming: (n,) speed at which they approach by themselves [m/s].
         extra: Margin ahead less margin beside [m], not negative.
         reaction, braking: tau [s], a [m/s²].
         corners, radius: The outline: a convex polygon (k, 2), grown by a radius [m].
@@ -72,7 +82,7 @@ class VelocityBounds:
     radius: float
 
     def speed_towards(self, directions: np.ndarray) -> np.ndarray:
-        """Fastest straight driving in each direction [m/s], infinity where nothing is in the way.
+        """Return the fastest straight driving in each direction [m/s], infinity where nothing is in the way.
 
         Args:
             directions: (2, k) unit vectors as columns.
@@ -93,7 +103,7 @@ class VelocityBounds:
         return stopping_speed(distance, reaction, self.braking).min(axis=0)
 
     def nearest_allowed(self, vx: float, vy: float) -> tuple[float, float]:
-        """The allowed velocity nearest to (vx, vy): towards obstacles it is cut, along them and away it stays."""
+        """Return the allowed velocity nearest to (vx, vy): cut towards obstacles, kept along them and away."""
         speed = math.hypot(vx, vy)
         if speed < _STRAIGHT or not len(self.room):
             return vx, vy
@@ -104,7 +114,7 @@ class VelocityBounds:
             broken[cuts] = False
             if not broken.any():
                 break
-            # The nearest one first: of a wall that is its foot, and what is left goes along the wall.
+            # The nearest one first: for a wall, that leaves the motion along the wall.
             cuts.append(int(np.where(broken, self.room, math.inf).argmin()))
             bound_at = math.hypot(velocity[0], velocity[1])
             velocity = project(wanted, self.normals[cuts], self._bounds(cuts, bound_at))
@@ -117,7 +127,7 @@ class VelocityBounds:
         return (ux * length, uy * length) if length > 0.0 else (0.0, 0.0)
 
     def _in_the_way(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Closing share of every obstacle for every direction, and which of them the swept strip doesn't pass."""
+        """Return the closing share of every obstacle for every direction, and which lie in the swept strip."""
         share = self.normals @ directions
         across = directions[::-1] * [[-1.0], [1.0]]
         corners = self.corners @ across
@@ -130,7 +140,7 @@ class VelocityBounds:
         return share, inside & (share > np.maximum(self.least_share, _STRAIGHT)[:, None])
 
     def _broken_by(self, velocity: np.ndarray) -> np.ndarray:
-        """(n,) obstacles that forbid a velocity."""
+        """Return which obstacles forbid a velocity (n,)."""
         speed = math.hypot(velocity[0], velocity[1])
         share, ahead = self._in_the_way((velocity / speed)[:, None])
         share = share[:, 0]
@@ -139,7 +149,7 @@ class VelocityBounds:
         return ahead[:, 0] & (lost > np.maximum(self.room, 0.0) + 1e-9)
 
     def _bounds(self, which: list[int], speed: float) -> np.ndarray:
-        """Fastest closing on some obstacles when driving at `speed` (m,) [m/s]."""
+        """Return the fastest allowed closing on some obstacles when driving at `speed` (m,) [m/s]."""
         distance = stopping_distance(speed, self.reaction, self.braking)
         taken = self.coming[which] * (self.reaction + speed / self.braking)
         room = np.maximum(self.room[which] - taken, 0.0)
@@ -151,7 +161,7 @@ class VelocityBounds:
 
 
 def project(wanted: np.ndarray, normals: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """The point nearest to `wanted` with normals @ point <= bounds; exact, for bounds >= 0.
+    """Return the point nearest to `wanted` with normals @ point <= bounds; exact, for bounds >= 0.
 
     It is `wanted` itself or lies on the line of a bound that `wanted` breaks. For every such line the others leave an
     interval; the nearest point of the nearest interval is the answer.
@@ -179,7 +189,7 @@ def project(wanted: np.ndarray, normals: np.ndarray, bounds: np.ndarray) -> np.n
 def turning_rate(
     wanted: float, room: np.ndarray, levers: np.ndarray, reaction: float, braking: float
 ) -> tuple[float, np.ndarray]:
-    """The turning rate that leaves every obstacle its room, and the room that is left for driving.
+    """Return the turning rate that leaves every obstacle its room, and the room that is left for driving.
 
     Args:
         wanted: [rad/s].

@@ -1,8 +1,8 @@
-"""Careful scan: the body turns to and fro while the robot drives where the pilot wants.
+"""Careful scan: the body turns to and fro while the robot drives where the pilot steers.
 
 Nine beams 40 degrees apart see a tenth of the circle. Swung by more than 20 degrees to either side they see all of it,
-and the obstacle memory keeps it. The pilot's heading is kept beside: commands are meant in it, and it is what the body
-returns to.
+and the obstacle memory keeps it. The pilot's heading is tracked separately: commands refer to it, and the body returns
+to it.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import math
 from .robot_profile import Swing
 
 HOME = 0.03
-"""Nearer to the pilot's heading than this the body is back [rad]."""
+"""The body has returned when it is this close to the pilot's heading [rad]."""
 
 
 class BodySwing:
-    """Adds the swing to the pilot's turning, and turns the pilot's driving into the swung body's frame."""
+    """Adds the swing to the pilot's turning, and rotates the pilot's velocity into the swung body's frame."""
 
     def __init__(self, swing: Swing) -> None:
         self._swing = swing
@@ -25,21 +25,21 @@ class BodySwing:
         self._last_offset = 0.0
 
     def forget(self) -> None:
-        """The present heading of the body is the pilot's."""
+        """Take the body's present heading as the pilot's."""
         self._heading = None
         self._last_offset = 0.0
 
     def offset(self, theta: float) -> float:
-        """How far the body is turned away from the pilot's heading [rad]."""
+        """Return how far the body is turned away from the pilot's heading [rad]."""
         return 0.0 if self._heading is None else math.remainder(theta - self._heading, math.tau)
 
     def rate(self, theta: float, pilot_rate: float, wanted: bool, dt: float) -> float:
-        """Turning rate to add [rad/s].
+        """Return the turning rate to add [rad/s].
 
         Args:
             theta: Heading of the body in the odometry frame [rad].
-            pilot_rate: What the pilot's own turning comes to [rad/s].
-            wanted: The robot is to look around now.
+            pilot_rate: The pilot's own turning, as limited [rad/s].
+            wanted: Whether to swing now.
             dt: Time since the last call [s].
         """
         if self._heading is None:
@@ -56,7 +56,7 @@ class BodySwing:
                 self.forget()
                 return 0.0
             return max(-swing.rate, min(swing.rate, -2.0 * offset))
-        # Turn round when the body, told so now, would come to rest at the amplitude.
+        # Reverse when the body, told so now, would come to rest at the amplitude.
         rest = offset + measured * swing.delay + 0.5 * measured * abs(measured) / swing.braking
         if rest * self._side >= swing.amplitude:
             self._side = -self._side

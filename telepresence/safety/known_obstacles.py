@@ -1,4 +1,4 @@
-"""What is known about the place: obstacles in the odometry frame, fed by scans, bumps and driving."""
+"""All obstacles that the gate knows, in the odometry frame: from scans, cones, bumps and what moves."""
 
 from __future__ import annotations
 
@@ -17,40 +17,41 @@ from .sonar import Echo, Echoes
 from .timeouts import Health, SourceTimeout
 
 STANDSTILL_AGES = 0.2
-"""Memory ages this fast while the robot stands."""
+"""Rate at which memory ages while the robot stands, relative to driving."""
 LONGEST_TICK = 0.25
-"""A longer step of the clock is a stall or a jump; memory ages by this much only [s]."""
+"""A longer step of the clock is a stall or a jump; memory then ages by this much only [s]."""
 OVERRUN = 0.03
-"""What is remembered farther inside the outline than this isn't there: the robot is [m]."""
+"""Points remembered farther inside the outline than this are wrong, because the robot stands there [m]."""
 FASTEST = 2.0
 """Odometry that moves faster than this has been reset [m/s]."""
 BUMP_WIDTH = math.radians(45.0)
-"""A bumper without direction was hit within this of the direction of motion [rad]."""
+"""A bumper that reports no direction was hit within this angle of the direction of motion [rad]."""
 BUMP_SPACING = math.radians(11.25)
+"""Angle between the points that are remembered for a bump [rad]."""
 BUMP_KNOWN = 0.08
-"""A bump is put down to a known obstacle that is nearer to the outline than this [m]."""
+"""A bump is attributed to a known obstacle that is nearer to the outline than this [m]."""
 BUMP_OUTSIDE = 0.01
-"""The thing that was hit begins this far outside the outline [m]."""
+"""What was hit is remembered this far outside the outline [m]."""
 
 
 class KnownObstacles:
-    """Everything the gate remembers about where it is."""
+    """Everything that the gate remembers about the robot's surroundings."""
 
     def __init__(self, profile: RobotProfile) -> None:
         self._profile = profile
         self.poses = PoseHistory()
         self._memory = ObstacleMemory(profile.limits.memory)
         self._echoes = Echoes()
-        self._moving = MovingObstacles()
-        self._waiting: dict[str, tuple[float, Scan]] = {}
+        self._moving_obstacles = MovingObstacles()
+        self._pending_scans: dict[str, tuple[float, Scan]] = {}
         self._clock = 0.0
 
-    def put(self, name: str, stamp: float, scan: Scan) -> None:
+    def add_scan(self, name: str, stamp: float, scan: Scan) -> None:
         """Keep a scan (base_link) until the pose of its stamp is known; a newer one replaces it."""
-        self._waiting[name] = stamp, scan
+        self._pending_scans[name] = stamp, scan
 
-    def move(self, dt: float, odometry: Odometry) -> bool:
-        """Advance to now. False if the odometry has jumped: everything remembered is then dropped."""
+    def advance(self, dt: float, odometry: Odometry) -> bool:
+        """Advance to the newest pose. False if odometry has jumped; everything remembered is then dropped."""
         last = self.poses.newest
         if last is not None:
             passed = max(odometry.stamp - last.stamp, dt, 0.0)
@@ -65,50 +66,50 @@ class KnownObstacles:
         return True
 
     def forget(self) -> None:
-        """Drop all memory."""
+        """Drop everything that is remembered."""
         self.poses.clear()
         self._memory.clear()
         self._echoes.clear()
-        self._moving.clear()
-        self._waiting.clear()
+        self._moving_obstacles.clear()
+        self._pending_scans.clear()
 
     def update(self, now: float, timeouts: dict[str, SourceTimeout]) -> None:
-        """Take in the scans that wait, and drop what stale cones said."""
-        pose = self.poses.newest
+        """Integrate the pending scans, and drop the echoes of cones that are not live."""
+        pose = self.poses.current
         position = np.array([pose.x, pose.y])
         moment = Moment(now, self._clock, self.poses.driven)
         beams: list[Scan] = []
         cones: list[tuple[RangeSource, Scan]] = []
-        for name, (stamp, scan) in self._waiting.items():
-            watch = timeouts[name]
-            watch.compare(stamp, scan, self.poses.moved)
-            if watch.health(now) is Health.FROZEN:
+        for name, (stamp, scan) in self._pending_scans.items():
+            timeout = timeouts[name]
+            timeout.check_frozen(stamp, scan, self.poses.moved)
+            if timeout.health(now) is Health.FROZEN:
                 continue
             placed = scan.seen_from(*self.poses.at(stamp))
-            if watch.source.cone:
-                cones.append((watch.source, placed))
+            if timeout.source.cone:
+                cones.append((timeout.source, placed))
                 continue
-            if watch.source.spread <= NARROW:
-                self._moving.observe(name, stamp, placed, position, self._memory)
+            if timeout.source.spread <= NARROW:
+                self._moving_obstacles.observe(name, stamp, placed, position, self._memory)
             beams.append(placed)
-        self._waiting.clear()
+        self._pending_scans.clear()
         if beams:
             self._memory.integrate(together(beams), position, moment)
         for source, scan in cones:
             self._echoes.observe(source, scan, self._memory.points)
         self._memory.limit(position, moment)
         self._drop_overrun(pose, position)
-        for name, watch in timeouts.items():
-            if watch.source.cone and watch.health(now) is not Health.LIVE:
+        for name, timeout in timeouts.items():
+            if timeout.source.cone and timeout.health(now) is not Health.LIVE:
                 self._echoes.forget(name)
 
-    def bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
-        """Remember what a bumper has felt.
+    def add_bump(self, now: float, bearing: float | None, motion: float | None) -> float | None:
+        """Remember what a bumper has hit.
 
         Args:
             now: [s].
-            bearing: Where the bumper says it was, in base_link [rad]; None if it doesn't tell.
-            motion: Where the robot was driving [rad]; None if it stood.
+            bearing: Reported by the bumper, in base_link [rad]; None if it reports none.
+            motion: Direction in which the robot was driving [rad]; None if it stood.
         Returns:
             Bearing of the contact [rad]; None if nothing is known about it.
         """
@@ -116,7 +117,7 @@ class KnownObstacles:
         if pose is None:
             return bearing
         exact = bearing is not None
-        if not exact:
+        if bearing is None:
             known = self._touching(pose)
             if known is not None or motion is None:
                 return known
@@ -127,7 +128,7 @@ class KnownObstacles:
         felt = reach[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         lifetime = self._profile.limits.bumper_memory
         if exact:
-            # Round a corner of the outline lies another side, which would bar the way straight back.
+            # Points around a corner of the outline would bar the way straight back.
             ahead = math.copysign(1.0, math.cos(bearing))
             felt = felt[self._profile.outline.measure(felt)[1][:, 0] * ahead >= 0.0]
         moment = Moment(now, self._clock, self.poses.driven)
@@ -135,7 +136,7 @@ class KnownObstacles:
         return bearing
 
     def _drop_overrun(self, pose: Odometry, position: np.ndarray) -> None:
-        """Take back what is remembered where the robot stands."""
+        """Drop the points that are remembered where the robot stands."""
         outline = self._profile.outline
         inside = squared_lengths(self._memory.points - position) < outline.outer_radius**2
         if inside.any():
@@ -145,7 +146,7 @@ class KnownObstacles:
             self._memory.drop(inside)
 
     def _touching(self, pose: Odometry) -> float | None:
-        """Bearing of the known obstacle that may have been hit."""
+        """Return the bearing of the known obstacle that may have been hit."""
         if not len(self._memory):
             return None
         distance, normals, _ = self._profile.outline.measure(into_base(self._memory.points, pose.x, pose.y, pose.theta))
@@ -155,16 +156,16 @@ class KnownObstacles:
         return math.atan2(normals[nearest, 1], normals[nearest, 0])
 
     def obstacles(self, now: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Known obstacles in base_link now.
+        """Return the known obstacles in base_link now.
 
         Returns:
             points: (n, 2) [m].
             drift: (n,) how far odometry may have misplaced them [m].
             velocities: (n, 2) how they move over the floor [m/s].
         """
-        pose, limits = self.poses.newest, self._profile.limits
+        pose, limits = self.poses.current, self._profile.limits
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
-        moving, velocity = self._moving.now(now)
+        moving, velocity = self._moving_obstacles.now(now)
         points = np.concatenate([self._memory.points, moving])
         velocities = np.zeros((len(points), 2))
         velocities[len(drift) :] = into_base(velocity, 0.0, 0.0, pose.theta)
@@ -175,8 +176,8 @@ class KnownObstacles:
         )
 
     def echoes(self) -> list[Echo]:
-        """Unexplained readings of wide cones in base_link now."""
-        pose = self.poses.newest
+        """Return the unexplained readings of wide cones in base_link now."""
+        pose = self.poses.current
         return [
             Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
             for echo in self._echoes

@@ -1,4 +1,4 @@
-"""Stops that last until a person lets them go: no robot starts by itself after a bump or stop (ISO 3691-4, 4.1.14)."""
+"""Stops that last until a person resets them: no robot restarts by itself after a bump or stop (ISO 3691-4, 4.1.14)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class StopLatch:
-    """The pilot's or the system's stop. After its reset the keys must be released once before anything moves."""
+    """A stop by the pilot or the system. After its reset the controls must be released once before anything moves."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -30,15 +30,15 @@ class StopLatch:
         self._waiting = self._waiting or bool(self.reason)
         self.reason = ""
 
-    def see_command(self, asks_for_motion: bool) -> None:
-        """Tell what the pilot does now; call every tick."""
+    def update(self, asks_for_motion: bool) -> None:
+        """Take what the pilot commands now; call it every tick."""
         if not asks_for_motion and not self.reason:
             self._waiting = False
 
 
 @dataclass
 class BumperLatch:
-    """A bump: until reset only motion away from it, slowly.
+    """A bump: until it is reset only slow motion away from it is allowed.
 
     Attributes:
         pressed: A bumper is pressed now.
@@ -58,7 +58,7 @@ class BumperLatch:
         self.pressed = False
 
     def reset(self) -> bool:
-        """Let go. False, and still latched, while a bumper is pressed."""
+        """Release the latch. False, and still latched, while a bumper is pressed."""
         if self.pressed:
             return False
         self.latched = False
@@ -66,7 +66,7 @@ class BumperLatch:
         return True
 
     def normal(self, theta: float) -> tuple[float, float] | None:
-        """Direction of the contact in base_link for the robot's heading `theta`; None if unknown."""
+        """Return the direction of the contact in base_link for the robot's heading `theta`; None if unknown."""
         if self.heading is None:
             return None
         bearing = self.heading - theta

@@ -14,12 +14,12 @@ SECTORS = 72
 
 @dataclass(frozen=True)
 class Command:
-    """What the pilot asks for, in base_link.
+    """The velocity that the pilot requests, in base_link.
 
     Args:
         vx, vy: Forward and left [m/s].
         wz: Counter-clockwise [rad/s].
-        stamp: When the pilot gave it, on the gate's clock [s].
+        stamp: When it was given, on the gate's clock [s].
     """
 
     vx: float
@@ -50,7 +50,7 @@ class State(str, Enum):
     """Why the output is what it is, worst first."""
 
     STOPPED = "stopped"
-    """Latched by `stop()`; only `reset_stop()` and a released command let it go."""
+    """Latched by `stop()`, until `reset_stop()` is called and the controls are released."""
     FAULT = "fault"
     """A value that can't be used: not finite, odometry missing or old, clock jumped."""
     SENSOR_STALE = "sensor stale"
@@ -58,11 +58,11 @@ class State(str, Enum):
     BUMPED = "bumped"
     """A bumper was hit; only away from it, slowly, until `reset_bumper()`."""
     NO_COMMAND = "no command"
-    """Nothing valid from the pilot lately."""
+    """No valid command has arrived lately."""
     BLOCKED = "blocked"
-    """An obstacle takes all of the wanted motion."""
+    """Obstacles allow none of the requested motion."""
     LIMITED = "limited"
-    """Part of the command is taken."""
+    """Part of the command is cut."""
     CLEAR = "clear"
     """The command passes."""
 
@@ -73,14 +73,14 @@ class Decision:
 
     Args:
         vx, vy, wz: In base_link [m/s, m/s, rad/s].
-        state: Worst reason that applies.
+        state: The worst one that applies.
         reason: One sentence for the pilot.
         allowed: (72,) speed that would be allowed straight into each sector [m/s].
         gap: Distance from the outline to the nearest known obstacle [m]; infinity if none.
-        sector: Sector of the obstacle that limits most; None if none does.
+        sector: Sector of the obstacle that limits the motion most; None if none does.
         command_age: Age of the newest valid command by its stamp [s]; infinity if none.
         scanning: The gate itself is swinging the body (careful mode).
-        swing: How far the body is turned away from the pilot's heading by that [rad].
+        swing: How far that has turned the body away from the pilot's heading [rad].
     """
 
     vx: float
@@ -101,11 +101,11 @@ class Decision:
 
 
 def sector_of(bearing: float) -> int:
-    """Sector that holds a bearing [rad]."""
+    """Return the sector that contains a bearing [rad]."""
     return round(bearing / math.tau * SECTORS) % SECTORS
 
 
 def in_words(bearing: float) -> str:
-    """A bearing [rad] as a pilot says it."""
+    """Return a bearing [rad] in words."""
     names = ("ahead", "ahead left", "left", "behind left", "behind", "behind right", "right", "ahead right")
     return names[round(bearing / math.tau * 8) % 8]

@@ -1,7 +1,8 @@
-"""Somebody is coming: what has moved between two scans of a laser, and how fast.
+"""Moving obstacles, mostly people: what has moved between two scans of a laser, and how fast.
 
 A return where the floor was free a moment ago, and an earlier one near by that is gone, are one thing that has walked
-from there to here. Things that memory knows well don't count: thin legs come and go between the beams.
+from there to here. Obstacles that memory knows well are left out: thin legs of furniture appear and vanish between the
+beams.
 """
 
 from __future__ import annotations
@@ -16,17 +17,17 @@ from .plane import squared_distances, squared_lengths
 from .scan import Scan
 
 REACH = 2.5
-"""Farther movers don't matter yet [m]."""
+"""Movers farther from the robot than this are ignored [m]."""
 OFTEN = 0.09
-"""Scans that follow sooner than this are left out: persons don't get far in it [s]."""
+"""Scans that follow sooner than this are left out: people do not get far in it [s]."""
 BETWEEN = 0.40
 """Scans are compared over at least this time [s] ..."""
 KEEP = 0.8
 """... and at most this [s]."""
 GOES_ON = 0.1
-"""Two such findings at least this far apart must show it going on ..."""
+"""Two findings at least this far apart must agree ..."""
 PERSISTS = 0.3
-"""... and at most this; for so long it is also believed when it isn't recognised again [s]."""
+"""... and at most this; a mover that is not recognised again is kept for as long [s]."""
 OFF_COURSE = 0.20
 """It may have strayed this far from where its velocity would have brought it [m]."""
 FARTHER = 0.12
@@ -38,7 +39,7 @@ KNOWN = 0.08
 WELL_KNOWN = 6
 """Sightings that make an obstacle well known."""
 FASTEST = 2.0
-"""Persons don't walk faster [m/s]; ISO 13855 counts with 1.6."""
+"""People do not walk faster [m/s]; ISO 13855 assumes 1.6."""
 
 
 class MovingObstacles:
@@ -60,7 +61,7 @@ class MovingObstacles:
         Args:
             scan: In the odometry frame, its beams from one place.
             robot: (2,) position [m].
-            memory: Before the scan is taken into it.
+            memory: Before this scan is integrated.
         """
         scans = self._scans.setdefault(name, deque())
         if scans and stamp - scans[-1][0] < OFTEN:
@@ -94,8 +95,9 @@ class MovingObstacles:
             self._found[name] = stamp, here[confirmed], velocity[confirmed]
 
     def now(self, now: float) -> tuple[np.ndarray, np.ndarray]:
-        """Places (n, 2) [m], moved on to now, and velocities (n, 2) [m/s] of what moves."""
-        points, velocities = [np.empty((0, 2))], [np.empty((0, 2))]
+        """Return positions (n, 2) [m], extrapolated to now, and velocities (n, 2) [m/s] of what moves."""
+        points: list[np.ndarray] = [np.empty((0, 2))]
+        velocities: list[np.ndarray] = [np.empty((0, 2))]
         for stamp, places, velocity in self._found.values():
             if now - stamp <= PERSISTS:
                 points.append(places + (now - stamp) * velocity)
@@ -106,7 +108,7 @@ class MovingObstacles:
 def _go_on(
     stamp: float, places: np.ndarray, velocities: np.ndarray, guesses: deque[tuple[float, np.ndarray]]
 ) -> np.ndarray:
-    """Which movers have come from an earlier guess the way their velocity says. A leg that flickers stays in place."""
+    """Return which movers have moved since an earlier guess as their velocity predicts; a flickering leg has not."""
     confirmed = np.zeros(len(places), bool)
     for then, earlier in guesses:
         passed = stamp - then
@@ -122,20 +124,20 @@ def _go_on(
 
 
 def _unexplained(hits: np.ndarray, robot: np.ndarray, memory: ObstacleMemory) -> np.ndarray:
-    """Returns near the robot that no well known obstacle explains."""
+    """Return those hits near the robot that no well known obstacle explains."""
     hits = hits[squared_lengths(hits - robot) < REACH * REACH]
     return _away_from(memory.points[memory.sightings >= WELL_KNOWN], hits)
 
 
 def _away_from(known: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Those points that have none of `known` beside them."""
+    """Return those points that have none of `known` near them."""
     if not len(points) or not len(known):
         return points
     return points[squared_distances(points, known).min(axis=1) > KNOWN * KNOWN]
 
 
 def _was_free(points: np.ndarray, scan: Scan) -> np.ndarray:
-    """Which points lie between two beams that both read farther."""
+    """Return which points lie between two beams that both read farther."""
     if not len(scan.free):
         return np.zeros(len(points), bool)
     offset = points - scan.origins[0]

@@ -1,7 +1,7 @@
-"""Obstacles once seen, kept in the odometry frame: what lies between two beams now was on one a moment ago.
+"""Obstacles seen before, in the odometry frame: what lies between two beams now was hit by one a moment ago.
 
-A point is averaged with later sightings, forgotten after a while, and taken back only after several beams have gone
-through its place and read clearly farther: a thin leg is missed more often than it is hit.
+A point is averaged with later sightings, forgotten after a while, and removed only after several beams have passed
+through it and read clearly farther: a thin leg is missed more often than it is hit.
 """
 
 from __future__ import annotations
@@ -14,33 +14,34 @@ from .plane import left_of, squared_distances, squared_lengths
 from .scan import Scan
 
 FIRST_LIFETIME = 3.0
-"""How long a single sighting is kept; each further one doubles it, up to the lifetime. Things that stand are seen
-again; noise, and what somebody's legs leave behind, isn't. Longer than a to and fro of the careful scan [s]."""
+"""How long a single sighting is kept; each further one doubles it, up to the lifetime. Standing things are seen again;
+noise, and what a passing person leaves behind, is not. Longer than one period of the careful scan [s]."""
 DOUBLINGS = 20.0
-"""More sightings than this don't count: no lifetime is that long, and a number doubled for ever ends."""
+"""Further sightings do not count: no lifetime is that long, and the doubling would overflow."""
 BELIEVED = 3
-"""What was seen no more often than this ages at a standstill too."""
+"""Points seen no more often than this age while the robot stands, too."""
 CAPACITY = 128
+"""Most points that are kept; the nearest ones stay."""
 REACH = 1.5
 """Sightings farther from the robot than this are not kept [m]."""
 SAME_ALONG = 0.05
-"""Sightings this near to the first of an obstacle along the beam, and `Scan.same_across` across it, are the same one
-[m]. Near to the first, not to the average: a beam that wanders over a surface would drag that along, away from the
-corner it stood for."""
+"""Sightings within this distance along the beam, and `Scan.same_across` across it, of an obstacle's first sighting are
+the same obstacle [m]. The first, not the average: a beam that moves over a surface would drag the average along, away
+from the corner that it stood for."""
 NEWEST = 0.3
 """Least weight of a new sighting in the average."""
 THROUGH = 0.005
 """A beam this near to a point goes through it [m] ..."""
 THROUGH_FELT = 0.02
-"""... and this near to one that was felt: the bumper's place is a guess [m]."""
+"""... and this near to one that a bumper reported, whose position is a guess [m]."""
 FARTHER = 0.06
 """... and contradicts it when it reads this much beyond it [m]."""
 MISSES = 4
-"""Contradictions until a point is taken back; a new sighting starts the count again."""
+"""Contradictions until a point is removed; a new sighting resets the count."""
 
 
 class Moment(NamedTuple):
-    """A point in time as memory counts it.
+    """A point in time, on the three scales that memory uses.
 
     Args:
         now: [s].
@@ -69,7 +70,7 @@ class ObstacleMemory:
         self.clear()
 
     def clear(self) -> None:
-        self._table = np.empty((0, 10))
+        self._table: np.ndarray = np.empty((0, 10))
 
     def __len__(self) -> int:
         return len(self._table)
@@ -86,11 +87,11 @@ class ObstacleMemory:
 
     @property
     def sightings(self) -> np.ndarray:
-        """(n,) how often each was seen."""
+        """(n,) how often each has been seen."""
         return self._table[:, _SIGHTINGS]
 
     def integrate(self, scan: Scan, robot: np.ndarray, moment: Moment) -> None:
-        """Take in one scan.
+        """Integrate one scan.
 
         Args:
             scan: In the odometry frame.
@@ -100,18 +101,18 @@ class ObstacleMemory:
         self._contradict(scan, seen)
 
     def add(self, points: np.ndarray, moment: Moment, lifetime: float) -> None:
-        """Put in obstacles that were felt, not seen. Shape (n, 2), odometry frame [m]."""
+        """Add obstacles that a bumper has hit. Shape (n, 2), odometry frame [m]."""
         rows = _rows(points, moment, lifetime, THROUGH_FELT)
         rows[:, _YOUNG_UNTIL] = np.inf
         self._table = np.concatenate([self._table, rows])
 
     def drop(self, which: np.ndarray) -> None:
-        """Forget the points of a mask (n,)."""
+        """Forget the points that a mask (n,) selects."""
         if which.any():
             self._table = self._table[~which]
 
     def limit(self, robot: np.ndarray, moment: Moment) -> None:
-        """Forget what is old, far or contradicted, and the farthest if there are too many. Call it every tick."""
+        """Forget points that are old, far or contradicted, and the farthest of too many. Call it every tick."""
         table = self._table
         if not len(table):
             return
@@ -125,7 +126,7 @@ class ObstacleMemory:
             self._table = table[keep]
 
     def _merge(self, scan: Scan, robot: np.ndarray, moment: Moment) -> np.ndarray:
-        """Average returns into known points, append the others. Returns which of the known points were seen."""
+        """Average hits into known points and append the others. Return which of the known points were seen."""
         table = self._table
         seen = np.zeros(len(table), bool)
         hits, beams, width = scan.hits, scan.directions[scan.hit], scan.same_across[scan.hit]
@@ -149,7 +150,7 @@ class ObstacleMemory:
         return seen
 
     def _see(self, which: np.ndarray, hits: np.ndarray, moment: Moment) -> None:
-        """Known points are seen again, at `hits`."""
+        """Update known points that were seen again, at `hits`."""
         rows = self._table[which]
         rows[:, _SIGHTINGS] += 1.0
         sightings = rows[:, _SIGHTINGS]
@@ -163,14 +164,14 @@ class ObstacleMemory:
         self._table[which] = rows
 
     def _contradict(self, scan: Scan, seen: np.ndarray) -> None:
-        """Count beams that go through points that this scan has not seen."""
+        """Count the beams that pass through points that this scan has not seen."""
         doubted = np.flatnonzero(~seen)
         if not len(doubted) or not len(scan.free):
             return
         points, ahead = self._table[doubted, _PLACE], scan.directions
         aside = left_of(ahead)
         across = np.abs(points @ aside.T - np.einsum("ij,ij->i", scan.origins, aside))
-        # Few beams come near to any point: the rest is worked out for those only.
+        # Few beams pass near any point, so the rest is computed for those only.
         point, beam = np.nonzero(across < self._table[doubted, _WIDTH, None])
         offset = points[point] - scan.origins[beam]
         along = np.einsum("ij,ij->i", offset, ahead[beam])

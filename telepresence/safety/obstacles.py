@@ -14,15 +14,15 @@ from .robot_profile import Limits, RobotProfile
 from .sonar import Echo
 
 FASTEST_PERSON = 1.6
-"""Walking speed to count with (ISO 13855) [m/s]."""
+"""Walking speed to assume (ISO 13855) [m/s]."""
 SWERVE = math.radians(30.0)
-"""The direction of a walking person is known, and kept, no better than this [rad]."""
+"""How far a walking person may deviate from the direction that was measured [rad]."""
 INTO_CONE = math.cos(math.radians(42.0))
 """Driving within this angle of a sonar's axis is driving into its cone."""
 BRIDGED = (0.08, 0.30)
 """Neighbours this far apart are joined by a surface: no robot fits between them [m]. So a wall that is seen only where
-beams hit it is a wall between the beams too, and a robot that is pushed into it slides instead of standing. Where a
-laser looks there is no need: its beams hit a wall everywhere."""
+beams hit it is a wall between the beams too, and a robot that is driven against it slides along it. A laser needs no
+bridges: its beams hit a wall everywhere."""
 ON_A_BRIDGE = np.array([0.25, 0.5, 0.75])[:, None, None]
 BRIDGES_WITHIN = 0.25
 """Only obstacles nearer to base_link than the outline and this are joined [m]."""
@@ -30,16 +30,16 @@ BRIDGES_WITHIN = 0.25
 
 @dataclass(frozen=True)
 class Obstacles:
-    """Those that can limit something, in base_link; first axis: obstacle.
+    """Obstacles near enough to limit the motion, in base_link; first axis: obstacle.
 
     Attributes:
         points: (n, 2) [m].
         normals, levers: As from `Outline.measure`.
-        room: (n,) distance from the outline less margin beside and uncertainty of the place [m].
-        passing: (n,) room to leave when passing [m]; infinity where passing is no excuse.
-        least_share: (n,) motion that closes on it with less than this share of its speed doesn't concern it.
-        coming: (n,) speed at which they come nearer by themselves [m/s].
-        gap: Distance from the outline to the nearest [m]; infinity if there is none.
+        room: (n,) distance from the outline less the margin beside and the uncertainty of the position [m].
+        passing: (n,) room to leave when passing [m]; infinity where passing is not allowed.
+        least_share: (n,) a motion that closes on an obstacle with a smaller share of its speed ignores it.
+        coming: (n,) speed at which they approach by themselves [m/s].
+        gap: Distance from the outline to the nearest one [m]; infinity if there is none.
     """
 
     points: np.ndarray
@@ -53,7 +53,7 @@ class Obstacles:
 
     @classmethod
     def around(cls, profile: RobotProfile, points: np.ndarray, drift: np.ndarray, velocities: np.ndarray) -> Obstacles:
-        """Measure obstacles.
+        """Measure obstacles against the outline.
 
         Args:
             points: (n, 2) base_link [m].
@@ -76,11 +76,11 @@ class Obstacles:
         return cls(points[near], normals[near], levers[near], room[near], passing[near], none, coming[near], gap)
 
     def with_contact(self, normal: tuple[float, float]) -> Obstacles:
-        """These and something that touches the robot in a direction; nothing passes it."""
+        """Return these and an obstacle that touches the robot in a direction, and that nothing may pass."""
         return self._with(np.asarray(normal), np.asarray(normal), -1.0, 0.0)
 
     def with_echo(self, echo: Echo, profile: RobotProfile) -> Obstacles:
-        """These and something right across a sonar's cone, which concerns those who drive into the cone."""
+        """Return these and an obstacle right across a sonar's cone, which limits only motion into the cone."""
         rim = float((profile.outline.corners @ echo.axis).max()) + profile.outline.radius
         room = float(echo.place @ echo.axis) - rim - profile.limits.margin_beside
         return self._with(echo.place, echo.axis, room, INTO_CONE)
@@ -100,27 +100,40 @@ class Obstacles:
     def velocity_bounds(
         self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
     ) -> VelocityBounds:
-        """The guard for driving.
+        """Return the bounds that these obstacles put on the velocity.
 
         Args:
             room: What turning has left of `self.room`.
-            turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
+            turns: How far the body may have turned when the velocity takes effect [rad]; the bounds hold for all.
         """
         points, normals = self.points, self.normals
-        rest = [self.room if room is None else room, self.passing, self.least_share, self.coming]
+        room = self.room if room is None else room
+        passing, least_share, coming = self.passing, self.least_share, self.coming
         if len(turns) > 1:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)
-            rest = [values.repeat(len(turns)) for values in rest]
+            room, passing, least_share, coming = (
+                values.repeat(len(turns)) for values in (room, passing, least_share, coming)
+            )
         extra = limits.margin_ahead - limits.margin_beside
         return VelocityBounds(
-            points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius
+            points,
+            normals,
+            room,
+            passing,
+            least_share,
+            coming,
+            extra,
+            limits.reaction,
+            limits.braking,
+            outline.corners,
+            outline.radius,
         )
 
 
 def _bridges(
     points: np.ndarray, drift: np.ndarray, velocities: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points between neighbours that belong together, and their drift."""
+    """Return points between neighbours that belong together, and their drift."""
     which = np.flatnonzero((squared_lengths(points) < within * within) & ~velocities.any(axis=1))
     if len(which) < 2:
         return np.empty((0, 2)), np.empty(0)
@@ -135,7 +148,7 @@ def _bridges(
 
 
 def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-    """Speed at which movers near the robot, if they turned towards it by up to `SWERVE` (n,) [m/s]."""
+    """Return the speed at which movers approach the robot if they turn towards it by up to `SWERVE` (n,) [m/s]."""
     speed = np.sqrt(squared_lengths(velocities))
     if not speed.any():
         return speed
@@ -144,7 +157,7 @@ def _coming(normals: np.ndarray, velocities: np.ndarray) -> np.ndarray:
 
 
 def _turned_back(vectors: np.ndarray, angles: tuple[float, ...]) -> np.ndarray:
-    """Each vector as seen by a body that has turned by each of the angles [rad]; shape (n * angles, 2)."""
+    """Return each vector in the frame of a body turned by each of the angles [rad]; shape (n * angles, 2)."""
     c, s = np.cos(angles), np.sin(angles)
     turned = np.empty((len(vectors), len(angles), 2))
     turned[:, :, 0] = vectors[:, :1] * c + vectors[:, 1:] * s

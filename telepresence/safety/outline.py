@@ -35,24 +35,24 @@ class Outline:
 
     @cached_property
     def is_disc(self) -> bool:
-        """True if turning in place doesn't move the outline."""
+        """Whether turning in place leaves the outline where it is."""
         return self.vertices == ((0.0, 0.0),)
 
     @cached_property
     def outer_radius(self) -> float:
-        """Radius of the circle around base_link that holds the outline [m]."""
+        """Radius of the circle around base_link that contains the outline [m]."""
         return max(math.hypot(x, y) for x, y in self.vertices) + self.radius
 
     def measure(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where the outline stands towards each point.
+        """Measure points against the outline.
 
         Args:
             points: Shape (n, 2), in base_link [m].
         Returns:
             distance: (n,) from the rim [m]; negative inside.
-            normal: (n, 2) unit vectors from the nearest place of the rim to the point.
-            lever: (n,) [m]; times a turning rate [rad/s] it is the speed at which that place of the rim nears the
-                point [m/s].
+            normal: (n, 2) unit vectors from the nearest point of the rim to the point.
+            lever: (n,) [m]; times a turning rate [rad/s] it is the speed at which that point of the rim approaches
+                the point [m/s].
         """
         if len(self.vertices) == 1:
             nearest = np.broadcast_to(self.corners[0], points.shape)
@@ -71,9 +71,10 @@ class Outline:
         return sign * distance - self.radius, normal, lever
 
     def reach(self, bearings: np.ndarray) -> np.ndarray:
-        """Distance from base_link, which lies inside, to the rim in each direction (n,) [m]."""
+        """Return the distance from base_link, which lies inside, to the rim in each direction (n,) [m]."""
         directions = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
-        low, high = np.zeros(len(bearings)), np.full(len(bearings), self.outer_radius)
+        low: np.ndarray = np.zeros(len(bearings))
+        high: np.ndarray = np.full(len(bearings), self.outer_radius)
         for _ in range(20):
             middle = 0.5 * (low + high)
             inside = self.measure(middle[:, None] * directions)[0] < 0.0
@@ -90,7 +91,7 @@ class Outline:
         return np.roll(self.corners, -1, axis=0) - self.corners
 
     def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nearest place of the polygon's border for every point, and which points lie inside."""
+        """Return the nearest point of the polygon's border for every point, and which points lie inside."""
         offset = points[:, None, :] - self.corners
         edges = self._edges
         along = (offset * edges).sum(2) / (edges**2).sum(1)
@@ -108,7 +109,7 @@ class Outline:
 
 
 def _directions(points: np.ndarray) -> np.ndarray:
-    """Unit vectors from the origin to points; ahead for the origin itself."""
+    """Return unit vectors from the origin to points; straight ahead for the origin itself."""
     length = np.hypot(points[:, 0], points[:, 1])
     ahead = np.broadcast_to([1.0, 0.0], points.shape)
     return np.where((length < 1e-9)[:, None], ahead, points / np.maximum(length, 1e-9)[:, None])

@@ -1,4 +1,4 @@
-"""Where the robot was when a measurement was made, and how far it has come."""
+"""Where the robot was when a measurement was made, and how far it has driven."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .messages import Odometry
 KEEP = 1.0
 """Length of the history [s]."""
 TURN_ARM = 0.3
-"""Turning by one radian counts as moving this far [m]."""
+"""Turning by one radian counts as driving this far [m]."""
 
 
 class PoseHistory:
@@ -18,7 +18,7 @@ class PoseHistory:
 
     Attributes:
         driven: Path length since the start [m].
-        moved: The same with turning counted in [m].
+        moved: The same, with turning included [m].
     """
 
     def __init__(self) -> None:
@@ -27,15 +27,24 @@ class PoseHistory:
         self.moved = 0.0
 
     def clear(self) -> None:
-        """Forget the poses; path lengths go on."""
+        """Forget the poses; the path lengths go on."""
         self._poses.clear()
 
     @property
     def newest(self) -> Odometry | None:
         return self._poses[-1] if self._poses else None
 
+    @property
+    def current(self) -> Odometry:
+        """The newest pose, for callers that have added one.
+
+        Raises:
+            IndexError: There is none.
+        """
+        return self._poses[-1]
+
     def add(self, odometry: Odometry) -> None:
-        """Append a pose; one that isn't newer than the last is ignored."""
+        """Append a pose; one that is not newer than the last is ignored."""
         last = self.newest
         if last is not None:
             if odometry.stamp <= last.stamp:
@@ -48,7 +57,7 @@ class PoseHistory:
             self._poses.popleft()
 
     def at(self, stamp: float) -> tuple[float, float, float]:
-        """Pose at a time within the history, its ends beyond (x, y [m], theta [rad])."""
+        """Return the pose at a time (x, y [m], theta [rad]), interpolated; beyond the history its nearest end."""
         poses = self._poses
         later = poses[-1]
         if stamp >= later.stamp:

@@ -1,6 +1,6 @@
 """What the gate knows about a robot: outline, limits, sensors. `ROBOTINO`, `ROBOTINO_LASER` and `PEPPER` are ready.
 
-A figure measured on one's own robot goes in with `dataclasses.replace`: braking and reaction above all.
+Figures measured on your own robot, braking and reaction above all, are set with `dataclasses.replace`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from .messages import SECTORS
 from .outline import Outline
 
 UNKNOWN = -1.0
-"""A range that says nothing. Neither near nor free; drivers fill gaps of a scan with it."""
+"""A range without a reading, neither near nor free; drivers fill gaps of a scan with it."""
 
 NARROW = math.radians(3.0)
-"""Beams that stand for no more than this to either side show shapes, and can tell what moves [rad]."""
+"""Beams that cover no more than this to either side show shapes, and what moves [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,22 +28,22 @@ class RangeSource:
     """One device that measures distances along fixed beams, or in one wide cone.
 
     Args:
-        name: What the pilot is told when it is silent.
+        name: Appears in what the pilot reads when it is silent.
         origins: (n, 2) where the beams start, in base_link [m].
         bearings: (n,) their directions in base_link [rad].
-        min_range: Smaller readings of a beam say nothing; of a cone they mean "nearer than this" [m].
+        min_range: Smaller readings of a beam are ignored; of a cone they mean "nearer than this" [m].
         max_range: Readings from here on mean "nothing there" [m].
-        clear_range: How far a beam without return is known to be free [m].
+        clear_range: How far a beam without a return is known to be free [m].
         period: Time between measurements [s].
-        spread: Half the angle that a beam stands for [rad]; for a cone its half angle.
-        speed: Fastest driving that this source alone is good for [m/s].
-        near_range: Where a cone's "nearer than min_range" is taken to be [m].
+        spread: Half the angle that a beam covers [rad]; for a cone its half angle.
+        speed: Fastest driving that this source alone permits [m/s].
+        near_range: The distance assumed for a cone's "nearer than min_range" [m].
         cone: A reading is an arc of `spread` to either side instead of a point.
-        frozen_after: Unchanged readings for this long while the robot moves mean that the device hangs [s].
+        frozen_after: Readings that stay the same for this long while the robot moves mean that the device hangs [s].
     Attributes:
         directions: (n, 2) unit vectors along the beams.
-        serves: (72, n) which sectors each beam stands for.
-        sectors: (72,) which sectors any beam stands for.
+        serves: (72, n) which sectors each beam covers.
+        sectors: (72,) which sectors any beam covers.
     """
 
     name: str
@@ -83,36 +83,35 @@ class RangeSource:
 
     @property
     def same_across(self) -> float:
-        """How far across the beam two returns of one thing may be [m].
+        """How far apart across the beam two returns of the same thing may be [m].
 
-        Narrow beams side by side average more of a wall that way, whose noise would else stand out; a wide beam may
-        have met another chair leg.
+        More for narrow beams, which average the noise of a wall that way; a wide beam may have hit another chair leg.
         """
         return 0.04 if self.spread <= NARROW else 0.02
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the base does and how much room it gets. Speeds in m/s and rad/s, distances in m, times in s.
+    """Limits of the base and the room that it gets. Speeds in m/s and rad/s, distances in m, times in s.
 
     Args:
         max_speed, max_turn: Fastest driving and turning.
-        unseen_speed: Fastest driving where no sensor looks: touching something so fast does no harm.
+        unseen_speed: Fastest driving where no sensor looks: a contact at this speed does no harm.
         escape_speed, escape_turn: Fastest motion while a bumper is latched.
-        reaction: From an obstacle's being known to the wheels' slowing down: tick, transport, actuation.
-        lag: Longest time after which an output still acts; the body may turn meanwhile.
+        reaction: Time from knowing an obstacle until the wheels slow down: tick, transport, actuation.
+        lag: Longest time until an output takes effect; the body may turn meanwhile.
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
         acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
         margin_beside: Room left between the outline and something beside it.
-        margin_passing: Room that is enough where the way leads past; less than margin_beside, so that one measured a
-            little too near doesn't stop a robot that slides along a wall.
+        margin_passing: Room that is enough for driving past; less than margin_beside, so that an obstacle measured a
+            little too near does not stop a robot that slides along a wall.
         drift, max_drift: Odometry's error per metre driven since an obstacle was seen, and its cap [m].
         command_timeout: Without a new valid command for this long the robot stops.
         command_max_age: A command older than this by its own stamp is refused.
         sensor_timeout: A source silent for longer than this and than 2.5 of its periods is stale.
         memory: Obstacles are remembered for this long [s of driving; standing counts a fifth].
-        bumper_memory: And so long when felt by a bumper.
+        bumper_memory: The same for obstacles that a bumper has hit.
     """
 
     max_speed: float
@@ -157,7 +156,7 @@ class Swing:
 
 @dataclass(frozen=True)
 class RobotProfile:
-    """A robot as the gate sees it. `swing` is None where it makes no sense."""
+    """A robot as the gate knows it. `swing` is None for a robot that does not need it."""
 
     name: str
     outline: Outline
@@ -167,12 +166,12 @@ class RobotProfile:
 
     @cached_property
     def sparse(self) -> bool:
-        """True if every beam stands for a wide angle: none is narrow enough to show shapes, or what moves."""
+        """Whether every beam covers a wide angle, so that none shows shapes or what moves."""
         return all(source.spread > NARROW for source in self.sources)
 
     @cached_property
     def farthest_room(self) -> float:
-        """Obstacles with this room don't limit driving at top speed, nor turning [m]."""
+        """Obstacles with this much room limit neither driving at top speed nor turning [m]."""
         limits = self.limits
         drive = stopping_distance(limits.max_speed, limits.reaction, limits.braking)
         turn = stopping_distance(self.top_turn, limits.reaction, limits.braking_turn) * self.outline.outer_radius
@@ -191,17 +190,17 @@ class RobotProfile:
 
 
 def fan(name: str, origin: tuple[float, float], centre: float, width: float, beams: int, **rest: float) -> RangeSource:
-    """A source of `beams` equal sectors that fill `width` [rad] around the bearing `centre`, leftmost first."""
+    """Return a source of `beams` equal sectors that fill `width` [rad] around the bearing `centre`, leftmost first."""
     step = width / beams
     bearings = centre + 0.5 * width - step * (np.arange(beams) + 0.5)
-    return RangeSource(name, np.tile(origin, (beams, 1)), bearings, spread=0.5 * step, **rest)
+    return RangeSource(name, np.tile(origin, (beams, 1)), bearings, spread=0.5 * step, cone=False, **rest)
 
 
 def ring(name: str, radius: float, beams: int, **rest: float) -> RangeSource:
-    """A source of `beams` on a circle, looking outward, the first ahead, counter-clockwise."""
+    """Return a source of `beams` on a circle that point outward, the first ahead, counter-clockwise."""
     bearings = math.tau * np.arange(beams) / beams
     origins = radius * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
-    return RangeSource(name, origins, bearings, spread=math.pi / beams, **rest)
+    return RangeSource(name, origins, bearings, spread=math.pi / beams, cone=False, **rest)
 
 
 def sonar(name: str, origin: tuple[float, float], bearing: float, half_angle: float, **rest: float) -> RangeSource:
@@ -209,16 +208,16 @@ def sonar(name: str, origin: tuple[float, float], bearing: float, half_angle: fl
 
 
 def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np.ndarray:
-    """Indices of the nearest return in each 5 degree sector: thins a fine laser scan without losing an obstacle.
+    """Return the indices of the nearest return in each 5 degree sector: thins a scan without losing an obstacle.
 
     Args:
         ranges: Readings [m], no-return readings included; negative ones (unknown) are left out.
         bearings: Their directions [rad].
     """
-    ranges = np.asarray(ranges, float)
+    distances = np.asarray(ranges, float)
     sector = np.round(np.asarray(bearings, float) / math.tau * SECTORS).astype(int) % SECTORS
-    order = np.lexsort((ranges, sector))
-    order = order[ranges[order] >= 0.0]
+    order = np.lexsort((distances, sector))
+    order = order[distances[order] >= 0.0]
     first = np.r_[True, np.diff(sector[order]) != 0] if len(order) else np.zeros(0, bool)
     return order[first]
 
@@ -228,7 +227,7 @@ INFRARED = ring(
     frozen_after=1.0,
 )  # fmt: skip
 """Robotino's nine distance sensors, 40 degrees apart, 4 to 30 cm; 0.41 m means nothing there (vendor's api2 table).
-Good for 0.20 m/s: at that speed the robot stops within 12 cm, and touching what no beam saw costs 0.5 J."""
+They permit 0.20 m/s: at that speed the robot stops within 12 cm, and hitting what no beam saw releases 0.5 J."""
 
 LASER = fan(
     "laser", (0.0, 0.0), 0.0, math.tau, 72, min_range=0.10, max_range=3.0, clear_range=3.0, period=0.05, speed=0.50,
@@ -236,7 +235,7 @@ LASER = fan(
 )  # fmt: skip
 """A full circle in 5 degree sectors, the nearest return of each."""
 
-# Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that relied on.
+# Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that are assumed.
 _ROBOTINO_LIMITS = Limits(
     max_speed=0.20, max_turn=1.0, unseen_speed=0.20, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0
 )
@@ -251,7 +250,7 @@ ROBOTINO = RobotProfile(
 
 _DEGREE = math.pi / 180.0
 _PEPPER_LASER = dict(min_range=0.10, max_range=3.0, clear_range=3.0, period=0.16, speed=0.35, frozen_after=1.0)
-# A cone alone tells that something is there, hardly that nothing is: as slow as where no sensor looks.
+# A cone shows that something is there, hardly that nothing is: as slow as where no sensor looks.
 _PEPPER_SONAR = dict(min_range=0.30, max_range=2.55, clear_range=2.55, period=0.10, speed=0.10, frozen_after=10.0)
 PEPPER = RobotProfile(
     "Pepper",
@@ -271,13 +270,13 @@ PEPPER = RobotProfile(
         fan("front laser", (0.0562, 0.0), 0.0, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("left laser", (-0.018, 0.0899), 1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
         fan("right laser", (-0.018, -0.0899), -1.75728, 60 * _DEGREE, 15, **_PEPPER_LASER),
-        # Taken to be 3 cm off the outline: no way into the cone, but every way past it.
+        # Assumed 3 cm off the outline: bars motion into the cone and no motion past it.
         sonar("front sonar", (0.0699, 0.0), 0.0, 30 * _DEGREE, near_range=0.135, **_PEPPER_SONAR),
         sonar("back sonar", (-0.0718, 0.0), math.pi, 30 * _DEGREE, near_range=0.215, **_PEPPER_SONAR),
     ),
 )
 """Pepper with its own sensors; blind from 30 to 71 degrees on both sides and behind 131, but for the back sonar.
-Deceleration 0.3 m/s² (ALMotion MaxAccXY default), four fifths of it relied on."""
+Deceleration 0.3 m/s² (ALMotion MaxAccXY default), of which four fifths are assumed."""
 
 ROBOTINO_LASER = RobotProfile(
     "Robotino with laser",
@@ -285,4 +284,4 @@ ROBOTINO_LASER = RobotProfile(
     Limits(max_speed=0.50, max_turn=1.0, unseen_speed=0.10, reaction=0.20, lag=0.20, braking=0.35, braking_turn=2.0),
     (LASER, INFRARED),
 )
-"""Robotino with a laser all around; falls back to the infrared's speed when the laser is silent."""
+"""Robotino with a laser all around; falls back to the infrared sensors' speed when the laser is silent."""

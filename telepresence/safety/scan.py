@@ -1,4 +1,4 @@
-"""One measurement of one source: checked, and carried into the odometry frame."""
+"""One measurement of one source: checked, and transformed into the odometry frame."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Scan:
         origins, directions: (n, 2) [m] and unit vectors.
         ranges: (n,) reading where something was hit, infinity elsewhere [m].
         free: (n,) how far each beam is known to pass [m].
-        known: (beams,) which beams of the source said something.
+        known: (beams,) which beams of the source have a reading.
         min_range: (n,) nearer than this the beams see nothing [m].
-        same_across: (n,) returns no farther apart than this across the beam may be of one thing [m].
+        same_across: (n,) returns no farther apart than this across the beam may be of the same thing [m].
     """
 
     origins: np.ndarray
@@ -40,11 +40,11 @@ class Scan:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """Places of the returns, shape (m, 2) [m]."""
+        """Positions of the returns, shape (m, 2) [m]."""
         return self.origins[self.hit] + self.ranges[self.hit, None] * self.directions[self.hit]
 
     def seen_from(self, x: float, y: float, theta: float) -> Scan:
-        """The same beams in the frame in which the present one has this pose."""
+        """Return the same beams in the frame in which the present one has this pose."""
         c, s = math.cos(theta), math.sin(theta)
         rotation = np.array([[c, s], [-s, c]])
         origins, directions = self.origins @ rotation + (x, y), self.directions @ rotation
@@ -52,7 +52,7 @@ class Scan:
 
 
 def together(scans: Sequence[Scan]) -> Scan:
-    """Several scans of one frame as one, for those to whom it is the same who has seen something."""
+    """Join several scans of the same frame into one."""
     if len(scans) == 1:
         return scans[0]
     names = ("origins", "directions", "ranges", "free", "known", "min_range", "same_across")
@@ -60,7 +60,7 @@ def together(scans: Sequence[Scan]) -> Scan:
 
 
 def scan_of_ranges(source: RangeSource, ranges: np.ndarray) -> Scan | None:
-    """Readings in the order of the source's beams, as beams in base_link; None if they can't be trusted.
+    """Return a scan in base_link from readings in the order of the source's beams; None if they are invalid.
 
     Args:
         ranges: Shape (n,) [m]; from max_range on nothing is there, negative or below min_range is unknown.
@@ -72,9 +72,9 @@ def scan_of_ranges(source: RangeSource, ranges: np.ndarray) -> Scan | None:
 
 
 def scan_of_points(source: RangeSource, points: np.ndarray) -> Scan | None:
-    """As `scan_of_ranges`, for a driver that gives the place of each return in base_link, shape (n, 2) [m].
+    """Do as `scan_of_ranges`, for a driver that gives the position of each return in base_link, shape (n, 2) [m].
 
-    The direction is taken from the point. A beam without return is a point at or beyond max_range.
+    The direction is taken from the point. A beam without a return is a point at or beyond max_range.
     """
     points = np.asarray(points, float)
     if points.shape != (source.beams, 2) or not np.isfinite(points).all():

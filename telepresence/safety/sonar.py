@@ -1,13 +1,14 @@
 """Wide cones: a reading says that something is at that distance, not where across the cone.
 
-A doorway returns an echo from its posts although the way between them is free. So a reading is believed to come from
-an obstacle that a narrower sensor has already placed at that distance inside the cone. Only a reading that nothing
-known explains (glass, a table top) counts, as an obstacle right across the cone for whoever drives into it.
+A doorway returns an echo from its posts although the way between them is free. So a reading is attributed to an
+obstacle that a narrower sensor has already placed at that distance inside the cone. Only a reading that no known
+obstacle explains (glass, a table top) counts, as an obstacle right across the cone.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ EXPLAINS = 0.06
 
 
 class Echo(NamedTuple):
-    """An unexplained reading: its place on the cone's axis and the axis as a unit vector, (2,) each, same frame [m]."""
+    """An unexplained reading: its point on the cone's axis [m] and the axis as a unit vector, (2,) each, same frame."""
 
     place: np.ndarray
     axis: np.ndarray
@@ -39,11 +40,11 @@ class Echoes:
     def forget(self, name: str) -> None:
         self._echoes.pop(name, None)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Echo]:
         return iter(self._echoes.values())
 
     def observe(self, source: RangeSource, scan: Scan, known: np.ndarray) -> None:
-        """Take in one reading.
+        """Take one reading.
 
         Args:
             scan: In the odometry frame.

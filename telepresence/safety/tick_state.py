@@ -1,4 +1,4 @@
-"""What one tick knows: obstacles around the outline, and how fast each direction may be driven at all."""
+"""What one tick knows: obstacles around the outline, and a speed limit for each direction."""
 
 from __future__ import annotations
 
@@ -18,57 +18,57 @@ _BEARINGS = np.arange(SECTORS) * math.tau / SECTORS
 _UNIT = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)])
 """Middle of each sector as columns (2, 72)."""
 CLOSED_BESIDE = 6
-"""Sectors to either side of one whose sensor is silent that are closed with it: the robot is wide."""
+"""Sectors to either side of a silent sensor's that are closed with it, because the robot is wide."""
 
 
 class TickState:
     """The surroundings at one instant, in base_link.
 
     Attributes:
-        obstacles: That can limit something.
+        obstacles: Those near enough to limit the motion.
         caps: (72,) fastest driving that sensors and latches permit, obstacles aside [m/s].
-        bumped: A bumper is latched.
-        usable: Some range source is live, and none sends what can't be used.
-        complaint: The first sensor that is not, as a sentence; empty if all are.
+        bumped: Whether a bumper is latched.
+        usable: Whether some range source is live and none sends invalid values.
+        complaint: A sentence about the first source that is not live; empty if all are.
     """
 
     def __init__(
         self,
         profile: RobotProfile,
         timeouts: dict[str, SourceTimeout],
-        place: KnownObstacles,
-        bumper: BumperLatch,
+        known_obstacles: KnownObstacles,
+        bumper_latch: BumperLatch,
         now: float,
         theta: float,
     ) -> None:
         self._profile = profile
-        self.obstacles = Obstacles.around(profile, *place.obstacles(now))
-        for echo in place.echoes():
+        self.obstacles = Obstacles.around(profile, *known_obstacles.obstacles(now))
+        for echo in known_obstacles.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
         self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, timeouts, now)
-        self.bumped = bumper.latched
-        if bumper.latched:
+        self.bumped = bumper_latch.latched
+        if bumper_latch.latched:
             self.caps = np.minimum(self.caps, profile.limits.escape_speed)
-            normal = bumper.normal(theta)
+            normal = bumper_latch.normal(theta)
             if normal is not None:
                 self.obstacles = self.obstacles.with_contact(normal)
 
     def velocity_bounds(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> VelocityBounds:
-        """As `Obstacles.velocity_bounds`."""
+        """Return the bounds that the obstacles put on the velocity; see `Obstacles.velocity_bounds`."""
         return self.obstacles.velocity_bounds(self._profile.limits, self._profile.outline, room, turns)
 
     def allowed(self) -> np.ndarray:
-        """(72,) speed allowed straight into each sector [m/s]."""
+        """Return the speed allowed straight into each sector (72,) [m/s]."""
         return np.minimum(self.velocity_bounds().speed_towards(_UNIT), self.caps)
 
     def why(self, sector: int) -> str:
-        """Why the cap of a sector is low."""
+        """Return the reason for the speed limit of a sector, as a sentence."""
         if self.complaint and not self._blind[sector]:
             return self.complaint if self.caps[sector] == 0.0 else f"{self.complaint} Slower without it."
         return "Slow: no sensor looks there." if self._blind[sector] else "Fastest that the sensors there are good for."
 
     def tightest(self, vx: float, vy: float) -> int | None:
-        """Index of the obstacle that limits driving along (vx, vy) most; None if none is on that side."""
+        """Return the index of the obstacle that limits driving along (vx, vy) most; None if none is on that side."""
         speed, room = math.hypot(vx, vy), self.obstacles.room
         if not len(room) or speed == 0.0:
             return None
@@ -79,12 +79,12 @@ class TickState:
         return int(np.where(ahead, room / np.where(ahead, share, 1.0), math.inf).argmin())
 
     def bearing(self, index: int) -> float:
-        """Bearing of obstacle `index` [rad]."""
+        """Return the bearing of obstacle `index` [rad]."""
         x, y = self.obstacles.points[index]
         return math.atan2(y, x)
 
     def describe(self, index: int) -> str:
-        """Obstacle `index` as a pilot says it: how far and where."""
+        """Return in words how far away obstacle `index` is, and where."""
         gap = max(0.0, float(self.obstacles.room[index]) + self._profile.limits.margin_beside)
         return f"{gap:.2f} m {in_words(self.bearing(index))}"
 
@@ -92,34 +92,34 @@ class TickState:
 def _sensor_caps(
     profile: RobotProfile, timeouts: dict[str, SourceTimeout], now: float
 ) -> tuple[np.ndarray, np.ndarray, bool, str]:
-    """Caps by what the sensors are good for; sectors that none serves; whether they are usable; the first complaint."""
+    """Return the sectors' speed limits by sensor; which sectors none covers; whether any is usable; a complaint."""
     caps = np.zeros(SECTORS)
     served = np.zeros(SECTORS, bool)
-    watched = np.zeros(SECTORS, bool)
+    reporting = np.zeros(SECTORS, bool)
     complaint = ""
     usable = refused = False
     beams = np.zeros(SECTORS, bool)
-    for watch in timeouts.values():
-        if not watch.source.cone:
-            beams |= watch.source.sectors
+    for timeout in timeouts.values():
+        if not timeout.source.cone:
+            beams |= timeout.source.sectors
     doubtful = min(profile.limits.unseen_speed, profile.limits.escape_speed)
-    for watch in timeouts.values():
-        source = watch.source
+    for timeout in timeouts.values():
+        source = timeout.source
         served |= source.sectors
-        health = watch.health(now)
+        health = timeout.health(now)
         if health is Health.LIVE:
             usable = True
-            # A cone tells that something is there, hardly that nothing is: it doesn't stand in for beams.
+            # A cone shows that something is there, hardly that nothing is: it does not replace beams.
             own = source.sectors & ~beams if source.cone else source.sectors
-            seen = own & watch.watched(now)
+            seen = own & timeout.fresh_sectors(now)
             caps[own] = np.maximum(caps[own], doubtful)
             caps[seen] = np.maximum(caps[seen], source.speed)
-            watched |= own
+            reporting |= own
         elif not complaint or health is Health.REFUSED:
-            complaint = watch.complaint(now)
+            complaint = timeout.complaint(now)
         refused |= health is Health.REFUSED
     caps[~served] = profile.limits.unseen_speed
-    closed = served & ~watched
+    closed = served & ~reporting
     if closed.any():
         for _ in range(CLOSED_BESIDE):
             closed = closed | np.roll(closed, 1) | np.roll(closed, -1)

@@ -1,4 +1,4 @@
-"""Who has been heard lately: the pilot's commands and every range source."""
+"""Timeouts of the pilot's commands and of every range source."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .scan import Scan
 AHEAD_OF_TIME = 0.1
 """A stamp may be this far in the future, for clocks that differ a little [s]."""
 MOVED = 0.05
-"""Unchanged readings count as frozen only if the robot has moved this far meanwhile [m]."""
+"""Unchanged readings count as frozen only after the robot has moved this far [m]."""
 
 
 class CommandTimeout:
-    """Keeps the newest valid command and lets it go when nothing follows.
+    """Keeps the newest valid command until it times out.
 
-    Commands are judged by their own stamp, so those that waited in a queue during a network stall are not obeyed later.
+    Commands are judged by their own stamp, so one that waited in a queue during a network stall is not obeyed later.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -29,12 +29,12 @@ class CommandTimeout:
 
     def forget(self) -> None:
         self._command: Command | None = None
-        self._heard = -math.inf
+        self._received = -math.inf
         self._newest = -math.inf
         self.problem = "No command yet."
 
     def offer(self, now: float, command: Command | None) -> bool:
-        """Take in the newest command, which may be the one already known. False if it holds a non-finite value."""
+        """Take the newest command, which may be the one already known. False if it contains a non-finite value."""
         if command is None:
             return True
         if not command.finite:
@@ -48,35 +48,35 @@ class CommandTimeout:
         elif now - command.stamp > self._limits.command_max_age:
             self.problem = f"Commands arrive {now - command.stamp:.1f} s late."
         else:
-            self._command, self._heard, self._newest = command, now, command.stamp
+            self._command, self._received, self._newest = command, now, command.stamp
             self.problem = ""
         return True
 
     def current(self, now: float) -> Command | None:
-        """The command to obey; None if there is none, `problem` then says why."""
-        if self._command is not None and now - self._heard > self._limits.command_timeout:
-            self.problem = f"No command for {now - self._heard:.1f} s."
+        """Return the command to obey; None if there is none, and `problem` says why."""
+        if self._command is not None and now - self._received > self._limits.command_timeout:
+            self.problem = f"No command for {now - self._received:.1f} s."
             return None
         return self._command
 
     def age(self, now: float) -> float:
-        """Age of the newest valid command by its stamp [s]."""
+        """Return the age of the newest valid command by its stamp [s]."""
         return now - self._newest
 
 
 class Health(Enum):
-    """State of a range source, with what the pilot is told."""
+    """State of a range source; the value completes a sentence for the pilot, "The infrared ..."."""
 
     LIVE = "live"
-    NEVER = "has not been heard yet"
+    NEVER = "has sent nothing yet"
     SILENT = "is silent"
-    BLIND = "says of no beam what it sees"
+    BLIND = "has no valid reading"
     REFUSED = "sends values that can't be used"
     FROZEN = "repeats itself although the robot moves"
 
 
 class SourceTimeout:
-    """Judges one range source by its stamps and values."""
+    """Judges the health of one range source by its stamps and values."""
 
     def __init__(self, source: RangeSource, limits: Limits) -> None:
         self.source = source
@@ -84,7 +84,7 @@ class SourceTimeout:
         self.forget()
 
     def forget(self) -> None:
-        """Nothing heard yet."""
+        """Start again, as if no reading had arrived yet."""
         self.newest = -math.inf
         self._refused = -math.inf
         self._frozen = False
@@ -94,7 +94,7 @@ class SourceTimeout:
         self._known_at = np.full(self.source.beams, -math.inf)
 
     def accept(self, now: float, stamp: float, scan: Scan | None) -> bool:
-        """True if the scan is news and can be used."""
+        """Take a scan; True if it is newer than the last and valid."""
         if scan is None or not math.isfinite(stamp) or stamp > now + AHEAD_OF_TIME:
             self._refused = now
             return False
@@ -105,16 +105,16 @@ class SourceTimeout:
         self._known_at[scan.known] = stamp
         return True
 
-    def watched(self, now: float) -> np.ndarray:
-        """(72,) sectors in which some beam has said something lately."""
+    def fresh_sectors(self, now: float) -> np.ndarray:
+        """Return the sectors (72,) in which some beam has had a reading lately."""
         fresh = now - self._known_at <= self._timeout
-        return self.source.sectors if fresh.all() else self.source.serves[:, fresh].any(axis=1)
+        return self.source.sectors if fresh.all() else np.any(self.source.serves[:, fresh], axis=1)
 
-    def compare(self, stamp: float, scan: Scan, moved: float) -> None:
-        """Look whether anything changes while the robot moves.
+    def check_frozen(self, stamp: float, scan: Scan, moved: float) -> None:
+        """Check whether readings change while the robot moves.
 
         Args:
-            moved: How far the robot has moved in its life, turning included [m].
+            moved: Path length so far, turning included [m].
         """
         returns = np.isfinite(scan.ranges)
         if not returns.any() or not np.array_equal(scan.ranges, self._values):
@@ -135,7 +135,7 @@ class SourceTimeout:
         return Health.FROZEN if self._frozen else Health.LIVE
 
     def complaint(self, now: float) -> str:
-        """What is wrong, as a sentence."""
+        """Return what is wrong, as a sentence."""
         health = self.health(now)
         lasting = f" for {now - self.newest:.1f} s" if health is Health.SILENT else ""
         return f"The {self.source.name} {health.value}{lasting}."

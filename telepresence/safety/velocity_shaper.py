@@ -1,4 +1,4 @@
-"""From the pilot's command to the velocity that may go out: caps, swing, turning, obstacles, ramp, and the words."""
+"""From the pilot's command to the output: speed limits, swing, turning, obstacles, ramp, and the reason in words."""
 
 from __future__ import annotations
 
@@ -8,50 +8,50 @@ import numpy as np
 
 from .braking import turning_rate
 from .careful_scan import BodySwing
-from .gate_state import StateFilter
+from .gate_state import GateStateFilter
 from .messages import SECTORS, Command, Decision, State, in_words, sector_of
 from .pose_history import TURN_ARM
 from .robot_profile import RobotProfile
 from .tick_state import TickState
 
 CUT = 0.98
-"""Less than this share of a velocity left means that something has cut it."""
+"""A velocity of which less than this share is left has been cut."""
 FREE_WAY = 0.10
-"""A direction in which this fast is allowed is offered to a blocked pilot [m/s]."""
+"""A blocked pilot is offered the directions in which this speed is allowed [m/s]."""
 
 
 class VelocityShaper:
-    """Shapes commands tick by tick; remembers what went out last.
+    """Shapes commands tick by tick; keeps the last output for its ramps.
 
     Attributes:
-        heading: Direction of the last driving that went out, base_link [rad], and when [s]; None before the first.
+        heading: When the robot was last driven [s], and in which direction in base_link [rad]; None before that.
     """
 
     def __init__(self, profile: RobotProfile) -> None:
         self._limits = profile.limits
         self._swing = BodySwing(profile.swing) if profile.swing else None
-        self._state_filter = StateFilter()
+        self._state_filter = GateStateFilter()
         self._top_turn = profile.top_turn
         self._speed = self._turn = self._output_turn = 0.0
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
-        """The body's heading is the pilot's, whatever it was swung to."""
+        """Take the body's heading as the pilot's, whatever it was swung to."""
         if self._swing:
             self._swing.forget()
 
-    def halt(self, state: State, reason: str, command_age: float, view: TickState | None) -> Decision:
-        """Zero, and why."""
+    def halt(self, state: State, reason: str, command_age: float, tick: TickState | None) -> Decision:
+        """Return a decision to stop, with the reason."""
         self._speed = self._turn = self._output_turn = 0.0
         self.forget_heading()
-        if view is None:
+        if tick is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
-        return Decision(0.0, 0.0, 0.0, state, reason, view.allowed(), view.obstacles.gap, command_age=command_age)
+        return Decision(0.0, 0.0, 0.0, state, reason, tick.allowed(), tick.obstacles.gap, command_age=command_age)
 
-    def decide(
-        self, now: float, dt: float, command: Command, command_age: float, theta: float, view: TickState, careful: bool
+    def shape(
+        self, now: float, dt: float, command: Command, command_age: float, theta: float, tick: TickState, careful: bool
     ) -> Decision:
-        """What is left of a command.
+        """Return what is left of a command.
 
         Args:
             now: [s].
@@ -59,61 +59,63 @@ class VelocityShaper:
             command: Valid and in time.
             command_age: [s].
             theta: Heading in the odometry frame [rad].
-            view: Of now.
-            careful: Swing the body while driving.
+            tick: Obstacles and speed limits now.
+            careful: Whether to swing the body while driving.
         """
         limits = self._limits
         vx, vy = shorten(command.vx, command.vy, limits.max_speed)
-        wanted_turn = _clamp(command.wz, limits.escape_turn if view.bumped else limits.max_turn)
-        pilot_turn = _rise(self._turn, wanted_turn, limits.acceleration_turn * dt)
+        requested_turn = _clamp(command.wz, limits.escape_turn if tick.bumped else limits.max_turn)
+        pilot_turn = _rise(self._turn, requested_turn, limits.acceleration_turn * dt)
         turn, offset, scanning = pilot_turn, 0.0, False
         if self._swing:
-            scanning = careful and not view.bumped and (vx, vy) != (0.0, 0.0)
+            scanning = careful and not tick.bumped and (vx, vy) != (0.0, 0.0)
             offset = self._swing.offset(theta)
             turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
         safe_turn, room = turning_rate(
-            turn, view.obstacles.room, view.obstacles.levers, limits.reaction, limits.braking_turn
+            turn, tick.obstacles.room, tick.obstacles.levers, limits.reaction, limits.braking_turn
         )
         turned = safe_turn / turn if turn else 1.0
-        capped, cause = _cap(vx, vy, view)
+        capped, cause = _cap(vx, vy, tick)
         turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
         self._output_turn = safe_turn
-        free = view.velocity_bounds(room, turns).nearest_allowed(*capped)
-        given, second_cause = (free, "") if free == capped else _cap(*free, view)
+        free = tick.velocity_bounds(room, turns).nearest_allowed(*capped)
+        output, second_cause = (free, "") if free == capped else _cap(*free, tick)
         if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
             cause = ""
         elif second_cause:
             cause = second_cause
 
-        asked = math.hypot(math.hypot(vx, vy), TURN_ARM * wanted_turn)
-        state = self._state_filter.judge(now, asked, math.hypot(math.hypot(*given), TURN_ARM * wanted_turn * turned))
-        if view.bumped:
+        requested = math.hypot(math.hypot(vx, vy), TURN_ARM * requested_turn)
+        state = self._state_filter.update(
+            now, requested, math.hypot(math.hypot(*output), TURN_ARM * requested_turn * turned)
+        )
+        if tick.bumped:
             state, cause = State.BUMPED, "A bumper was hit: only away from it, slowly, until it is reset."
-        index = view.tightest(vx, vy) if state is not State.CLEAR else None
-        reason = self._explain(state, cause, math.hypot(*given), view, index)
+        index = tick.tightest(vx, vy) if state is not State.CLEAR else None
+        reason = self._explain(state, cause, math.hypot(*output), tick, index)
 
-        given = shorten(*given, self._speed + limits.acceleration * dt)
-        self._speed, self._turn = math.hypot(*given), pilot_turn * turned
+        output = shorten(*output, self._speed + limits.acceleration * dt)
+        self._speed, self._turn = math.hypot(*output), pilot_turn * turned
         if self._speed > 0.0:
-            self.heading = now, math.atan2(given[1], given[0])
-        sector = None if index is None else sector_of(view.bearing(index))
+            self.heading = now, math.atan2(output[1], output[0])
+        sector = None if index is None else sector_of(tick.bearing(index))
         return Decision(
-            given[0],
-            given[1],
+            output[0],
+            output[1],
             safe_turn,
             state,
             reason,
-            view.allowed(),
-            view.obstacles.gap,
+            tick.allowed(),
+            tick.obstacles.gap,
             sector,
             command_age,
             scanning,
             offset,
         )
 
-    def _explain(self, state: State, cause: str, speed: float, view: TickState, index: int | None) -> str:
+    def _explain(self, state: State, cause: str, speed: float, tick: TickState, index: int | None) -> str:
         if state is State.CLEAR:
             return "Free."
         if cause:
@@ -123,22 +125,22 @@ class VelocityShaper:
                 return "An obstacle is in the way of turning."
             return f"Slowed to {speed:.2f} m/s beside an obstacle."
         if state is State.BLOCKED:
-            return f"Blocked by an obstacle {view.describe(index)}. {_offer(view.allowed())}"
-        return f"Slowed to {speed:.2f} m/s by an obstacle {view.describe(index)}."
+            return f"Blocked by an obstacle {tick.describe(index)}. {_offer(tick.allowed())}"
+        return f"Slowed to {speed:.2f} m/s by an obstacle {tick.describe(index)}."
 
 
-def _cap(vx: float, vy: float, view: TickState) -> tuple[tuple[float, float], str]:
-    """A velocity within what sensors and latches permit in its direction, and why it was shortened."""
+def _cap(vx: float, vy: float, tick: TickState) -> tuple[tuple[float, float], str]:
+    """Return a velocity within what sensors and latches permit in its direction, and why it was cut."""
     speed = math.hypot(vx, vy)
     if speed == 0.0:
         return (0.0, 0.0), ""
     sector = sector_of(math.atan2(vy, vx))
-    cap = float(view.caps[sector])
-    return shorten(vx, vy, cap), view.why(sector) if cap < speed else ""
+    cap = float(tick.caps[sector])
+    return shorten(vx, vy, cap), tick.why(sector) if cap < speed else ""
 
 
 def shorten(vx: float, vy: float, longest: float) -> tuple[float, float]:
-    """The same direction, no longer than `longest` [m/s]."""
+    """Return a vector of the same direction, no longer than `longest` [m/s]."""
     length = math.hypot(vx, vy)
     if length <= longest:
         return vx, vy
@@ -151,7 +153,7 @@ def _clamp(value: float, size: float) -> float:
 
 
 def _rise(last: float, wanted: float, step: float) -> float:
-    """`wanted`, but its size grows by no more than `step`; falling is immediate."""
+    """Return `wanted`, growing by no more than `step`; falling is immediate."""
     if last * wanted <= 0.0:
         return _clamp(wanted, step)
     return _clamp(wanted, max(abs(last), 0.0) + step)
@@ -163,7 +165,7 @@ def _rotate(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 def _offer(allowed: np.ndarray) -> str:
-    """The main directions that are free, for a pilot who is blocked."""
+    """Return the main directions that are free, for a pilot who is blocked."""
     names = [in_words(eighth * math.tau / 8) for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
     sectors = [eighth * SECTORS // 8 for eighth in (0, 1, 7, 2, 6, 3, 5, 4)]
     free = [name for name, sector in zip(names, sectors) if allowed[sector] >= FREE_WAY]  # noqa: B905 Python 3.9

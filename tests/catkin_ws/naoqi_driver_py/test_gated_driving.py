@@ -139,7 +139,7 @@ def test_stops_on_a_command_that_is_no_number_and_obeys_the_next_one(station, no
     ("device", "fault", "complaint"),
     [
         ("Front", "frozen", "The front laser is silent for"),
-        ("Front/Horizontal", "minus one", "The front laser says of no beam what it sees."),
+        ("Front/Horizontal", "minus one", "The front laser has no valid reading."),
         ("Front/Horizontal", "nan", "The front laser sends values that can't be used."),
     ],
 )
@@ -158,7 +158,7 @@ def test_a_broken_laser_stops_the_robot_until_it_is_mended(station, device, faul
 def test_a_broken_laser_leaves_the_other_ways_open(station):
     station.robot.corrupt("LaserSensor/Front/Horizontal", "missing")
     station.pilot.drive(0.25, 0.0, 0.0)
-    station.told("The front laser says of no beam what it sees.")
+    station.told("The front laser has no valid reading.")
     station.stays()
     station.pilot.drive(-0.1, 0.0, 0.0)
     station.until(lambda: station.speed() < -0.05, "backing out is possible")
@@ -167,7 +167,7 @@ def test_a_broken_laser_leaves_the_other_ways_open(station):
 def test_a_dead_sonar_is_named(station):
     station.robot.corrupt("Back/Sonar", "missing")
     station.pilot.drive(-0.1, 0.0, 0.0)
-    station.told("The back sonar says of no beam what it sees.")
+    station.told("The back sonar has no valid reading.")
     station.stays()
 
 

@@ -99,7 +99,7 @@ def test_stops_on_a_command_that_is_no_number_and_obeys_the_next_one(station, no
     ("answer", "complaint"),
     [
         ([], "sensor stale: The infrared is silent for"),
-        ([-1] * 9, "sensor stale: The infrared says of no beam what it sees."),
+        ([-1] * 9, "sensor stale: The infrared has no valid reading."),
         ([math.nan] * 9, "sensor stale: The infrared "),
         ([*[NOTHING] * 6, 0.25, *[NOTHING] * 2], "sensor stale: The infrared repeats itself although the robot moves."),
     ],

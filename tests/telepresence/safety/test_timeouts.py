@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from telepresence.safety import ROBOTINO, Command, Health, Odometry, State, VelocityGate
-from telepresence.safety.gate_state import HOLD, StateFilter
+from telepresence.safety.gate_state import HOLD, GateStateFilter
 from telepresence.safety.latches import BumperLatch, StopLatch
 from telepresence.safety.timeouts import CommandTimeout
 
@@ -40,27 +40,27 @@ class Robot:
 
 
 def test_a_command_is_obeyed_until_it_times_out():
-    watch = CommandTimeout(LIMITS)
-    assert watch.current(0.0) is None and watch.problem == "No command yet."
+    timeout = CommandTimeout(LIMITS)
+    assert timeout.current(0.0) is None and timeout.problem == "No command yet."
     command = Command(0.1, 0.0, 0.0, 1.0)
-    assert watch.offer(1.0, command) and watch.current(0.99 + LIMITS.command_timeout) is command
-    watch.offer(1.31, command)  # the same object again is no news
-    assert watch.current(1.31) is None and "No command for 0.3 s" in watch.problem
+    assert timeout.offer(1.0, command) and timeout.current(0.99 + LIMITS.command_timeout) is command
+    timeout.offer(1.31, command)  # the same object again is no news
+    assert timeout.current(1.31) is None and "No command for 0.3 s" in timeout.problem
 
 
 @pytest.mark.parametrize(("stamp", "words"), [(9.4, "0.6 s late"), (10.2, "in the future")])
 def test_a_command_that_waited_in_a_queue_or_comes_from_another_clock_is_refused(stamp, words):
-    watch = CommandTimeout(LIMITS)
-    watch.offer(10.0, Command(0.1, 0.0, 0.0, stamp))
-    assert watch.current(10.0) is None and words in watch.problem
+    timeout = CommandTimeout(LIMITS)
+    timeout.offer(10.0, Command(0.1, 0.0, 0.0, stamp))
+    assert timeout.current(10.0) is None and words in timeout.problem
 
 
 def test_an_older_command_does_not_replace_a_newer():
-    watch = CommandTimeout(LIMITS)
+    timeout = CommandTimeout(LIMITS)
     newer = Command(0.1, 0.0, 0.0, 1.0)
-    watch.offer(1.0, newer)
-    watch.offer(1.0, Command(-0.1, 0.0, 0.0, 0.9))
-    assert watch.current(1.0) is newer
+    timeout.offer(1.0, newer)
+    timeout.offer(1.0, Command(-0.1, 0.0, 0.0, 0.9))
+    assert timeout.current(1.0) is newer
 
 
 def test_a_silent_sensor_stops_the_robot_and_its_return_lets_it_go():
@@ -149,9 +149,9 @@ def test_latches_alone():
 
 
 def test_worse_states_show_at_once_and_better_ones_after_a_while():
-    verdict = StateFilter()
-    assert verdict.judge(0.0, 0.2, 0.2) is State.CLEAR
-    assert verdict.judge(0.1, 0.2, 0.1) is State.LIMITED
-    assert verdict.judge(0.2, 0.2, 0.0) is State.BLOCKED
-    assert verdict.judge(0.3, 0.2, 0.2) is State.BLOCKED
-    assert verdict.judge(0.3 + HOLD, 0.2, 0.2) is State.CLEAR
+    state = GateStateFilter()
+    assert state.update(0.0, 0.2, 0.2) is State.CLEAR
+    assert state.update(0.1, 0.2, 0.1) is State.LIMITED
+    assert state.update(0.2, 0.2, 0.0) is State.BLOCKED
+    assert state.update(0.3, 0.2, 0.2) is State.BLOCKED
+    assert state.update(0.3 + HOLD, 0.2, 0.2) is State.CLEAR

@@ -34,7 +34,8 @@ from naoqi_driver.connection import Address, Connection
 from telepresence_ros.logs import route_logs_to_ros
 
 from telepresence.station.ros_master import MasterWatch, wait_for_master
-from telepresence.video.mjpeg import MjpegStream, WebServer
+from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.page import create_app
