@@ -11,7 +11,7 @@ import logging
 import re
 from collections.abc import Iterable
 
-import pepper_sim.services  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
+import pepper_sim.naoqi  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
 import qi
 
 from pepper_sim.naoqi.catalogue import Catalogue
