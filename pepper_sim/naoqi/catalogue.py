@@ -20,39 +20,42 @@ from pepper_sim.services.al_animation_player import ALAnimationPlayer
 from pepper_sim.services.al_audio_device import ALAudioDevice
 from pepper_sim.services.al_audio_player import ALAudioPlayer
 from pepper_sim.services.al_audio_recorder import ALAudioRecorder
+from pepper_sim.services.al_autonomous_blinking import ALAutonomousBlinking
 from pepper_sim.services.al_autonomous_life import ALAutonomousLife
+from pepper_sim.services.al_autonomous_moves import ALAutonomousMoves
+from pepper_sim.services.al_background_movement import ALBackgroundMovement
 from pepper_sim.services.al_basic_awareness import ALBasicAwareness
 from pepper_sim.services.al_battery import ALBattery
 from pepper_sim.services.al_behavior_manager import DEFAULT_BEHAVIORS, ALBehaviorManager
 from pepper_sim.services.al_body_temperature import ALBodyTemperature
+from pepper_sim.services.al_chest_button import ALChestButton
 from pepper_sim.services.al_dialog import ALDialog
+from pepper_sim.services.al_face_characteristics import ALFaceCharacteristics
+from pepper_sim.services.al_face_detection import ALFaceDetection
 from pepper_sim.services.al_laser import ALLaser
 from pepper_sim.services.al_leds import ALLeds
+from pepper_sim.services.al_listening_movement import ALListeningMovement
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_motion import ALMotion
 from pepper_sim.services.al_navigation import ALNavigation
+from pepper_sim.services.al_people_perception import ALPeoplePerception
 from pepper_sim.services.al_preference_manager import ALPreferenceManager
 from pepper_sim.services.al_robot_model import ALRobotModel
 from pepper_sim.services.al_robot_posture import ALRobotPosture
+from pepper_sim.services.al_sensors import ALSensors
 from pepper_sim.services.al_service_manager import ALServiceManager
 from pepper_sim.services.al_sonar import ALSonar
+from pepper_sim.services.al_sound_detection import ALSoundDetection
+from pepper_sim.services.al_sound_localization import ALSoundLocalization
+from pepper_sim.services.al_speaking_movement import ALSpeakingMovement
+from pepper_sim.services.al_speech_recognition import ALSpeechRecognition
 from pepper_sim.services.al_system import ALSystem
 from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.services.al_text_to_speech import ALTextToSpeech
 from pepper_sim.services.al_touch import ALTouch
 from pepper_sim.services.al_tracker import ALTracker
 from pepper_sim.services.al_video_device import ALVideoDevice
-from pepper_sim.services.autonomous_abilities import (
-    ALAutonomousBlinking,
-    ALAutonomousMoves,
-    ALBackgroundMovement,
-    ALListeningMovement,
-    ALSpeakingMovement,
-)
 from pepper_sim.services.log_manager import LogManager
-from pepper_sim.services.people import ALFaceCharacteristics, ALFaceDetection, ALPeoplePerception
-from pepper_sim.services.sensors import ALChestButton, ALSensors
-from pepper_sim.services.speech_recognition import ALSoundDetection, ALSoundLocalization, ALSpeechRecognition
 from pepper_sim.sound.room import Loudspeaker, Room
 from pepper_sim.sound.speech import Voice
 from pepper_sim.tablet.tablet import Tablet
