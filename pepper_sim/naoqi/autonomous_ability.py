@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from pepper_sim.naoqi.service import Service, remote
 
 
 class AutonomousAbility(Service):
     """A switch with a name."""
 
-    initially: ClassVar[bool] = False
-
     def __init__(self) -> None:
-        self._enabled = self.initially
+        self._enabled = False
 
     @remote("v(b)")
     def setEnabled(self, enabled: bool) -> None:

@@ -104,9 +104,15 @@ class Binding:
 
 
 class Service:
-    """Base of all services. A large one is made of several objects: see `parts`."""
+    """Base of all services. A large one is made of several objects: see `parts`.
+
+    Attributes:
+        name: What clients ask for.
+        raw_in_lists: A method answers raw data or int32 inside a list, which only `raw_server.RawServer` can send.
+    """
 
     name: ClassVar[str]
+    raw_in_lists: ClassVar[bool] = False
 
     def parts(self) -> tuple[Any, ...]:
         """The objects that hold the remote methods and the signals."""

@@ -11,6 +11,7 @@ import concurrent.futures
 import time
 from collections.abc import Collection
 
+from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.services.al_memory import ALMemory, split_stamp
@@ -30,7 +31,9 @@ class ALAutonomousLife(Module):
 
     name = "ALAutonomousLife"
 
-    def __init__(self, memory: ALMemory, stiffness: MotionStiffness, activities: Collection[str]) -> None:
+    def __init__(
+        self, memory: ALMemory, stiffness: MotionStiffness, activities: Collection[str] = INSTALLED_BEHAVIORS
+    ) -> None:
         self._memory = memory
         self._stiffness = stiffness
         self._activities = activities

@@ -9,7 +9,7 @@ Each call waits for a picture that this subscriber has not had, at most about a 
 shown. A client that dies leaves its subscription behind, as on the robot; it ends after five minutes without a call.
 Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as ros-naoqi/naoqi_driver checks them.
 
-The service runs on `wire_peer.RawServer`, which can answer a list with raw and int32 in it; its methods may block.
+The service runs on `raw_server.RawServer`, which can answer a list with raw and int32 in it; its methods may block.
 """
 
 from __future__ import annotations
@@ -59,6 +59,7 @@ class ALVideoDevice(Module):
     """Pictures of the robot's cameras for any number of clients."""
 
     name = "ALVideoDevice"
+    raw_in_lists = True
 
     def __init__(self, robot: Pepper) -> None:
         self.settings = VideoSettings(robot, self._eye)
