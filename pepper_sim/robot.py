@@ -246,8 +246,8 @@ class Pepper:
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
-            pose = data.qpos[self._pose].copy()
-        return (*(float(v) for v in pose[:3]), *roll_pitch_yaw(matrix(pose[3:])))
+            x, y, z, *quaternion = data.qpos[self._pose].tolist()
+        return (x, y, z, *roll_pitch_yaw(matrix(np.array(quaternion))))
 
     def link_pose(self, name: str) -> np.ndarray:
         """Pose of a link or sensor frame in the odometry frame.

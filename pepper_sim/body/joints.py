@@ -130,7 +130,7 @@ class JointMotion:
         self._speeds = _MAX_SPEED.copy()
         self._running: list[tuple[float, Trajectory]] = []
         self._slewing = False
-        self._limp = np.zeros(0, int)
+        self._limp: np.ndarray = np.zeros(0, int)
         # A servo with damping follows a moving setpoint late by damping / stiffness seconds; the lead makes up for it.
         damping = model.dof_damping[self.dofs] - model.actuator_biasprm[self.actuators, 2]
         self._lag = damping / model.actuator_gainprm[self.actuators, 0]

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 from pepper_sim.body.collision_protection import SecurityZone
@@ -203,7 +204,7 @@ class BaseMotion:
         waiting, self._standing = self._standing, []
         self._abrupt = False
         for future in waiting:
-            self._post(lambda future=future: resolve(future, True))
+            self._post(partial(resolve, future, True))
 
 
 def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: float | None) -> list[_Leg]:

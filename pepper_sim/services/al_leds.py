@@ -68,10 +68,7 @@ class ALLeds(Module):
 
     def memory_keys(self) -> dict[str, Reader]:
         """ALMemory keys of the LEDs."""
-        return {
-            f"Device/SubDeviceList/{led}/Actuator/Value": lambda _, led=led: self._fades[led].at(time.monotonic())
-            for led in LEDS
-        }
+        return {f"Device/SubDeviceList/{led}/Actuator/Value": self._reader(led) for led in LEDS}
 
     # --- switching ---------------------------------------------------------------------------------------------------
 
@@ -182,6 +179,9 @@ class ALLeds(Module):
         return list(LEDS)
 
     # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _reader(self, led: str) -> Reader:
+        return lambda _: self._fades[led].at(time.monotonic())
 
     def _leds(self, name: str) -> list[str]:
         name = name.removeprefix("Device/SubDeviceList/").removesuffix("/Actuator/Value")

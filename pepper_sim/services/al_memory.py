@@ -311,11 +311,9 @@ class ALMemory(Module):
     def _unsubscribe(self, event: str, service: str) -> None:
         with self._lock:
             topic = self._topics.get(event)
-            before = list(topic.callbacks) if topic else []
-            kept = [known for known in before if known.service != service]
-            if len(kept) == len(before):
+            if topic is None or service not in [known.service for known in topic.callbacks]:
                 raise ServiceError(f"'{service}' has not subscribed to event '{event}'")
-            topic.callbacks = kept
+            topic.callbacks = [known for known in topic.callbacks if known.service != service]
 
     def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
         """Call a client's service and return at once. One that is gone, or fails three times in a row, is dropped."""

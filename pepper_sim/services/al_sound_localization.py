@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pepper_sim.services.al_memory import ALMemory
-from pepper_sim.services.al_sound_detection import ALSoundDetection
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pepper_sim.naoqi.sound_extractor import SoundExtractor
 
 
-class ALSoundLocalization(ALSoundDetection):
-    """Tells where noises come from."""
+class ALSoundLocalization(SoundExtractor):
+    """Says where noises come from."""
 
     name = "ALSoundLocalization"
     events = ("ALSoundLocalization/SoundLocated", "ALSoundLocalization/SoundsLocated")
-
-    def __init__(self, memory: ALMemory) -> None:
-        super().__init__(memory)
-        self._parameters = {"Sensitivity": 0.9, "EnergyComputation": 0.0}
+    parameters: ClassVar[Mapping[str, float]] = {"Sensitivity": 0.9, "EnergyComputation": 0.0}

@@ -149,7 +149,7 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
     width, height = encoded_size(data)
     if not 0 < width * height <= MAX_PIXELS:
         raise ValueError(f"a picture of {width}x{height} pixels; at most {MAX_PIXELS} pixels are decoded")
-    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if pixels is None:
         raise ValueError(f"a damaged picture of {len(data)} bytes")
     if pixels.dtype == np.uint16:
