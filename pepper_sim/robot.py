@@ -86,11 +86,11 @@ class Pepper:
         self._fallen = False
         self._snapshot: Snapshot | None = None
         self._snapshot_tick = -1
-        self._sensors = Sensors(world, prefix, self._see, self._rng)
+        self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
         world.every(TICK, self._tick)
-        world.every(0.1, self._watch_fall)
+        world.every(0.1, self._check_fallen)
         world.every(POWER_PERIOD, self._update_power)
         with world.locked() as data:
             self._reset()
@@ -289,8 +289,8 @@ class Pepper:
             self._joints.tick(now, TICK, data)
             self._inertial.tick(data)
 
-    def _see(self, sensor: str, points: np.ndarray) -> None:
-        self.security.see(sensor, points, self._base.odometry)
+    def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
+        self.security.update(sensor, points, self._base.odometry)
 
     def _check_able(self) -> None:
         if self._fallen:
@@ -298,7 +298,7 @@ class Pepper:
         elif any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS):
             self._motion.refuse("stiffness")
 
-    def _watch_fall(self, now: float) -> None:
+    def _check_fallen(self, now: float) -> None:
         with self.world.locked() as data:
             _, x, y, _ = data.qpos[self._pose][3:]
             if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):

@@ -1,4 +1,4 @@
-"""External collision protection: how fast the base may go towards what its sensors see.
+"""External collision protection: how fast the base may go towards what its sensors update.
 
 The gap to an obstacle limits the speed of approach; motion that doesn't shorten a gap is never limited, so the robot
 can always back away. Distances: pages reflexes-external-collision and control-walk of the NAOqi 2.8 documentation.
@@ -36,15 +36,15 @@ class SecurityZone:
         self.enabled = True
         self.orthogonal = ORTHOGONAL_DISTANCE
         self.tangential = TANGENTIAL_DISTANCE
-        self._seen: dict[str, np.ndarray] = {}
+        self._obstacles: dict[str, np.ndarray] = {}
         self._points = np.zeros((0, 2))
 
     def reset(self) -> None:
         """Forget all obstacles; distances and the switch stay."""
-        self._seen.clear()
+        self._obstacles.clear()
         self._points = np.zeros((0, 2))
 
-    def see(self, sensor: str, points: np.ndarray, pose: tuple[float, float, float]) -> None:
+    def update(self, sensor: str, points: np.ndarray, pose: tuple[float, float, float]) -> None:
         """Replace what `sensor` saw.
 
         Args:
@@ -52,12 +52,12 @@ class SecurityZone:
             pose: Odometry at that instant (x, y, theta).
         """
         near = points[np.hypot(points[:, 0], points[:, 1]) < self.orthogonal + _REACH]
-        if not len(near) and sensor not in self._seen:
+        if not len(near) and sensor not in self._obstacles:
             return
         x, y, theta = pose
         c, s = math.cos(theta), math.sin(theta)
-        self._seen[sensor] = near @ np.array([[c, s], [-s, c]]) + (x, y)
-        self._points = np.concatenate(list(self._seen.values()))
+        self._obstacles[sensor] = near @ np.array([[c, s], [-s, c]]) + (x, y)
+        self._points = np.concatenate(list(self._obstacles.values()))
 
     def limit(self, vx: float, vy: float, pose: tuple[float, float, float]) -> tuple[float, tuple[float, float] | None]:
         """How much of a translation is allowed.

@@ -59,7 +59,7 @@ class ALAudioDevice(Module):
         self._energy = False
         self._closing = threading.Event()
         self.speakersPlaying = qi.Signal("(b)")
-        self._thread = threading.Thread(target=self._tell_playing, name="speakers-playing", daemon=True)
+        self._thread = threading.Thread(target=self._report_playing, name="speakers-playing", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -265,10 +265,10 @@ class ALAudioDevice(Module):
         with self._lock:
             self._waiting -= 1
 
-    def _tell_playing(self) -> None:
-        told = False
+    def _report_playing(self) -> None:
+        reported = False
         while not self._closing.wait(_SIGNAL_PERIOD):
             playing = self._room.loudspeaker.track.playing()
-            if playing or told:
+            if playing or reported:
                 self.speakersPlaying(playing)
-            told = playing
+            reported = playing

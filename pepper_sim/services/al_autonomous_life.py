@@ -37,7 +37,7 @@ class ALAutonomousLife(Module):
         self._memory = memory
         self._stiffness = stiffness
         self._activities = activities
-        self._born = time.monotonic()
+        self._started = time.monotonic()
         self._state = "disabled"
         self._focus: list[str] = []
         self._states: list[tuple[str, float]] = [(self._state, time.time())]
@@ -80,7 +80,7 @@ class ALAutonomousLife(Module):
     @remote("i()")
     def getLifeTime(self) -> int:
         """Returns the seconds since the robot started."""
-        return int(time.monotonic() - self._born)
+        return int(time.monotonic() - self._started)
 
     # --- focus -------------------------------------------------------------------------------------------------------
 

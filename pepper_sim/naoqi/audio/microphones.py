@@ -76,7 +76,7 @@ class MicrophoneStream:
             self._thread.join(timeout=3.0)
 
     def _run(self) -> None:
-        wire = self._open()
+        client = self._open()
         rate, count = self._preferences.rate, BLOCK[self._preferences.rate]
         start = time.monotonic()
         try:
@@ -86,7 +86,7 @@ class MicrophoneStream:
                     return
                 block = self._preferences.cut(self._room.listen(start, count, rate))
                 stamp = split_stamp(time.time() - (time.monotonic() - start))
-                if self._deliver(wire, count, stamp, block):
+                if self._deliver(client, count, stamp, block):
                     self._failures = 0
                 elif not self._clients.exists(self.name):
                     break
@@ -98,8 +98,8 @@ class MicrophoneStream:
         except Exception:
             log.exception("the microphones failed for '%s'", self.name)
         finally:
-            if wire is not None:
-                wire.close()
+            if client is not None:
+                client.close()
 
     def _open(self) -> RawClient | None:
         """A raw connection to the client's service, if one of its endpoints can be reached."""
@@ -110,11 +110,11 @@ class MicrophoneStream:
                 log.info("'%s' cannot be called at %s: %s", self.name, endpoint, error)
         return None
 
-    def _deliver(self, wire: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
+    def _deliver(self, client: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
         channels = self._preferences.count
-        if wire is not None:
+        if client is not None:
             try:
-                wire.post(channels, count, stamp, block)
+                client.post(channels, count, stamp, block)
                 return True
             except (OSError, CodecError):
                 return False

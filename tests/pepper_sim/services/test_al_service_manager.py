@@ -1,7 +1,7 @@
 """ALServiceManager over the wire."""
 
 
-def test_service_manager_stops_clients_services_by_telling_them(naoqi, connect, wait_until, refused):
+def test_clients_services_are_stopped_by_a_signal(naoqi, connect, wait_until, refused):
     class App:
         def hello(self):
             return "hi"
@@ -13,7 +13,7 @@ def test_service_manager_stops_clients_services_by_telling_them(naoqi, connect, 
     manager.serviceStopped.connect(lambda name, reason: stopped.append((name, reason)))
     assert manager.startService("MyApp") is True and manager.isServiceRunning("MyApp") is True
     assert manager.stopService("MyApp") is True
-    wait_until(lambda: stopped == [("MyApp", 0)], "the stop was told")
+    wait_until(lambda: stopped == [("MyApp", 0)], "the stop was reported")
     assert manager.isServiceRunning("MyApp") is False
     manager.restart("MyApp")
     assert manager.isServiceRunning("MyApp") is True

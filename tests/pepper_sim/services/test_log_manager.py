@@ -3,7 +3,7 @@
 import logging
 
 
-def test_the_log_is_told_to_listeners(naoqi, wait_until):
+def test_log_messages_reach_the_listeners(naoqi, wait_until):
     messages = []
     listener = naoqi.LogManager.getListener()
     listener.onLogMessage.connect(messages.append)
@@ -13,7 +13,7 @@ def test_the_log_is_told_to_listeners(naoqi, wait_until):
     assert message["message"] == "the floor is wet" and message["level"] == 3
     assert message["category"] == "pepper_sim.test"
     listener.setLevel(2)
-    logging.getLogger("pepper_sim.test").warning("not told")
-    logging.getLogger("pepper_sim.test").error("told")
+    logging.getLogger("pepper_sim.test").warning("not reported")
+    logging.getLogger("pepper_sim.test").error("reported")
     wait_until(lambda: len(messages) == 2, "the error arrived")
-    assert messages[1]["message"] == "told"
+    assert messages[1]["message"] == "reported"
