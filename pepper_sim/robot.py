@@ -25,6 +25,9 @@ from pepper_sim.body.description import (
     LIMITS,
     MAX_THETA,
     MAX_XY,
+    MOTION_CYCLE,
+    SCREEN_HEIGHT,
+    SCREEN_WIDTH,
     WHEEL_RADIUS,
     WHEELS,
     JointLimits,
@@ -45,10 +48,7 @@ from telepresence.sim.world import TICK, World
 
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
 LIGHTS = ("eyes", "shoulders")
-SCREEN_HEIGHT, SCREEN_WIDTH = 400, 640
-"""The tablet's picture [px]; half the real one's size."""
 FALLEN_TILT = math.radians(30.0)
-MOTION_CYCLE = 0.02
 
 _DARK = np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
 

@@ -13,10 +13,11 @@ from functools import partial
 from itertools import pairwise
 
 from pepper_sim.body.collision_protection import SecurityZone
-from pepper_sim.body.description import ABRUPT_BRAKING
+from pepper_sim.body.description import ABRUPT_BRAKING, MOTION_CYCLE
 from pepper_sim.body.joints import resolve
 from pepper_sim.body.state import MoveFailure
 from telepresence.sim.base import BaseLimits, PlanarBase, wrap
+from telepresence.sim.world import TICK
 
 REACHED_XY, REACHED_THETA = 0.0015, 0.002
 """A move has arrived this close to its end by odometry [m, rad]."""
@@ -24,8 +25,8 @@ BLOCKED_SPEED = 0.01
 """Slower than this [m/s] because of an obstacle counts as blocked."""
 BLOCKED_PATIENCE = 0.5
 """A move that is blocked for so long [s] fails."""
-CHECK_TICKS = 4
-"""Obstacles are looked at once per NAOqi motion cycle of 20 ms, and at once for a new command."""
+CHECK_TICKS = round(MOTION_CYCLE / TICK)
+"""Obstacles are checked once per motion cycle, and at once for a new command."""
 
 _MARGIN = 0.9  # part of the acceleration that planned braking uses; the rest corrects errors
 _CORNER_RADIUS = 0.03  # a waypoint on the way is passed within this distance [m]

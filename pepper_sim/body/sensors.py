@@ -16,6 +16,7 @@ from pepper_sim.body.description import (
     LASER_MIN,
     LASER_MISS,
     LASER_PERIOD,
+    SHOVEL_ANGLES,
     SONAR_HALF_ANGLE,
     SONAR_MAX,
     SONAR_MIN,
@@ -45,7 +46,7 @@ _BUMPER_SECTOR = math.radians(115.0)  # bearings beyond this belong to the back 
 _SONARS = {"Front": "SonarFront_frame", "Back": "SonarBack_frame"}
 _LASERS = {"Front": "laser_front", "Left": "laser_left", "Right": "laser_right"}
 _GROUND_LASERS = {
-    "Shovel": ("laser_shovel", (math.radians(20.0), 0.0, math.radians(-20.0))),
+    "Shovel": ("laser_shovel", SHOVEL_ANGLES),
     "Left": ("laser_vertical_left", (0.0,)),
     "Right": ("laser_vertical_right", (0.0,)),
 }

@@ -10,7 +10,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pepper_sim.body.description import BATTERY_VOLTAGE, LASER_ANGLES, LASER_MISS, LASER_PERIOD, WHEEL_RADIUS
+from pepper_sim.body.description import (
+    BATTERY_VOLTAGE,
+    LASER_ANGLES,
+    LASER_MISS,
+    LASER_PERIOD,
+    SHOVEL_ANGLES,
+    WHEEL_RADIUS,
+    WHEELS,
+)
 from pepper_sim.body.power import DRIVE_POWER, ELECTRONICS_RISE, ROOM
 from pepper_sim.naoqi.identity import IDENTITY_KEYS
 
@@ -21,8 +29,8 @@ _DEVICE = "Device/SubDeviceList/"
 _LASER = _DEVICE + "Platform/LaserSensor/"
 _AXES = "XYZ"
 _SIDES = ("Front", "Left", "Right")
-_HORIZONTAL_SEGMENTS = range(1, 16)
-_SHOVEL_SEGMENTS = range(1, 4)
+_HORIZONTAL_SEGMENTS = range(1, len(LASER_ANGLES) + 1)
+_SHOVEL_SEGMENTS = range(1, len(SHOVEL_ANGLES) + 1)
 
 TOUCH_SENSORS: dict[str, tuple[str, str]] = {
     "FrontTactil": ("Head/Touch/Front", "FrontTactilTouched"),
@@ -51,7 +59,7 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
     keys: dict[str, Reader] = {"DCM/Time": lambda s: int(s.time * 1000) & 0x7FFFFFFF}
     for joint in joints:
         keys.update(_joint(joint))
-    for wheel in ("FL", "FR", "B"):
+    for wheel in WHEELS:
         keys.update(_wheel(wheel))
     keys.update(_inertial("InertialSensorBase", "imu_base"))
     keys.update(_inertial("InertialSensor", "imu_torso"))
@@ -128,7 +136,9 @@ def motor_current(joint: str, torque: float) -> float:
 
 def _wheel(wheel: str) -> dict[str, Reader]:
     base = f"{_DEVICE}Wheel{wheel}"
-    power_per_speed = DRIVE_POWER * WHEEL_RADIUS / 3  # of one wheel [W s/rad]: the simulated battery pays as much
+    power_per_speed = (
+        DRIVE_POWER * WHEEL_RADIUS / len(WHEELS)
+    )  # of one wheel [W s/rad]: the simulated battery pays as much
     return {
         f"{base}/Speed/Sensor/Value": lambda s: float(s.wheel_speeds[wheel]),
         f"{base}/Speed/Actuator/Value": lambda s: float(s.wheel_speeds[wheel]),

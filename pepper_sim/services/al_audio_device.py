@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import qi
 
+from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.audio.microphones import BLOCK, MicrophoneStream, Preferences
 from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
@@ -150,7 +151,7 @@ class ALAudioDevice(Module):
         within(gain, 0, 100, "gain")
         within(pan, -1, 1, "pan")
         within(duration, 0.0, 600.0, "duration")
-        self._room.loudspeaker.play(sine(frequence, duration, 48000, gain / 100.0), 48000)
+        self._room.loudspeaker.play(sine(frequence, duration, SOUND_RATE, gain / 100.0), SOUND_RATE)
         return self._alarm.after(duration)
 
     @remote("v()")
@@ -181,7 +182,7 @@ class ALAudioDevice(Module):
     def setClientPreferences(self, name: str, sampleRate: int, channelsVector: int, deinterleaved: int) -> None:
         """Chooses what a client hears: 48000 Hz and channels 0 (all four), or 16000 Hz and channel 1 to 4."""
         one_of(sampleRate, BLOCK, "sampleRate")
-        one_of(channelsVector, (0,) if sampleRate == 48000 else (1, 2, 3, 4), "channelsVector")
+        one_of(channelsVector, (0,) if sampleRate == SOUND_RATE else (1, 2, 3, 4), "channelsVector")
         one_of(deinterleaved, (0, 1), "deinterleaved")
         with self._lock:
             if len(self._preferences) >= 1000:
@@ -245,7 +246,7 @@ class ALAudioDevice(Module):
     @remote("v(s)")
     def startMicrophonesRecording(self, pFileName: str) -> None:
         """Records all four microphones into a WAV file on the robot's disk."""
-        self._recorder.start(pFileName, 48000, (True, True, True, True))
+        self._recorder.start(pFileName, SOUND_RATE, [True] * MICROPHONES)
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:
@@ -257,8 +258,8 @@ class ALAudioDevice(Module):
     def _level(self, microphone: str) -> float:
         if not self._energy:
             raise ServiceError("the energy is not computed; call enableEnergyComputation first")
-        count = int(_ENERGY_WINDOW * 16000)
-        block = self._room.listen(time.monotonic() - _ENERGY_WINDOW, count, 16000)
+        count = int(_ENERGY_WINDOW * VOICE_RATE)
+        block = self._room.listen(time.monotonic() - _ENERGY_WINDOW, count, VOICE_RATE)
         return float(np.sqrt(np.mean(block[:, _MICROPHONES[microphone]].astype(np.float64) ** 2)))
 
     def _no_longer_waiting(self, _: Any) -> None:

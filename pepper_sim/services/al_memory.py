@@ -19,14 +19,13 @@ from typing import Any
 
 import qi
 
-from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 
 log = logging.getLogger(__name__)
 
 _HISTORY_LENGTH = 32
-_CALLBACK_FAILURES = 3
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not fill the memory."""
 
@@ -321,7 +320,7 @@ class ALMemory(Module):
         def done(call: concurrent.futures.Future) -> None:
             error = None if call.cancelled() else call.exception()
             callback.failures = callback.failures + 1 if error else 0
-            if callback.failures >= _CALLBACK_FAILURES or (error and not self._clients.exists(callback.service)):
+            if callback.failures >= MAX_FAILURES or (error and not self._clients.exists(callback.service)):
                 self._drop(event, topic, callback, str(error))
 
         message = callback.service if callback.message is None else callback.message

@@ -22,7 +22,7 @@ from pepper_sim.naoqi.speech_languages import LANGUAGES
 from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import write_wave
-from pepper_sim.sound.speech import SPEAKER, SpeechStyle, Voice, synthesise
+from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SPEAKER, SpeechStyle, Voice, synthesise
 
 MAX_TEXT, MAX_QUEUE = 20_000, 50
 _TAG = re.compile(r"\\+\s*([A-Za-z]+)\s*(?:=\s*([^\\]*))?\\+")
@@ -32,8 +32,8 @@ _PARAMETERS = {
     "doubleVoice": (0.0, 4.0, 0.0),
     "doubleVoiceLevel": (0.0, 4.0, 0.0),
     "doubleVoiceTimeShift": (0.0, 0.5, 0.0),
-    "speed": (50.0, 400.0, 100.0),
-    "defaultVoiceSpeed": (50.0, 400.0, 100.0),
+    "speed": (50.0, MAX_SPEED, 100.0),
+    "defaultVoiceSpeed": (50.0, MAX_SPEED, 100.0),
     "pitch": (50.0, 200.0, 100.0),
 }
 """Name -> (least, greatest, default)."""
@@ -240,7 +240,7 @@ def _apply(style: SpeechStyle, default: SpeechStyle, tag: str, value: str) -> Sp
         return style
     number = float(value)
     if tag == "rspd":
-        return replace(style, speed=within(number, 20.0, 400.0, "\\rspd\\"))
+        return replace(style, speed=within(number, MIN_SPEED, MAX_SPEED, "\\rspd\\"))
     if tag == "vct":
         return replace(style, pitch=within(number, 50.0, 200.0, "\\vct\\"))
     if tag == "vol":

@@ -15,9 +15,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from pepper_sim.body.description import MICROPHONES
+
 HISTORY = 12.0
 """How long a sound is remembered after its end [s]."""
-MICROPHONES = 4
 LOUDSPEAKER_IN_MICROPHONE = 0.3
 """Share of the loudspeaker's amplitude that reaches the microphones of the same head."""
 NOISE_FLOOR = 12.0 / 32768.0

@@ -27,7 +27,8 @@ WORDS_PER_MINUTE = 175
 """espeak-ng's own default; speed 100 %."""
 _SYNTHESIS_TIMEOUT = 20.0
 _SILENT_RATE = 16000
-_MIN_SPEED, _MAX_SPEED = 20.0, 400.0
+MIN_SPEED, MAX_SPEED = 20.0, 400.0
+"""Slowest and fastest speech [%]."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def synthesise(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
     """
     if shutil.which(SPEAKER) is None:
         return _silence(text, style)
-    words_per_minute = WORDS_PER_MINUTE * min(max(style.speed, _MIN_SPEED), _MAX_SPEED) / 100.0
+    words_per_minute = WORDS_PER_MINUTE * min(max(style.speed, MIN_SPEED), MAX_SPEED) / 100.0
     pitch = min(max(50.0 * style.pitch / 100.0, 0.0), 99.0)
     command = [
         SPEAKER,

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
+from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.codec import CodecError
 from pepper_sim.naoqi.raw_client import RawClient
 from pepper_sim.services.al_memory import split_stamp
@@ -25,10 +26,9 @@ from pepper_sim.sound.room import Room
 
 log = logging.getLogger(__name__)
 
-BLOCK = {48000: 4096, 16000: 1365}
+BLOCK = {SOUND_RATE: 4096, VOICE_RATE: 1365}
 """Rate -> samples per channel and block."""
 METHOD = "processRemote"
-_FAILURES = 3
 _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 """Channel flag of the 16 kHz form (1 left, 2 right, 3 front, 4 rear) -> microphone."""
 
@@ -37,14 +37,14 @@ _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 class Preferences:
     """What a client wants to hear: 48000 Hz all channels (0), or 16000 Hz one of them (1 to 4)."""
 
-    rate: int = 48000
+    rate: int = SOUND_RATE
     channels: int = 0
     deinterleaved: bool = False
 
     @property
     def count(self) -> int:
         """Channels in a buffer."""
-        return 4 if self.channels == 0 else 1
+        return MICROPHONES if self.channels == 0 else 1
 
     def cut(self, block: np.ndarray) -> np.ndarray:
         """The wanted part of a block of (n, 4) samples, in the order of the buffer."""
@@ -80,7 +80,7 @@ class MicrophoneStream:
         rate, count = self._preferences.rate, BLOCK[self._preferences.rate]
         start = time.monotonic()
         try:
-            while self._failures < _FAILURES:
+            while self._failures < MAX_FAILURES:
                 end = start + count / rate
                 if self._closing.wait(max(0.0, end - time.monotonic())):
                     return
