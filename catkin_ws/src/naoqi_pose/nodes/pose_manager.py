@@ -18,9 +18,8 @@ from naoqi_driver.naoqi_node import hide_late_publications
 from naoqi_pose.poses import Pose, UnusablePose, read_poses
 from std_srvs.srv import Empty
 from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 from trajectory_msgs.msg import JointTrajectoryPoint
-
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 
 CONTROLLER_TIMEOUT = 10.0
 """Seconds to wait for pose_controller."""

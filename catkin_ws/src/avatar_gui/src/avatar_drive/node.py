@@ -33,8 +33,9 @@ from telepresence_msgs.srv import (
     DriveJoinRequest,
     DriveJoinResponse,
 )
+from telepresence_ros.master_watch import MasterWatch
 
-from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import master_answers
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
 

@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterator
 
 import rospy
 from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
 from naoqi_driver.connection import Address, Connection
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds that the loop of a node has to end."""

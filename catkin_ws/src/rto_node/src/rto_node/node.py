@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator
 
 import rospy
 from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
 from rto_node.client import RobotinoClient, RobotinoError, RobotinoUnreachable
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds that a loop has to end."""

@@ -17,8 +17,9 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
+from telepresence_ros.master_watch import MasterWatch
 
-from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import master_answers
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 

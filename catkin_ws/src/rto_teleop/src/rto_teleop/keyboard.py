@@ -15,10 +15,11 @@ from types import FrameType
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from telepresence_ros.master_watch import MasterWatch
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 from rto_teleop.keys import HELP, HeldKeys, Velocity
-from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import master_answers
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""

@@ -27,12 +27,13 @@ from collections.abc import Callable
 
 import rosgraph
 import rospy
+from telepresence_ros.master_watch import MasterWatch
 
 from sim_bringup.ros_interface import RobotTopics, WorldInterface
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
-from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import master_answers
 
 DEFAULT_SCENE = "apartment"
 

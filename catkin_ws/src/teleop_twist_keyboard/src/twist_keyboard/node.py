@@ -21,8 +21,9 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
+from telepresence_ros.master_watch import MasterWatch
 
-from telepresence.station.ros_master import MasterWatch, master_answers
+from telepresence.station.ros_master import master_answers
 from twist_keyboard.keys import HELP, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 

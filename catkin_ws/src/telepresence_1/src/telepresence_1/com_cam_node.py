@@ -32,8 +32,8 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
 from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 from telepresence.video.mjpeg import MjpegStream, WebServer
 from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address, is_loopback

@@ -21,8 +21,8 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import Image
 from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.images import LatestImage, read_image_message
 from telepresence.video.mjpeg import MjpegStream, WebServer
