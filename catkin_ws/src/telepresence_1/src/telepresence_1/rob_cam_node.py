@@ -24,6 +24,7 @@ from telepresence_ros.logs import route_logs_to_ros
 from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
 from telepresence.station.virtual_display import display_answers
+from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 from telepresence.video.mjpeg import MjpegStream, WebServer
 from telepresence_1.page import create_app
@@ -81,7 +82,8 @@ def serve_page(newest: LatestImage, topic: str, port: int) -> int:
             try:
                 if picture is not None:
                     sequence = picture.sequence
-                    page.put(_encode(_as_bgr(picture.pixels)), picture.stamp)
+                    message = picture.pixels
+                    page.put(_encode(as_bgr(read_image_message(message), message.encoding)), picture.stamp)
                 elif newest.age() > STALE_AFTER:
                     page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes on {topic}.", time.time())))
             except ValueError as error:
@@ -89,17 +91,6 @@ def serve_page(newest: LatestImage, topic: str, port: int) -> int:
                     rospy.logerr("pictures on %s cannot be shown: %s", topic, error)
                     complaint = str(error)
     return 0
-
-
-def _as_bgr(message: Image) -> np.ndarray:
-    """Raises ValueError for what has no colours to show."""
-    pixels = read_image_message(message)
-    conversions = {"rgb8": cv2.COLOR_RGB2BGR, "rgba8": cv2.COLOR_RGBA2BGR, "bgra8": cv2.COLOR_BGRA2BGR}
-    if message.encoding in conversions:
-        return cv2.cvtColor(pixels, conversions[message.encoding])
-    if message.encoding in ("bgr8", "mono8"):
-        return pixels
-    raise ValueError(f"encoding {message.encoding} is not one of {', '.join(conversions)}, bgr8, mono8")
 
 
 def _encode(pixels: np.ndarray) -> bytes:
