@@ -118,7 +118,7 @@ class RosNode(QObject):
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        MasterWatch(rospy).start()
+        MasterWatch().start()
         for link in self.links:
             link.advertise()
         self.joined = True

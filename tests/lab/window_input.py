@@ -175,7 +175,7 @@ FAKE_ROBOT = textwrap.dedent("""
     def hear(twist):
         print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
     rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
-    MasterWatch(rospy).start()
+    MasterWatch().start()
     pixels = np.zeros((48, 64, 3), np.uint8)
     pixels[:, :32], pixels[:, 32:] = (250, 30, 20), (20, 30, 250)
     print("ready", flush=True)

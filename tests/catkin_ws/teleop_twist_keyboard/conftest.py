@@ -99,7 +99,7 @@ LISTENER = textwrap.dedent("""
     def hear(twist):
         print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
     rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
-    MasterWatch(rospy).start()
+    MasterWatch().start()
     print("ready", flush=True)
     rospy.spin()
 """)

@@ -19,7 +19,7 @@ NODE = textwrap.dedent("""
     publisher = rospy.Publisher("embers", std_msgs.msg.String, queue_size=1)
     rospy.Subscriber("wood", std_msgs.msg.String, lambda message: publisher.publish(message.data + " burnt"))
     rospy.Service("rise", std_srvs.srv.Trigger, lambda request: (True, "risen"))
-    MasterWatch(rospy, lambda: print("lost", flush=True), lambda: print("found", flush=True)).start()
+    MasterWatch(lambda: print("lost", flush=True), lambda: print("found", flush=True)).start()
     print("ready", flush=True)
     rospy.spin()
 """)

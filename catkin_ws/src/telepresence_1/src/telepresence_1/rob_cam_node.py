@@ -13,15 +13,13 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import time
 
 import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import Image
-from telepresence_ros.logs import route_logs_to_ros
-from telepresence_ros.master_watch import MasterWatch, wait_for_master
+from telepresence_ros.node import Node
 
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
@@ -36,19 +34,13 @@ STALE_AFTER = 1.0
 
 def main() -> int:
     """Run the node; the exit code for the process."""
-    wait_for_master()
-    rospy.init_node("rob_cam")
-    route_logs_to_ros()
+    node = Node("rob_cam")
     topic = str(rospy.get_param("~image", "/pepper_robot/camera/front/image_raw"))
     newest = LatestImage()  # of messages: they are taken apart by the thread that shows them
     rospy.Subscriber(topic, Image, lambda message: newest.put(message, message.header.stamp.to_sec()), queue_size=1)
-    master = MasterWatch(rospy).start()
-    try:
-        if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
-            return show_window(newest, topic)
-        return serve_page(newest, topic, int(rospy.get_param("~port", 10004)))
-    finally:
-        master.close()
+    if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
+        return show_window(newest, topic)
+    return serve_page(node, newest, topic, int(rospy.get_param("~port", 10004)))
 
 
 def show_window(newest: LatestImage, topic: str) -> int:
@@ -59,10 +51,8 @@ def show_window(newest: LatestImage, topic: str) -> int:
     return run_window(newest, topic, rospy.is_shutdown)
 
 
-def serve_page(newest: LatestImage, topic: str, port: int) -> int:
+def serve_page(node: Node, newest: LatestImage, topic: str, port: int) -> int:
     """Serve the picture on loopback until the node ends."""
-    stop = threading.Event()
-    rospy.on_shutdown(stop.set)
     page = LatestImage()
     stream = MjpegStream(page)
 
@@ -74,10 +64,10 @@ def serve_page(newest: LatestImage, topic: str, port: int) -> int:
     except OSError as error:
         rospy.logfatal("there is no display, and no page instead: %s", error)
         return 1
-    with server:
-        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
+
+    def show() -> None:
         sequence, complaint = 0, ""
-        while not stop.is_set():
+        while not node.stop.is_set():
             picture = newest.wait_newer(sequence, timeout=0.5)
             try:
                 if picture is not None:
@@ -90,7 +80,10 @@ def serve_page(newest: LatestImage, topic: str, port: int) -> int:
                 if str(error) != complaint:
                     rospy.logerr("pictures on %s cannot be shown: %s", topic, error)
                     complaint = str(error)
-    return 0
+
+    with server:
+        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
+        return node.run(show)
 
 
 def _encode(pixels: np.ndarray) -> bytes:

@@ -1,21 +1,24 @@
 """Outlives the ROS master: notices that it is gone, and registers this node again with the one that comes back.
 
 rospy registers a node once. When roscore is restarted the node's connections go on, but the new master knows nobody:
-no topic, no service, no name. `MasterWatch` asks the master every second whether it still knows the node, over the
-documented Master API (http://wiki.ros.org/ROS/Master_API), and repeats the registrations if it does not.
+no topic, no service, no name. `MasterWatch` asks the master five times a second whether it still knows the node, over
+the documented Master API (http://wiki.ros.org/ROS/Master_API), and repeats the registrations if it does not.
 """
 
 from __future__ import annotations
 
 import http.client
 import logging
-import os
 import sys
 import threading
 import time
 import xmlrpc.client
 from collections.abc import Callable
 from typing import Any
+
+import rosgraph
+import rospy
+from rospy.impl.registration import get_service_manager, get_topic_manager
 
 from telepresence.station.ros_master import master_answers, master_proxy
 
@@ -25,27 +28,39 @@ PERIOD = 0.2
 """Seconds between two questions to the master: a lost master must stop a robot within a second."""
 START_TIMEOUT = 10.0
 """Seconds that a node waits for a master at its start."""
+PATIENCE = 0.5
+"""Seconds after which it says what it waits for."""
 
 
-def wait_for_master(timeout: float = START_TIMEOUT) -> None:
+def wait_for_master(timeout: float = START_TIMEOUT, stop: threading.Event | None = None) -> None:
     """Wait for the ROS master; `rospy.init_node` alone would wait for ever without a word.
 
+    Args:
+        timeout: [s]; infinity is allowed.
+        stop: Ends the waiting, too.
+
     Raises:
-        SystemExit: It does not answer within `timeout` seconds.
+        SystemExit: It does not answer in time, or `stop` was set.
     """
-    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
-    deadline = time.monotonic() + timeout
+    uri = rosgraph.get_master_uri()
+    advice = f"No ROS master answers at {uri}. Start one with:  roscore\nor set ROS_MASTER_URI to where one runs."
+    stop = stop or threading.Event()
+    began, told = time.monotonic(), False
     while not master_answers(uri):
-        if time.monotonic() > deadline:
-            sys.exit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        time.sleep(0.1)
+        waited = time.monotonic() - began
+        if waited > timeout:
+            sys.exit(f"No ROS master answered at {uri} within {timeout:g} s.")
+        if waited > PATIENCE and not told:
+            told = True
+            print(advice, file=sys.stderr, flush=True)
+        if stop.wait(0.1):
+            sys.exit(0)
 
 
 class MasterWatch:
-    """Watches the master of an initialised rospy node from a thread of its own.
+    """Watches the master from a thread of its own. Make one after `rospy.init_node`.
 
     Args:
-        rospy: The module, after `init_node`.
         on_lost: Called once when the master has not answered for `patience` seconds: stop the robot.
         on_found: Called once when it answers again and this node is registered with it.
         patience: Seconds of silence that count as a lost master.
@@ -53,19 +68,16 @@ class MasterWatch:
 
     def __init__(
         self,
-        rospy: Any,
         on_lost: Callable[[], None] | None = None,
         on_found: Callable[[], None] | None = None,
         patience: float = 0.4,
     ) -> None:
-        self._rospy = rospy
         self._on_lost = on_lost or (lambda: None)
         self._on_found = on_found or (lambda: None)
         self._misses_allowed = max(1, round(patience / PERIOD))
         self._misses = 0
-        self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="master-watch", daemon=True)
-        self._uri = _master_uri()
+        self._uri = rosgraph.get_master_uri()
         self._name = rospy.get_name()
 
     @property
@@ -74,24 +86,25 @@ class MasterWatch:
         return self._misses < self._misses_allowed
 
     def start(self) -> MasterWatch:
+        """Begin to watch; return self."""
         self._thread.start()
         return self
 
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(timeout=2.0)
-
     def _run(self) -> None:
-        while not self._stop.wait(PERIOD):
+        while not rospy.is_shutdown():
+            time.sleep(PERIOD)
             try:
-                known, _, uri = master_proxy(self._uri).lookupNode(self._name, self._name)
+                answer: Any = master_proxy(self._uri).lookupNode(self._name, self._name)
+                known, _, uri = answer
             except (OSError, http.client.HTTPException, xmlrpc.client.Error):
                 self._misses += 1
                 if self._misses == self._misses_allowed:
                     log.warning("the ROS master at %s does not answer any more", self._uri)
                     self._call(self._on_lost)
                 continue
-            if known == 1 and uri != self._rospy.get_node_uri():
+            if rospy.is_shutdown():
+                return  # the master has forgotten this node because it ends
+            if known == 1 and uri != rospy.get_node_uri():
                 continue  # another node has taken the name; the master tells rospy to end this one
             if known != 1:
                 self._register()
@@ -102,10 +115,8 @@ class MasterWatch:
                 self._call(self._on_found)
 
     def _register(self) -> None:
-        """Repeat what rospy told the old master: publishers, subscribers, services."""
-        from rospy.impl.registration import get_service_manager, get_topic_manager
-
-        node_uri = self._rospy.get_node_uri()
+        """Repeat what rospy registered with the old master: publishers, subscribers, services."""
+        node_uri = rospy.get_node_uri()
         master = master_proxy(self._uri, timeout=2.0)
         topics = get_topic_manager()
         log.info("registering %s with a new master", self._name)
@@ -115,9 +126,8 @@ class MasterWatch:
             for name, service in list(get_service_manager().map.items()):
                 master.registerService(self._name, name, service.uri, node_uri)
             for subscriber in list(topics.subs.values()):
-                code, _, publishers = master.registerSubscriber(
-                    self._name, subscriber.resolved_name, subscriber.type, node_uri
-                )
+                answer: Any = master.registerSubscriber(self._name, subscriber.resolved_name, subscriber.type, node_uri)
+                code, _, publishers = answer
                 if code == 1:
                     # The node's own slave API takes the list of publishers, as it would from the master.
                     xmlrpc.client.ServerProxy(node_uri).publisherUpdate("/master", subscriber.resolved_name, publishers)
@@ -127,11 +137,5 @@ class MasterWatch:
     def _call(self, callback: Callable[[], None]) -> None:
         try:
             callback()
-        except Exception:
+        except Exception:  # a callback of the node; its failure must not end the watch
             log.exception("a callback of the master watch failed")
-
-
-def _master_uri() -> str:
-    import rosgraph
-
-    return rosgraph.get_master_uri()
