@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from robotino_sim.inputs_outputs import DIGITAL_OUTPUTS, RELAYS
-from robotino_sim.json_body import MAX_COMMAND, MAX_PROGRAM, boolean, booleans, index, member, number, numbers
+from robotino_sim.json_body import MAX_COMMAND, MAX_PROGRAM
 from robotino_sim.programs import Programs
 from robotino_sim.robot import Robotino
+from telepresence.web.json_app import boolean, booleans, index, member, number, numbers
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotino_sim.kinematics import Triple, body_velocity, motor_speeds
+from telepresence.geometry import wrap_angle
 
 CYCLE = 0.020
 """Period of the control loop [s]."""
@@ -114,7 +115,7 @@ class DriveController:
 
     def set_odometry(self, x: float, y: float, phi: float) -> None:
         """Put odometry's pose somewhere else; its count starts again at zero, as the real one's does."""
-        self._pose = (x, y, wrap(phi))
+        self._pose = (x, y, wrap_phi(phi))
         self._seq = 0
 
     def cycle(self, now: float) -> None:
@@ -156,17 +157,16 @@ class DriveController:
         t1, t2, t3 = self._turned
         self._velocity = vx, vy, wz = body_velocity((t1 / dt, t2 / dt, t3 / dt))
         x, y, phi = self._pose
-        phi = wrap(phi + wz * dt)
+        phi = wrap_phi(phi + wz * dt)
         c, s = math.cos(phi), math.sin(phi)
         self._pose = (x + (vx * c - vy * s) * dt, y + (vx * s + vy * c) * dt, phi)
         self._turned = (0.0, 0.0, 0.0)
         self._since_cycle = 0.0
 
 
-def wrap(angle: float) -> float:
-    """The same direction in [-pi, pi)."""
-    wrapped = math.remainder(angle, math.tau)
-    return -math.pi if wrapped >= math.pi else wrapped
+def wrap_phi(angle: float) -> float:
+    """Return the same direction as the robot reports it, in [-pi, pi): half a turn is negative."""
+    return -wrap_angle(-angle)
 
 
 def _cut(value: float, limit: float) -> float:

@@ -55,12 +55,14 @@ def voltage(distance: np.ndarray | float) -> np.ndarray:
     """What a sensor puts out [V] for an obstacle at `distance` [m]; infinity is no obstacle.
 
     Linear between the table's points, and beyond the last one as steep as before it, down to zero."""
-    return np.interp(distance, *zip(*_SENSOR, (_DARK, 0.0), strict=True))
+    metres, volts = np.array([*_SENSOR, (_DARK, 0.0)]).T
+    return np.interp(distance, metres, volts)
 
 
 def reading(volts: np.ndarray | float) -> np.ndarray:
     """The distance [m] that Robotino reports for a voltage [V]: 0.04 to 0.41, never anything else."""
-    return np.interp(volts, *zip(*_SOFTWARE, strict=True))
+    table_volts, metres = np.array(_SOFTWARE).T
+    return np.interp(volts, table_volts, metres)
 
 
 class InfraredRing:

@@ -12,7 +12,7 @@ import binascii
 import threading
 from typing import Any
 
-from robotino_sim.json_body import BadRequest, member, number, text
+from telepresence.web.json_app import BadRequest, member, number, text
 
 MAX_PROGRAMS = 100
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 
@@ -17,6 +18,7 @@ from robotino_sim.inputs_outputs import InputsOutputs
 from robotino_sim.kinematics import Triple
 from robotino_sim.models import PREFIX
 from robotino_sim.power import Battery, PowerState
+from telepresence.geometry import roll_pitch_yaw
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
@@ -107,7 +109,7 @@ class Robotino:
         world.every(infrared.PERIOD, self._measure)
         world.every(POWER_PERIOD, lambda _: self._battery.elapse(POWER_PERIOD))
         if self._laser is not None:
-            world.every(laser.PERIOD, self._scan_surroundings, phase=0.015)
+            world.every(laser.PERIOD, partial(self._scan_surroundings, self._laser), phase=0.015)
         world.reset()
 
     # --- what can be told --------------------------------------------------------------------------------------------
@@ -179,11 +181,8 @@ class Robotino:
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Where base_link really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
-            x, y, z, qw, qx, qy, qz = (float(value) for value in data.qpos[self._pose])
-        roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
-        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx))))
-        yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        return x, y, z, roll, pitch, yaw
+            x, y, z, *quaternion = data.qpos[self._pose].tolist()
+        return x, y, z, *roll_pitch_yaw(*quaternion)
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
@@ -228,6 +227,6 @@ class Robotino:
         self._voltages = tuple(voltages.tolist())
         self._distances = tuple(distances.tolist())
 
-    def _scan_surroundings(self, now: float) -> None:
+    def _scan_surroundings(self, scanner: laser.LaserScanner, now: float) -> None:
         with self.world.locked() as data:
-            self._scan = self._laser.measure(data, self.world.stamp)
+            self._scan = scanner.measure(data, self.world.stamp)

@@ -12,67 +12,47 @@ Sources: wiki.openrobotino.org, page Rest api; alexkorga/hsbi-robotino-navigatio
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any
 
-import gevent
-
 from robotino_sim import commands, readings
-from robotino_sim.json_body import BadRequest, from_json, to_json
+from robotino_sim.json_body import to_json
 from robotino_sim.programs import Programs
 from robotino_sim.robot import Robotino
 from robotino_sim.sensor_image import draw_sensors
 from robotino_sim.webcam import Webcam
+from telepresence.web.json_app import (
+    BINARY,
+    JPEG,
+    PNG,
+    Application,
+    Environ,
+    Refusal,
+    Response,
+    json_app,
+    read_json,
+    wait_for_picture,
+)
 
 ALLOW = "DELETE, GET, POST, PUT"
-JSON, JPEG, PNG, TEXT, BINARY = (
-    "application/json",
-    "image/jpeg",
-    "image/png",
-    "text/plain; charset=utf-8",
-    "application/octet-stream",
-)
-CAMERA_PATIENCE = 3.0
+CAMERA_TIMEOUT = 3.0
 """Seconds that a request waits for the first picture of a camera that was released."""
 _SERVICE_STATUS, _DOWNLOAD = "/data/servicestatus/", "/download/program/"
-_REASONS = {
-    200: "200 OK",
-    400: "400 Bad Request",
-    404: "404 Not Found",
-    405: "405 Method Not Allowed",
-    413: "413 Content Too Large",
-    500: "500 Internal Server Error",
-}
-
-Environ = dict[str, Any]
-StartResponse = Callable[[str, list[tuple[str, str]]], Any]
 
 
-@dataclass(frozen=True)
-class Response:
-    """An HTTP answer."""
-
-    status: int = 200
-    body: bytes = b""
-    content_type: str = JSON
-    headers: tuple[tuple[str, str], ...] = ()
-
-
-def create_app(
-    robot: Robotino, webcam: Webcam, *, strict_camera: bool = False, cors: bool = False
-) -> Callable[[Environ, StartResponse], Iterable[bytes]]:
-    """The WSGI application in front of `robot`, to be served by `telepresence.video.mjpeg.WebServer`.
+def create_app(robot: Robotino, webcam: Webcam, *, strict_camera: bool = False, cors: bool = False) -> Application:
+    """Make the WSGI application in front of `robot`, to be served by `telepresence.web.server.WebServer`.
 
     Args:
         strict_camera: Answer /cam0 as the web server of 2021 did: 500 unless there is a picture nobody has fetched.
         cors: Let pages of other web servers read the answers; the real robot does not.
     """
-    return _Application(robot, webcam, strict_camera, cors)
+    extra = (("Access-Control-Allow-Origin", "*"),) if cors else ()
+    return json_app(_Routes(robot, webcam, strict_camera, cors).answer, extra)
 
 
-class _Application:
+class _Routes:
+    """What each method and path is answered with."""
+
     def __init__(self, robot: Robotino, webcam: Webcam, strict_camera: bool, cors: bool) -> None:
         programs = Programs()
         self._robot = robot
@@ -81,31 +61,19 @@ class _Application:
         self._readings = readings.table(programs)
         self._commands = commands.table(robot, programs)
         self._strict_camera = strict_camera
-        self._extra = [("Access-Control-Allow-Origin", "*")] if cors else []
+        self._cors = cors
         self._fetched = 0
         self._drawing: tuple[Any, bytes] = (None, b"")
 
-    def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
-        method = environ["REQUEST_METHOD"]
-        response = self._answer(method, environ.get("PATH_INFO", "/"), environ)
-        headers = [
-            ("Content-Type", response.content_type),
-            ("Content-Length", str(len(response.body))),
-            *response.headers,
-            *self._extra,
-        ]
-        start_response(_REASONS[response.status], headers)
-        return [] if method == "HEAD" else [response.body]
-
-    def _answer(self, method: str, path: str, environ: Environ) -> Response:
+    def answer(self, method: str, path: str, environ: Environ) -> Response:
         if method == "OPTIONS":
             preflight = [("Access-Control-Allow-Methods", ALLOW), ("Access-Control-Allow-Headers", "Content-Type")]
-            return Response(headers=(("Allow", ALLOW), *(preflight if self._extra else ())))
+            return Response(headers=(("Allow", ALLOW), *(preflight if self._cors else ())))
         if method in ("GET", "HEAD"):
             return self._read(path)
         if method in ("PUT", "POST"):
             return self._write(path, environ)
-        return _refusal(405, f"{method} does nothing on this robot")
+        raise _not_allowed(f"{method} does nothing on this robot")
 
     # --- GET ---------------------------------------------------------------------------------------------------------
 
@@ -119,28 +87,27 @@ class _Application:
             return Response(body=self._sensor_image(), content_type=PNG)
         if path.startswith(_SERVICE_STATUS):
             records = readings.service_status(path.removeprefix(_SERVICE_STATUS))
-            return Response(body=to_json(records)) if records else _unknown(path)
+            if records:
+                return Response(body=to_json(records))
         if path.startswith(_DOWNLOAD):
             program = self._programs.read(path.removeprefix(_DOWNLOAD))
-            return Response(body=program, content_type=BINARY) if program is not None else _unknown(path)
+            if program is not None:
+                return Response(body=program, content_type=BINARY)
         if path in self._commands:
-            return _refusal(405, f"{path} can be written, not read")
-        return _unknown(path)
+            raise _not_allowed(f"{path} can be written, not read")
+        raise _unknown(path)
 
     def _camera(self) -> Response:
         was_awake = self._webcam.awake
         self._webcam.wake()
-        picture = self._webcam.jpeg()
         if self._strict_camera:
-            if not was_awake or picture is None or picture[1] == self._fetched:
-                return _refusal(500, "No camera connected")
+            picture = self._webcam.jpeg()
+            if not was_awake or (picture is not None and picture[1] == self._fetched):
+                picture = None
         else:
-            deadline = time.monotonic() + CAMERA_PATIENCE
-            while picture is None and time.monotonic() < deadline:
-                gevent.sleep(0.01)
-                picture = self._webcam.jpeg()
-            if picture is None:
-                return _refusal(500, "No camera connected")
+            picture = wait_for_picture(self._webcam.jpeg, CAMERA_TIMEOUT)
+        if picture is None:
+            raise Refusal(500, "No camera connected")
         self._fetched = picture[1]
         return Response(body=picture[0], content_type=JPEG)
 
@@ -157,26 +124,15 @@ class _Application:
         command = self._commands.get(path)
         if command is None:
             if path in self._readings or path in ("/cam0", "/sensorimage"):
-                return _refusal(405, f"{path} can be read, not written")
-            return _unknown(path)
-        length = int(environ.get("CONTENT_LENGTH") or 0)  # the server has refused anything but digits
-        body = environ["wsgi.input"].read(command.limit + 1) if length <= command.limit else None
-        if body is None or len(body) > command.limit:
-            return _refusal(413, f"{path} takes at most {command.limit} bytes", (("Connection", "close"),))
-        if len(body) < length:
-            return _refusal(400, f"{length} bytes were announced, {len(body)} arrived", (("Connection", "close"),))
-        try:
-            command.run(from_json(body))
-        except BadRequest as error:
-            return _refusal(400, str(error))
+                raise _not_allowed(f"{path} can be read, not written")
+            raise _unknown(path)
+        command.run(read_json(environ, path, command.limit))
         return Response()
 
 
-def _unknown(path: str) -> Response:
-    return _refusal(404, f"there is no {path}")
+def _unknown(path: str) -> Refusal:
+    return Refusal(404, f"there is no {path}")
 
 
-def _refusal(status: int, reason: str, headers: tuple[tuple[str, str], ...] = ()) -> Response:
-    if status == 405:
-        headers = (*headers, ("Allow", ALLOW))
-    return Response(status, reason.encode() + b"\n", TEXT, headers)
+def _not_allowed(reason: str) -> Refusal:
+    return Refusal(405, reason, (("Allow", ALLOW),))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from robotino_sim.controller import REST_WATCHDOG
 from robotino_sim.models import PREFIX, robotino_model
 from robotino_sim.robot import Robotino
@@ -14,6 +12,7 @@ from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.web_robot import WebRobot
 from telepresence.sim.world import World
+from telepresence.web.json_app import Application
 
 DEFAULT_PORT = 8080
 DEFAULT_SCENE = "arena"
@@ -58,7 +57,9 @@ class SimulatedRobotino(WebRobot):
         self.robot = Robotino(world, cameras, self._model.prefix, seed, watchdog=self._watchdog, battery=self._battery)
         self.webcam = Webcam(self.robot, self._camera_size)
 
-    def create_app(self) -> Callable:
+    def create_app(self) -> Application:
+        if self.robot is None or self.webcam is None:
+            raise RuntimeError("the Robotino has not entered a world yet")
         return create_app(self.robot, self.webcam, strict_camera=self._strict_camera, cors=self._cors)
 
     def close(self) -> None:

@@ -10,11 +10,10 @@ import logging
 import threading
 import time
 
-import cv2
-
 from robotino_sim.robot import Robotino
 from telepresence.sim.camera import CamerasFailed, Feed
 from telepresence.video.images import LatestImage
+from telepresence.video.jpeg import encode_jpeg
 
 log = logging.getLogger(__name__)
 
@@ -25,7 +24,6 @@ RATE = 30.0
 """Pictures per second."""
 IDLE_RELEASE = 10.0
 """Seconds after the last request until the camera is released."""
-JPEG_QUALITY = 80
 _MAX_AGE = 1.0
 
 
@@ -42,10 +40,10 @@ class Webcam:
     def __init__(
         self, robot: Robotino, size: tuple[int, int] = DEFAULT_SIZE, idle_release: float = IDLE_RELEASE
     ) -> None:
-        if tuple(size) not in SIZES:
+        if size not in SIZES:
             raise ValueError(f"the camera has no size {size}; sizes: {', '.join(f'{w}x{h}' for w, h in SIZES)}")
         self.image = LatestImage()
-        self.size = tuple(size)
+        self.size = size
         self._robot = robot
         self._idle_release = idle_release
         self._asked = -idle_release
@@ -104,8 +102,4 @@ class Webcam:
             if picture is None:
                 continue
             sequence = picture.sequence
-            bgr = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2BGR)
-            done, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
-            if not done:
-                raise RuntimeError("OpenCV could not encode a picture as JPEG")
-            self.image.put(data.tobytes(), picture.stamp)
+            self.image.put(encode_jpeg(picture.pixels), picture.stamp)

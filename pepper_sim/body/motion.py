@@ -15,7 +15,8 @@ from pepper_sim.body.collision_protection import SecurityZone
 from pepper_sim.body.description import ABRUPT_BRAKING
 from pepper_sim.body.joints import resolve
 from pepper_sim.body.state import MoveFailure
-from telepresence.sim.base import BaseLimits, PlanarBase, wrap
+from telepresence.geometry import wrap_angle
+from telepresence.sim.base import BaseLimits, PlanarBase
 
 REACHED_XY, REACHED_THETA = 0.0015, 0.002
 """A move has arrived this close to its end by odometry [m, rad]."""
@@ -152,7 +153,7 @@ class BaseMotion:
     def _plan_velocity(self) -> Pose:
         """Velocity towards the end of the current leg, along the fastest profile that can still stop there."""
         base, leg = self._base, self._legs[0]
-        dx, dy, turn = leg.x - base.x, leg.y - base.y, wrap(leg.theta - base.theta)
+        dx, dy, turn = leg.x - base.x, leg.y - base.y, wrap_angle(leg.theta - base.theta)
         distance = math.hypot(dx, dy)
         if len(self._legs) > 1 and self._passed(leg, dx, dy, distance):
             self._legs.pop(0)
@@ -215,7 +216,7 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
     acc_xy, acc_theta = _MARGIN * limits.acc_xy, _MARGIN * limits.acc_theta
     pieces = []
     for a, b in pairwise(poses):
-        dx, dy, turn = b[0] - a[0], b[1] - a[1], abs(wrap(b[2] - a[2]))
+        dx, dy, turn = b[0] - a[0], b[1] - a[1], abs(wrap_angle(b[2] - a[2]))
         distance = math.hypot(dx, dy)
         direction = (dx / distance, dy / distance) if distance else (0.0, 0.0)
         time = max(_ramp_time(distance, limits.max_xy, acc_xy), _ramp_time(turn, limits.max_theta, acc_theta))

@@ -24,8 +24,11 @@ class Schedule:
     def place(self, arrival: float, duration: float) -> tuple[float | None, bool]:
         """The moment to play a piece [s], None when it is to be dropped; and whether there is a seam before it."""
         wanted = arrival + self._lead
-        seam = self._due is None or self._due < arrival
-        due = wanted if seam else self._due + min(1.0, duration / _INERTIA) * (wanted - self._due)
+        last = self._due
+        if last is None or last < arrival:
+            due, seam = wanted, True
+        else:
+            due, seam = last + min(1.0, duration / _INERTIA) * (wanted - last), False
         if due > arrival + self._most:
             return None, False
         if self._settling > 0.0:

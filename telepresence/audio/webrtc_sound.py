@@ -35,7 +35,7 @@ class MicrophoneTrack(MediaStreamTrack):
     def __init__(self) -> None:
         super().__init__()
         self.open = True
-        self._loop = asyncio.get_running_loop()
+        self._event_loop = asyncio.get_running_loop()
         self._news = asyncio.Event()
         self._rest = b""
         self._frames: deque[tuple[int, bytes]] = deque(maxlen=_WAITING)
@@ -44,7 +44,7 @@ class MicrophoneTrack(MediaStreamTrack):
     def put(self, frames: bytes) -> None:
         """Int16 little-endian, stereo interleaved, 48 kHz; from any one thread."""
         with contextlib.suppress(RuntimeError):  # the loop may have ended since
-            self._loop.call_soon_threadsafe(self._append, frames)
+            self._event_loop.call_soon_threadsafe(self._append, frames)
 
     def _append(self, data: bytes) -> None:
         self._rest += data
@@ -82,6 +82,8 @@ async def listen(track: MediaStreamTrack, push: Callable[[bytes], None]) -> None
             frame = await track.recv()
         except MediaStreamError:
             return
+        if not isinstance(frame, av.AudioFrame) or frame.pts is None:
+            continue  # aiortc's decoders deliver neither
         missing = frame.pts - expected if expected is not None else 0
         if 0 < missing <= _MAX_HOLE:
             push(bytes(4 * missing))

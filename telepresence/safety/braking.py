@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -26,6 +27,14 @@ _STRAIGHT = 1e-9
 """Closing shares below this are motion along the obstacle."""
 MOST_CUTS = 6
 """So many obstacles may bend the direction. The speed is always checked against all."""
+
+
+@overload
+def stopping_speed(distance: float, reaction: float, braking: float) -> float: ...
+
+
+@overload
+def stopping_speed(distance: np.ndarray, reaction: np.ndarray | float, braking: float) -> np.ndarray: ...
 
 
 def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, braking: float) -> np.ndarray | float:

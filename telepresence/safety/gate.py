@@ -119,7 +119,7 @@ class VelocityGate:
             odometry: The newest pose.
         """
         problem = self._tick(now, command, odometry)
-        if problem:
+        if problem or odometry is None:  # a missing odometry is a problem, too
             return self._drive.halt(State.FAULT, problem, self._commands.age(now), None)
         self._place.update(now, self._timeouts)
         current = self._commands.current(now)
@@ -138,7 +138,7 @@ class VelocityGate:
     def _receive(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
         stamp = now if stamp is None else stamp
         accepted = self._timeouts[name].accept(now, stamp, scan)
-        if accepted:
+        if accepted and scan is not None:  # no source accepts a scan that is missing
             self._place.put(name, stamp, scan)
         return accepted
 

@@ -74,7 +74,7 @@ class KnownObstacles:
 
     def update(self, now: float, timeouts: dict[str, SourceTimeout]) -> None:
         """Take in the scans that wait, and drop what stale cones said."""
-        pose = self.poses.newest
+        pose = self.poses.current
         position = np.array([pose.x, pose.y])
         moment = Moment(now, self._clock, self.poses.driven)
         beams: list[Scan] = []
@@ -116,7 +116,7 @@ class KnownObstacles:
         if pose is None:
             return bearing
         exact = bearing is not None
-        if not exact:
+        if bearing is None:
             known = self._touching(pose)
             if known is not None or motion is None:
                 return known
@@ -162,7 +162,7 @@ class KnownObstacles:
             drift: (n,) how far odometry may have misplaced them [m].
             velocities: (n, 2) how they move over the floor [m/s].
         """
-        pose, limits = self.poses.newest, self._profile.limits
+        pose, limits = self.poses.current, self._profile.limits
         drift = np.minimum(limits.drift * (self.poses.driven - self._memory.driven), limits.max_drift)
         moving, velocity = self._moving.now(now)
         points = np.concatenate([self._memory.points, moving])
@@ -176,7 +176,7 @@ class KnownObstacles:
 
     def echoes(self) -> list[Echo]:
         """Unexplained readings of wide cones in base_link now."""
-        pose = self.poses.newest
+        pose = self.poses.current
         return [
             Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
             for echo in self._echoes

@@ -95,7 +95,8 @@ class MovingObstacles:
 
     def now(self, now: float) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m], moved on to now, and velocities (n, 2) [m/s] of what moves."""
-        points, velocities = [np.empty((0, 2))], [np.empty((0, 2))]
+        points: list[np.ndarray] = [np.empty((0, 2))]
+        velocities: list[np.ndarray] = [np.empty((0, 2))]
         for stamp, places, velocity in self._found.values():
             if now - stamp <= PERSISTS:
                 points.append(places + (now - stamp) * velocity)

@@ -69,7 +69,7 @@ class ObstacleMemory:
         self.clear()
 
     def clear(self) -> None:
-        self._table = np.empty((0, 10))
+        self._table: np.ndarray = np.empty((0, 10))
 
     def __len__(self) -> int:
         return len(self._table)

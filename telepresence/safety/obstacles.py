@@ -107,13 +107,26 @@ class Obstacles:
             turns: How far the body may have turned when the velocity takes effect [rad]; all are guarded.
         """
         points, normals = self.points, self.normals
-        rest = [self.room if room is None else room, self.passing, self.least_share, self.coming]
+        room = self.room if room is None else room
+        passing, least_share, coming = self.passing, self.least_share, self.coming
         if len(turns) > 1:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)
-            rest = [values.repeat(len(turns)) for values in rest]
+            room, passing, least_share, coming = (
+                values.repeat(len(turns)) for values in (room, passing, least_share, coming)
+            )
         extra = limits.margin_ahead - limits.margin_beside
         return VelocityBounds(
-            points, normals, *rest, extra, limits.reaction, limits.braking, outline.corners, outline.radius
+            points,
+            normals,
+            room,
+            passing,
+            least_share,
+            coming,
+            extra,
+            limits.reaction,
+            limits.braking,
+            outline.corners,
+            outline.radius,
         )
 
 

@@ -73,7 +73,8 @@ class Outline:
     def reach(self, bearings: np.ndarray) -> np.ndarray:
         """Distance from base_link, which lies inside, to the rim in each direction (n,) [m]."""
         directions = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
-        low, high = np.zeros(len(bearings)), np.full(len(bearings), self.outer_radius)
+        low: np.ndarray = np.zeros(len(bearings))
+        high: np.ndarray = np.full(len(bearings), self.outer_radius)
         for _ in range(20):
             middle = 0.5 * (low + high)
             inside = self.measure(middle[:, None] * directions)[0] < 0.0

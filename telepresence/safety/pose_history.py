@@ -34,6 +34,15 @@ class PoseHistory:
     def newest(self) -> Odometry | None:
         return self._poses[-1] if self._poses else None
 
+    @property
+    def current(self) -> Odometry:
+        """The newest pose, for callers that have added one.
+
+        Raises:
+            IndexError: There is none.
+        """
+        return self._poses[-1]
+
     def add(self, odometry: Odometry) -> None:
         """Append a pose; one that isn't newer than the last is ignored."""
         last = self.newest

@@ -194,14 +194,14 @@ def fan(name: str, origin: tuple[float, float], centre: float, width: float, bea
     """A source of `beams` equal sectors that fill `width` [rad] around the bearing `centre`, leftmost first."""
     step = width / beams
     bearings = centre + 0.5 * width - step * (np.arange(beams) + 0.5)
-    return RangeSource(name, np.tile(origin, (beams, 1)), bearings, spread=0.5 * step, **rest)
+    return RangeSource(name, np.tile(origin, (beams, 1)), bearings, spread=0.5 * step, cone=False, **rest)
 
 
 def ring(name: str, radius: float, beams: int, **rest: float) -> RangeSource:
     """A source of `beams` on a circle, looking outward, the first ahead, counter-clockwise."""
     bearings = math.tau * np.arange(beams) / beams
     origins = radius * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
-    return RangeSource(name, origins, bearings, spread=math.pi / beams, **rest)
+    return RangeSource(name, origins, bearings, spread=math.pi / beams, cone=False, **rest)
 
 
 def sonar(name: str, origin: tuple[float, float], bearing: float, half_angle: float, **rest: float) -> RangeSource:
@@ -215,10 +215,10 @@ def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np
         ranges: Readings [m], no-return readings included; negative ones (unknown) are left out.
         bearings: Their directions [rad].
     """
-    ranges = np.asarray(ranges, float)
+    distances = np.asarray(ranges, float)
     sector = np.round(np.asarray(bearings, float) / math.tau * SECTORS).astype(int) % SECTORS
-    order = np.lexsort((ranges, sector))
-    order = order[ranges[order] >= 0.0]
+    order = np.lexsort((distances, sector))
+    order = order[distances[order] >= 0.0]
     first = np.r_[True, np.diff(sector[order]) != 0] if len(order) else np.zeros(0, bool)
     return order[first]
 

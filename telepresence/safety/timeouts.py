@@ -108,7 +108,7 @@ class SourceTimeout:
     def watched(self, now: float) -> np.ndarray:
         """(72,) sectors in which some beam has said something lately."""
         fresh = now - self._known_at <= self._timeout
-        return self.source.sectors if fresh.all() else self.source.serves[:, fresh].any(axis=1)
+        return self.source.sectors if fresh.all() else np.any(self.source.serves[:, fresh], axis=1)
 
     def compare(self, stamp: float, scan: Scan, moved: float) -> None:
         """Look whether anything changes while the robot moves.

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from telepresence.geometry import Pose, Velocity, wrap_angle
+
 ODOMETRY_SCALE_ERROR = 0.002
 """Standard deviation of the wheels' scale error, drawn once per run for translation and for rotation. Real bases are
 several times worse; this keeps a 2 m drive within millimetres of truth while odometry still isn't truth."""
@@ -72,14 +74,14 @@ class PlanarBase:
         self._scale_xy, self._scale_theta = (1.0 + ODOMETRY_SCALE_ERROR * rng.standard_normal(2)).tolist()
 
     @property
-    def odometry(self) -> tuple[float, float, float]:
-        """Pose by the wheels since the last reset (x, y, theta) [m, m, rad], theta in (-pi, pi]."""
-        return self.x, self.y, self.theta
+    def odometry(self) -> Pose:
+        """Pose by the wheels since the last reset, theta in (-pi, pi]."""
+        return Pose(self.x, self.y, self.theta)
 
     @property
-    def velocity(self) -> tuple[float, float, float]:
-        """Velocity of the wheels in the robot's own frame (vx, vy, wz) [m/s, m/s, rad/s]."""
-        return self.vx, self.vy, self.wz
+    def velocity(self) -> Velocity:
+        """Velocity by the wheels in the robot's own frame."""
+        return Velocity(self.vx, self.vy, self.wz)
 
     @property
     def standing(self) -> bool:
@@ -91,10 +93,10 @@ class PlanarBase:
         self.vx = self.vy = self.wz = 0.0
         self._held = None
 
-    def clamp(self, vx: float, vy: float, wz: float) -> tuple[float, float, float]:
-        """The velocity with its direction kept and its size limited."""
+    def clamp(self, vx: float, vy: float, wz: float) -> Velocity:
+        """Return the velocity with its direction kept and its size limited."""
         scale = _scale_to(math.hypot(vx, vy), self.limits.max_xy)
-        return vx * scale, vy * scale, max(-self.limits.max_theta, min(self.limits.max_theta, wz))
+        return Velocity(vx * scale, vy * scale, max(-self.limits.max_theta, min(self.limits.max_theta, wz)))
 
     def drive(
         self, vx: float, vy: float, wz: float, dt: float, *, braking: Braking | None = None, on_course: bool = False
@@ -131,14 +133,14 @@ class PlanarBase:
             self._held = None
             data.ctrl[self._actuators] = (self.vx, self.vy, self.wz)
 
-    def predict(self, dt: float) -> tuple[float, float, float]:
-        """Odometry pose after driving on for `dt` seconds."""
+    def predict(self, dt: float) -> Pose:
+        """Return the odometry pose after driving on for `dt` seconds."""
         heading = self.theta + 0.5 * self.wz * dt
         c, s = math.cos(heading), math.sin(heading)
-        return (
+        return Pose(
             self.x + (self.vx * c - self.vy * s) * dt,
             self.y + (self.vx * s + self.vy * c) * dt,
-            wrap(self.theta + self.wz * dt),
+            wrap_angle(self.theta + self.wz * dt),
         )
 
     def _hold(self, data: mujoco.MjData) -> tuple[float, float]:
@@ -161,13 +163,7 @@ class PlanarBase:
         step = dt * self._scale_xy
         self.x += (self.vx * c - self.vy * s) * step
         self.y += (self.vx * s + self.vy * c) * step
-        self.theta = wrap(self.theta + turned)
-
-
-def wrap(angle: float) -> float:
-    """The same direction in (-pi, pi]."""
-    wrapped = math.remainder(angle, math.tau)
-    return math.pi if wrapped == -math.pi else wrapped
+        self.theta = wrap_angle(self.theta + turned)
 
 
 def _scale_to(size: float, limit: float) -> float:

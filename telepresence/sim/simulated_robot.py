@@ -11,7 +11,6 @@ package imports none of them. A robot's life, in this order, always by `telepres
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from enum import IntEnum
 from importlib.metadata import entry_points
 from typing import Any, ClassVar, Protocol
 
+from telepresence.geometry import roll_pitch_yaw
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.world import World
@@ -46,7 +46,7 @@ class Controls(Protocol):
 
 
 @dataclass(frozen=True)
-class Pose:
+class BodyState:
     """Where a robot's base really is and how it moves.
 
     Args:
@@ -144,7 +144,7 @@ def find_kind(name: str) -> type[SimulatedRobot]:
     raise ValueError(f"there is no kind of robot {name!r}; kinds: {', '.join(kinds()) or 'none'}")
 
 
-def read_pose(world: World, prefix: str) -> Pose:
+def read_pose(world: World, prefix: str) -> BodyState:
     """Pose and velocity of the robot's base by physics, not by its sensors."""
     joint = world.model.joint(prefix + "root")
     place, motion = int(joint.qposadr[0]), int(joint.dofadr[0])
@@ -158,14 +158,12 @@ def read_pose(world: World, prefix: str) -> Pose:
         (2.0 * (qx * qy - qw * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz + qw * qx)),
         (2.0 * (qx * qz + qw * qy), 2.0 * (qy * qz - qw * qx), 1.0 - 2.0 * (qx * qx + qy * qy)),
     )
-    velocity = tuple(float(sum(a * b for a, b in zip(row, linear, strict=True))) for row in rows)
-    return Pose(
+    vx, vy, vz = (float(sum(a * b for a, b in zip(row, linear, strict=True))) for row in rows)
+    return BodyState(
         x,
         y,
         z,
-        roll=math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy)),
-        pitch=math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx)))),
-        yaw=math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)),
-        velocity=velocity,
+        *roll_pitch_yaw(qw, qx, qy, qz),
+        velocity=(vx, vy, vz),
         turning=tuple(turning),
     )

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 from telepresence.sim.camera import Cameras
 from telepresence.sim.placement import FreePlaces
 from telepresence.sim.scene import build_world
-from telepresence.sim.simulated_robot import Pose, SimulatedRobot, find_kind, read_pose
+from telepresence.sim.simulated_robot import BodyState, SimulatedRobot, find_kind, read_pose
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -135,7 +135,7 @@ class Simulation:
             return "the simulated world has stopped"
         return next((f"{name}: {robot.failure}" for name, robot in self.robots.items() if robot.failure), "")
 
-    def truth(self, name: str) -> Pose:
+    def truth(self, name: str) -> BodyState:
         """Where the robot called `name` really is.
 
         Raises:

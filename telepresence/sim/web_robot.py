@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
-from typing import Any
 
 from telepresence.sim.simulated_robot import SimulatedRobot
-from telepresence.video.mjpeg import WebServer
+from telepresence.web.json_app import Application
+from telepresence.web.server import WebServer
 
 
 class WebRobot(SimulatedRobot):
@@ -16,7 +15,7 @@ class WebRobot(SimulatedRobot):
     server: WebServer | None = None
 
     @abstractmethod
-    def create_app(self) -> Callable[[dict[str, Any], Callable], Iterable[bytes]]:
+    def create_app(self) -> Application:
         """The WSGI application in front of the robot, which has entered its world."""
 
     def serve(self, address: str, port: int) -> None:

@@ -1,6 +1,6 @@
-"""`./stack doctor [ADDRESS]`: what is installed, built and reachable; what is wrong and how to mend it.
+"""`./stack doctor [ADDRESS]`: what is installed, built and reachable; what is wrong and how to fix it.
 
-Needs nothing but Debian's Python, because it is asked when the rest does not work.
+Runs on Debian's Python alone, because it is needed when the rest does not work.
 """
 
 from __future__ import annotations
@@ -23,32 +23,36 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
-"""A Robotino's, real and simulated."""
+"""Where a Robotino's web server listens, real and simulated."""
 ROUND_TRIPS = 10
 SLOW = 0.15
-"""A connection that takes longer [s] leaves a pilot too far behind the picture."""
+"""With a longer round trip [s] the pilot reacts too late to what the picture shows."""
 WRONG_CLOCK = 5.0
+"""Difference of two clocks that is reported [s]."""
 Finding = tuple[bool, str, str]
-"""(all is well, what was looked at, what to do about it)"""
+"""(whether it is as it should be, what was checked, what to do about it)"""
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="./stack doctor", description="What works here, and how to mend the rest.")
-    parser.add_argument("address", nargs="?", help="also check the way to a robot: host or host:port (default 9559)")
+    parser = argparse.ArgumentParser(prog="./stack doctor", description="What works here, and how to fix the rest.")
+    parser.add_argument(
+        "address", nargs="?", help="also check the connection to a robot: host or host:port (default 9559)"
+    )
     arguments = parser.parse_args()
     well = True
     for check in (system, programs, environment, workspace, rendering, ports, master):
         well = report(check) and well
     if arguments.address:
         well = report(lambda: robot(arguments.address)) and well
-    print("\nAll is well." if well else "\nMend what is marked with an x, then ask again.")
+    print("\nEverything works." if well else "\nFix what is marked with an x, then run this again.")
     return 0 if well else 1
 
 
 def report(check: Callable[[], Iterator[Finding]]) -> bool:
+    """Print what a check finds; True if all of it is as it should be."""
     well = True
-    for fine, what, cure in check():
-        print(f"  {'✓' if fine else 'x'} {what}" + ("" if fine else f"\n      -> {cure}"))
+    for fine, what, remedy in check():
+        print(f"  {'✓' if fine else 'x'} {what}" + ("" if fine else f"\n      -> {remedy}"))
         well = well and fine
     return well
 
@@ -131,18 +135,18 @@ def master() -> Iterator[Finding]:
 
 
 def robot(address: str) -> Iterator[Finding]:
-    """The way to a robot: name, port, round trip, our own address towards it, and its clock."""
+    """Check the connection to a robot: name, port, round trip, our own address towards it, and its clock."""
     host, _, port = address.partition(":")
     number = int(port) if port.isdigit() else NAOQI_PORT
     try:
         times = sorted(connect_time(host, number) for _ in range(ROUND_TRIPS))
     except (socket.gaierror, UnicodeError):
-        cure = f"nobody knows the name '{host}'; press the chest button for the address"
-        yield False, f"robot at {host}:{number}", cure
+        remedy = f"no name server knows '{host}'; press the chest button for the address"
+        yield False, f"robot at {host}:{number}", remedy
         return
     except ConnectionRefusedError:
-        cure = "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead, a Robotino on 80"
-        yield False, f"robot at {host}:{number}", cure
+        remedy = "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead, a Robotino on 80"
+        yield False, f"robot at {host}:{number}", remedy
         return
     except OSError as error:
         yield False, f"robot at {host}:{number}", f"{error}; is it switched on, and in this network? Try:  ping {host}"
@@ -157,20 +161,18 @@ def robot(address: str) -> Iterator[Finding]:
     yield from towards(host, number)
     if number in WEB_PORTS:
         yield from robot_clock(host, number)
-    print(
-        "    On the robot's own computer:  python3 robot_system.py  (copy telepresence/station/robot_computer.py there)"
-    )
+    print("    On the robot's own computer:  python3 robot_computer.py  (copy it there from telepresence/station)")
 
 
 def connect_time(host: str, port: int) -> float:
-    """Seconds that opening a connection takes: one round trip. Raises OSError."""
+    """Return the seconds that opening a connection takes: one round trip. Raises OSError."""
     begin = time.monotonic()
     socket.create_connection((host, port), timeout=3.0).close()
     return time.monotonic() - begin
 
 
 def towards(host: str, port: int) -> Iterator[Finding]:
-    """Which of our addresses the robot sees; ROS nodes elsewhere must be able to call back to ROS_IP."""
+    """Check which of our addresses the robot sees: ROS nodes elsewhere must be able to call back to ROS_IP."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect((host, port))  # a datagram socket sends nothing yet
         ours = probe.getsockname()[0]
@@ -182,7 +184,7 @@ def towards(host: str, port: int) -> Iterator[Finding]:
 
 
 def robot_clock(host: str, port: int) -> Iterator[Finding]:
-    """The robot's clock, by the date of its web server's answer (whole seconds)."""
+    """Check the robot's clock by the date in its web server's answer (whole seconds)."""
     try:
         with urllib.request.urlopen(f"http://{host}:{port}/", timeout=3.0) as answer:
             date = answer.headers.get("Date")

@@ -15,6 +15,7 @@ import threading
 import time
 import xmlrpc.client
 from subprocess import DEVNULL
+from typing import Any
 from urllib.parse import urlparse
 
 from telepresence.station import processes
@@ -88,7 +89,7 @@ class MasterKeeper:
 
     def _remember(self) -> None:
         try:
-            master = master_proxy(self.uri, timeout=1.0)
+            master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
             state = master.getSystemState(CALLER)[2]
             names = {node for group in state for _, nodes in group for node in nodes if not _TOOL.search(node)}
             nodes = {name: master.lookupNode(CALLER, name)[2] for name in names if name != "/rosout"}
@@ -125,7 +126,8 @@ class MasterKeeper:
         while missing and time.monotonic() < deadline and not self._stop.wait(PERIOD):
             for name in list(missing):
                 try:
-                    if master_proxy(self.uri, timeout=1.0).lookupNode(CALLER, name)[0] == 1:
+                    master: Any = master_proxy(self.uri, timeout=1.0)
+                    if master.lookupNode(CALLER, name)[0] == 1:
                         del missing[name]
                 except _ERRORS:
                     return

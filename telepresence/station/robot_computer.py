@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""What a robot's own computer needs from its network and its packages, checked on that computer.
+"""Checks network, packages, disk and clock of a robot's own computer; to be copied there and run there.
 
-    scp telepresence/station/robot_computer.py robotino@ROBOT:   and there:   python3 robot_system.py
+    scp telepresence/station/robot_computer.py robotino@ROBOT:   and there:   python3 robot_computer.py [NAME]
 
-One file without dependencies; Python 3.6 is enough, because a robot's system is as old as the robot.
+NAME is looked up to test the name servers: one of your site where there is no internet. One file without dependencies;
+Python 3.6 is enough, because a robot's system is as old as the robot.
 """
 
 import shutil
@@ -14,23 +15,26 @@ import sys
 from pathlib import Path
 
 HELD = ("rec-rpc", "robotino", "rto")
-"""How the maker's packages begin; an upgrade of the rest must not touch what only the maker's servers have."""
+"""How the vendor's package names begin. Only the vendor's servers have them, so an upgrade must not replace them."""
 LEAST_SPACE = 1 << 30
-EXAMPLE_HOST = "deb.debian.org"
+"""[bytes]"""
+EXAMPLE_HOST = "example.org"
+"""Looked up when no other name is given: it always exists (RFC 2606)."""
 
 
 def main():
+    host = sys.argv[1] if len(sys.argv) > 1 else EXAMPLE_HOST
     well = True
-    for check in (gateway, name_servers, held_packages, disk, clock):
-        for fine, what, cure in check():
-            print(("  ✓ " if fine else "  x ") + what + ("" if fine else "\n      -> " + cure))
+    for findings in (gateway(), name_servers(host=host), held_packages(), disk(), clock()):
+        for fine, what, remedy in findings:
+            print(("  ✓ " if fine else "  x ") + what + ("" if fine else "\n      -> " + remedy))
             well = well and fine
     print("\nBefore any change: an image of the whole disk on a USB disk (clonezilla, dd), restored once to try it.")
     return 0 if well else 1
 
 
 def gateway(route=Path("/proc/net/route")):
-    """A way out of the robot's own network: needed for packages, names and the clock, not for driving."""
+    """Check the default route: packages, names and the clock need it; driving does not."""
     found = None
     for line in route.read_text().splitlines()[1:]:
         words = line.split()
@@ -40,8 +44,8 @@ def gateway(route=Path("/proc/net/route")):
     yield found is not None, what, "sudo ip route add default via ADDRESS-OF-YOUR-ROUTER, and in netplan for good"
 
 
-def name_servers(resolver=Path("/etc/resolv.conf")):
-    """Names can be looked up."""
+def name_servers(resolver=Path("/etc/resolv.conf"), host=EXAMPLE_HOST):
+    """Check that name servers are set and that they know `host`."""
     try:
         lines = resolver.read_text().splitlines()
     except OSError:
@@ -50,23 +54,23 @@ def name_servers(resolver=Path("/etc/resolv.conf")):
     yield (
         bool(servers),
         "name servers: " + (", ".join(servers) or "none"),
-        ("write 'nameserver 9.9.9.9' (or your site's own) into /etc/resolv.conf, or set DNS in netplan"),
+        "write 'nameserver 9.9.9.9' (or your site's own) into /etc/resolv.conf, or set DNS in netplan",
     )
     if servers:
         try:
-            socket.getaddrinfo(EXAMPLE_HOST, 80)
+            socket.getaddrinfo(host, 80)
             resolves = True
         except OSError:
             resolves = False
         yield (
             resolves,
-            f"the name {EXAMPLE_HOST} is known",
-            ("no name server answers: check the gateway, then  ping " + servers[0]),
+            f"the name {host} is known",
+            f"no name server answers: check the gateway, then  ping {servers[0]}",
         )
 
 
 def held_packages(status=None):
-    """The maker's packages stay as they are when the rest is upgraded."""
+    """Check that the vendor's packages are held, so that an upgrade leaves them as they are."""
     if status is None:
         status = _output("dpkg-query", "-W", "-f", "${Package} ${db:Status-Want}\n")
     packages = [line.split() for line in status.splitlines() if line.startswith(HELD)]
@@ -74,33 +78,31 @@ def held_packages(status=None):
     if packages:
         yield (
             not loose,
-            f"{len(packages) - len(loose)} of the maker's packages are held",
-            ("an apt upgrade breaks the robot:  sudo apt-mark hold " + " ".join(loose)),
+            f"{len(packages) - len(loose)} of the vendor's packages are held",
+            "an apt upgrade breaks the robot:  sudo apt-mark hold " + " ".join(loose),
         )
 
 
 def disk(free=None):
-    """Space for logs: a full disk stops the robot's own services."""
+    """Check the space for logs: a full disk stops the robot's own services."""
     free = shutil.disk_usage("/").free if free is None else free
     yield free >= LEAST_SPACE, f"{free / 1e9:.1f} GB free on /", "make room:  sudo journalctl --vacuum-size=100M"
 
 
 def clock(answer=None):
-    """Pictures and commands are compared by their time."""
+    """Check that the clock is synchronised: pictures and commands carry times."""
     if answer is None:
         answer = _output("timedatectl", "show", "-p", "NTPSynchronized", "--value")
     yield (
         answer.strip() == "yes",
         "clock synchronised",
-        (
-            "sudo timedatectl set-ntp true; in a network without internet name the pilot's machine in "
-            "/etc/systemd/timesyncd.conf"
-        ),
+        "sudo timedatectl set-ntp true; in a network without internet name the pilot's machine in "
+        "/etc/systemd/timesyncd.conf",
     )
 
 
 def _output(*argv):
-    """What a program prints; nothing when there is no such program here."""
+    """Return what a program prints; nothing when it is not installed."""
     if shutil.which(argv[0]) is None:
         return ""
     found = subprocess.run(argv, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)

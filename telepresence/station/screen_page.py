@@ -15,7 +15,8 @@ import flask
 
 from telepresence.station.virtual_display import grab
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers, WebServer
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
+from telepresence.web.server import WebServer
 
 PERIOD = 0.1  # seconds between pictures while somebody looks
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Operator's window</title>

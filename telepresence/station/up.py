@@ -18,6 +18,7 @@ import xml.etree.ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
@@ -183,7 +184,8 @@ def require_loopback(settings: dict[str, str], name: str) -> None:
 def require_roscore(uri: str, stop: threading.Event) -> None:
     """Raises RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
     deadline = time.monotonic() + RUN_ID_PATIENCE
-    while master_proxy(uri, timeout=1.0).getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
+    master: Any = master_proxy(uri, timeout=1.0)  # XML-RPC answers have no types
+    while master.getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
         if time.monotonic() > deadline:
             raise RuntimeError(
                 f"the ROS master at {uri} is a bare rosmaster, without the run_id that roscore gives it and that "

@@ -74,10 +74,10 @@ def grab(folder: Path) -> np.ndarray:
 
 def display_answers(name: str | None) -> bool:
     """Whether an X server listens at this value of DISPLAY ("host:number.screen"; no host: this machine)."""
-    host, colon, number = (name or "").rpartition(":")
-    if not colon or not number.split(".")[0].isdigit():
+    host, colon, screen = (name or "").rpartition(":")
+    if not colon or not screen.split(".")[0].isdigit():
         return False
-    number = int(number.split(".")[0])
+    number = int(screen.split(".")[0])
     try:
         if host in ("", "unix"):
             with socket.socket(socket.AF_UNIX) as probe:

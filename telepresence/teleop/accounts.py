@@ -112,9 +112,9 @@ class Users:
         name, password = name.strip()[:LONGEST_NAME], password[:LONGEST_PASSWORD]
         with self._open() as database:
             row = database.execute("SELECT name, role, rank, key, salt FROM users WHERE name = ?", (name,)).fetchone()
-        *fields, salt = row or ("", "", 0, secrets.token_bytes(32), b"a salt for nobody")
+        known, role, rank, key, salt = row or ("", "", 0, secrets.token_bytes(32), b"a salt for nobody")
         # Hashed in every case, or the answer's time would tell which names there are.
-        right = hmac.compare_digest(_hash(password, salt), fields[3]) and row is not None
+        right = hmac.compare_digest(_hash(password, salt), key) and row is not None
         with self._open() as database:
             # Decided in one transaction: tries made at the same moment count one by one.
             database.execute("BEGIN IMMEDIATE")
@@ -126,7 +126,7 @@ class Users:
                 raise UserError(f"Too many wrong tries. '{name}' is locked for {wait} s.")
             if right:
                 database.execute("DELETE FROM tries WHERE name = ?", (name,))
-                return Account(*fields)
+                return Account(known, role, rank, key)
             database.execute("INSERT OR REPLACE INTO tries VALUES (?, ?, ?)", (name, failed + 1, now))
         left = TRIES - failed - 1
         if left == 0:

@@ -20,6 +20,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from telepresence.geometry import ZERO_VELOCITY as ZERO
+from telepresence.geometry import Velocity
+
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
 COMMAND_AGE = 0.3
@@ -39,17 +42,6 @@ MOST_WINDOWS = 32
 NONCE = 16
 """Bytes of a random number, and of a proof."""
 PILOT, WATCHER = "pilot", "watcher"
-
-
-class Velocity(NamedTuple):
-    """Of the robot's base: forward, left [m/s], counter-clockwise [rad/s]."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -297,7 +289,8 @@ class DriveLease:
     def _hand_over(self, window: _Window, to: str, now: float) -> Reply:
         if window is not self._pilot:
             return Reply(False, "You do not have the robot.")
-        takers = [w for w in self._windows.values() if w.node == to] if to else [self._asking] * bool(self._asking)
+        asking = [self._asking] if self._asking else []
+        takers = [w for w in self._windows.values() if w.node == to] if to else asking
         taker = next((w for w in takers if w.proven and now - w.heard <= LEASE), None)
         if taker is None:
             return Reply(False, f"{to or 'Who asked'} is not here any more.")

@@ -16,6 +16,7 @@ import importlib.metadata
 import logging
 import socket
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import aioice.ice
 import aiortc.rtcrtpreceiver
@@ -46,9 +47,8 @@ class PromptJitterBuffer(JitterBuffer):
         frame = super()._remove_frame(sequence_number)
         if frame is not None:
             return frame
-        packets = []
-        for count in range(self._capacity):
-            packet = self._packets[(self._origin + count) % self._capacity]
+        packets: list[Any] = []  # aiortc adds `_data`, which its RtpPacket does not declare
+        for packet in self._in_order():
             if packet is None:
                 return None
             packets.append(packet)
@@ -59,12 +59,18 @@ class PromptJitterBuffer(JitterBuffer):
 
     def _remove_sound(self) -> JitterFrame | None:
         """Every packet of sound is a whole piece (RFC 7587, 4.2)."""
-        present = [n for n in range(self._capacity) if self._packets[(self._origin + n) % self._capacity] is not None]
+        present = [(n, packet) for n, packet in enumerate(self._in_order()) if packet is not None]
         if len(present) <= self._prefetch:
             return None
-        packet = self._packets[(self._origin + present[0]) % self._capacity]
-        self.remove(present[0] + 1)
+        first, packet = present[0]
+        self.remove(first + 1)
         return JitterFrame(packet._data, packet.timestamp)
+
+    def _in_order(self) -> Iterator[Any]:
+        """Yield the packets from the oldest place on, None where one is missing."""
+        if self._origin is not None:  # None before the first packet
+            for count in range(self._capacity):
+                yield self._packets[(self._origin + count) % self._capacity]
 
 
 def release_early() -> bool:
@@ -79,7 +85,8 @@ def release_early() -> bool:
             KNOWN_VERSION,
         )
         return False
-    aiortc.rtcrtpreceiver.JitterBuffer = PromptJitterBuffer
+    # The name by which aiortc's receivers make their buffers.
+    aiortc.rtcrtpreceiver.JitterBuffer = PromptJitterBuffer  # type: ignore[misc]  # a class, replaced on purpose
     return True
 
 
@@ -133,13 +140,13 @@ class NewestPictureTrack(VideoStreamTrack):
         self._with_time = with_time
         self._sequence = 0
         self._origin: float | None = None
-        self._loop = asyncio.get_running_loop()
+        self._event_loop = asyncio.get_running_loop()
         self._news = asyncio.Event()
         source.add_listener(self._notify)
 
     def _notify(self) -> None:  # on the source's thread
         with contextlib.suppress(RuntimeError):  # the loop may have ended since
-            self._loop.call_soon_threadsafe(self._news.set)
+            self._event_loop.call_soon_threadsafe(self._news.set)
 
     async def recv(self) -> av.VideoFrame:
         while True:
@@ -191,4 +198,5 @@ async def drain(track: MediaStreamTrack, take: Callable[[av.VideoFrame], None]) 
             frame = await track.recv()
         except MediaStreamError:
             return
-        take(frame)
+        if isinstance(frame, av.VideoFrame):  # a track that is not decoded would deliver packets
+            take(frame)

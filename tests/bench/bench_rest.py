@@ -20,7 +20,7 @@ from pathlib import Path
 from report import Row, percentile
 
 from telepresence.station import processes
-from telepresence.video.mjpeg import WebServer
+from telepresence.web.server import WebServer
 
 RATE, SECONDS = 300, 30.0
 SAME_SERVER = "constant answer, same server"

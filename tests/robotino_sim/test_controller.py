@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from robotino_sim.controller import CYCLE, DriveController, Odometry, wrap
+from robotino_sim.controller import CYCLE, DriveController, Odometry, wrap_phi
 from robotino_sim.kinematics import body_velocity, motor_speeds
 
 TICKS = 4
@@ -110,7 +110,7 @@ def test_odometry_follows_a_curve(clocked):
     clocked.run(0.4)
     found = clocked.controller.odometry
     assert (found.x, found.y) == pytest.approx((clocked.x, clocked.y), abs=0.01)
-    assert found.phi == pytest.approx(wrap(clocked.theta), abs=1e-6)
+    assert found.phi == pytest.approx(wrap_phi(clocked.theta), abs=1e-6)
 
 
 def test_odometry_counts_its_readings(clocked):
@@ -126,8 +126,8 @@ def test_heading_stays_below_pi(clocked):
 
 
 @pytest.mark.parametrize("angle", [math.pi, -math.pi, 3 * math.pi])
-def test_wrap_prefers_minus_pi(angle):
-    assert wrap(angle) == pytest.approx(-math.pi)
+def test_half_a_turn_is_reported_as_minus_pi(angle):
+    assert wrap_phi(angle) == pytest.approx(-math.pi)
 
 
 def test_wheels_differ_by_seed_and_stay_near_nominal():

@@ -2,8 +2,8 @@ import base64
 
 import pytest
 
-from robotino_sim.json_body import BadRequest
 from robotino_sim.programs import MAX_PROGRAMS, Programs
+from telepresence.web.json_app import BadRequest
 
 
 def program(name="circle.rvwx", data=b"<program/>"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import mujoco
@@ -101,7 +102,7 @@ def _add_leg(spec: mujoco.MjSpec, leg: str, hip: np.ndarray, side: float) -> Non
     )
 
 
-def _add_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, axis: list[int], limits: tuple) -> None:
+def _add_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, axis: list[int], limits: Sequence[float]) -> None:
     body.add_joint(
         name=name,
         axis=axis,

@@ -79,7 +79,7 @@ class GaitController:
         self.walking = False
         self.velocity = np.zeros(3)
         self.feet = STANCE.copy()
-        self.lifted = np.zeros(4, bool)
+        self.lifted: np.ndarray = np.zeros(4, bool)
         self._from = STANCE[:, :2].copy()
         self._lean = 0.0
         self._tilt = (0.0, 0.0)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from telepresence.sim.base import wrap
+from telepresence.geometry import roll_pitch_yaw, wrap_angle
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.walker.body import PREFIX, joint_names, standing_angles
 from telepresence.sim.walker.gait import GAITS, TROT, GaitController
@@ -201,7 +201,7 @@ class Walker:
         """Where the trunk really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             pose = data.qpos[self._pose].tolist()
-        return (*pose[:3], *_roll_pitch_yaw(*pose[3:]))
+        return (*pose[:3], *roll_pitch_yaw(*pose[3:]))
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
@@ -210,7 +210,7 @@ class Walker:
             data.qpos[self._qpos] = self._standing + self._zero_error
             data.ctrl[self._servos] = self._standing + self._zero_error
             self._set_strength(1.0)
-            self._start_yaw = _roll_pitch_yaw(*data.qpos[self._pose][3:].tolist())[2]
+            self._start_yaw = roll_pitch_yaw(*data.qpos[self._pose][3:].tolist()).yaw
         self._gait.reset()
         self._wanted = np.zeros(3)
         self._deadline = self._heard = -math.inf
@@ -246,19 +246,19 @@ class Walker:
             return wanted
         if self._heading is None:
             self._heading = self._yaw
-        wanted[2] = HEADING_GAIN * wrap(self._heading - self._yaw)
+        wanted[2] = HEADING_GAIN * wrap_angle(self._heading - self._yaw)
         return wanted
 
     def _feel(self, data: mujoco.MjData) -> None:
         """Inertial sensor and leg odometry."""
-        roll, pitch, yaw = _roll_pitch_yaw(*data.qpos[self._pose][3:].tolist())
+        roll, pitch, yaw = roll_pitch_yaw(*data.qpos[self._pose][3:].tolist())
         noise = self._rng.standard_normal(2)
         self._since_reset += CYCLE
         self._tilt = (
             roll + float(self._tilt_bias[0] + TILT_NOISE * noise[0]),
             pitch + float(self._tilt_bias[1] + TILT_NOISE * noise[1]),
         )
-        last_yaw, self._yaw = self._yaw, wrap(yaw - self._start_yaw + self._drift * self._since_reset)
+        last_yaw, self._yaw = self._yaw, wrap_angle(yaw - self._start_yaw + self._drift * self._since_reset)
         angles = (data.qpos[self._qpos] - self._zero_error).reshape(4, 3)
         feet = feet_at(angles)
         # A round foot rolls while the leg swings over it.
@@ -271,7 +271,7 @@ class Walker:
         down = self._contacts(data)
         if not down.any():
             return
-        turned = wrap(self._yaw - last_yaw)
+        turned = wrap_angle(self._yaw - last_yaw)
         x, y = feet[down, 0], feet[down, 1]
         dx = float(np.mean(-moved[down, 0] + turned * y))
         dy = float(np.mean(-moved[down, 1] - turned * x))
@@ -299,12 +299,3 @@ class Walker:
     def _contacts(self, data: mujoco.MjData) -> np.ndarray:
         """Which feet touch something, shape (4,) bool."""
         return (data.contact.geom[: data.ncon].reshape(-1, 1) == self._feet).any(axis=0)
-
-
-def _roll_pitch_yaw(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """[rad], of a unit quaternion."""
-    return (
-        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
-        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulated_robot import Movement
@@ -14,6 +12,7 @@ from telepresence.sim.walker.robot import WATCHDOG, Walker
 from telepresence.sim.walker.server import create_app
 from telepresence.sim.web_robot import WebRobot
 from telepresence.sim.world import World
+from telepresence.web.json_app import Application
 
 DEFAULT_PORT = 8090
 DEFAULT_SCENE = "flat"
@@ -73,7 +72,9 @@ class SimulatedWalker(WebRobot):
         )
         self.controls = WalkerControls(self.robot)
 
-    def create_app(self) -> Callable:
+    def create_app(self) -> Application:
+        if self.robot is None:
+            raise RuntimeError("the walker has not entered a world yet")
         return create_app(self.robot)
 
 

@@ -16,8 +16,9 @@ from rto_bringup.onboard.picture_sources import open_source
 
 from telepresence.video.frame_timestamp import read_age
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream
 from telepresence.video.webrtc import with_time
+from telepresence.web.server import WebServer
 
 SIZE = (640, 480)
 QUALITY = 80

@@ -22,7 +22,8 @@ def serve_ours(video: str) -> None:
     from telepresence_1.camera import Camera
     from telepresence_1.page import create_app
 
-    from telepresence.video.mjpeg import MjpegStream, WebServer
+    from telepresence.video.mjpeg import MjpegStream
+    from telepresence.web.server import WebServer
 
     with Camera(video, rate=RATE) as camera:
         stream = MjpegStream(camera.image)

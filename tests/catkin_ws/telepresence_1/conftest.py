@@ -9,7 +9,8 @@ import pytest
 from telepresence_1.page import create_app
 
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import MjpegStream, WebServer
+from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.server import WebServer
 
 
 def jpeg(colour: tuple[int, int, int], width: int = 640, height: int = 480) -> bytes:

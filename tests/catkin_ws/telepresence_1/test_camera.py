@@ -12,7 +12,8 @@ from telepresence_1.camera import Camera, CameraStatus, State
 from telepresence_1.camera_sources import SourceError, open_source
 
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream
+from telepresence.web.server import WebServer
 
 
 def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:

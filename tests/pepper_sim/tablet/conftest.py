@@ -13,7 +13,8 @@ import pytest
 
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream
+from telepresence.web.server import WebServer
 
 Colour = tuple[int, int, int]
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, WebServer
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream
+from telepresence.web.server import WebServer
 
 RED = (255, 0, 0)
 GREEN = (0, 255, 0)

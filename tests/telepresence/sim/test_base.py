@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from telepresence.sim.base import BaseLimits, Braking, PlanarBase, wrap
+from telepresence.geometry import wrap_angle
+from telepresence.sim.base import BaseLimits, Braking, PlanarBase
 from telepresence.sim.scene import RobotModel, build_world
 from telepresence.sim.world import TICK
 
@@ -99,7 +100,7 @@ def test_odometry_follows_truth_on_free_floor():
     x, y, theta = cart.base.odometry
     truth = cart.truth()
     assert (x, y - 1.5) == pytest.approx(truth[:2], abs=0.02)
-    assert wrap(theta - truth[2]) == pytest.approx(0.0, abs=0.03)
+    assert wrap_angle(theta - truth[2]) == pytest.approx(0.0, abs=0.03)
 
 
 def test_odometry_is_not_truth_and_its_error_is_seeded():
@@ -171,10 +172,3 @@ def test_the_order_of_the_actuators_is_checked():
     model = mujoco.MjSpec.from_string(swapped).compile()
     with pytest.raises(ValueError, match="drive_x, drive_y, drive_yaw"):
         PlanarBase(model, "", LIMITS, BRAKING, np.random.default_rng(0))
-
-
-@pytest.mark.parametrize(
-    ("angle", "wrapped"), [(0.0, 0.0), (math.pi, math.pi), (-math.pi, math.pi), (7.0, 7.0 - math.tau)]
-)
-def test_wrap(angle, wrapped):
-    assert wrap(angle) == pytest.approx(wrapped)

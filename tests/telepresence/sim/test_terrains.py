@@ -12,12 +12,12 @@ from pepper_sim.robot import Pepper
 from robotino_sim.models import robotino_model
 from robotino_sim.robot import Robotino
 from telepresence.sim.scene import build_world
-from telepresence.sim.simulated_robot import Pose, read_pose
+from telepresence.sim.simulated_robot import BodyState, read_pose
 
 SPEED = 0.3
 
 
-def drive(kind: str, scene: str, x: float, y: float, distance: float) -> list[Pose]:
+def drive(kind: str, scene: str, x: float, y: float, distance: float) -> list[BodyState]:
     """Poses, ten a second, of a robot that is set down at (x, y) and drives `distance` [m] along x."""
     make, model = {"pepper": (Pepper, pepper_model), "robotino": (Robotino, robotino_model)}[kind]
     world = build_world(scene, [model("r/")])

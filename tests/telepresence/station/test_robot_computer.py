@@ -30,7 +30,17 @@ def test_a_system_without_name_servers_is_told_how_to_get_one(tmp_path):
         assert len(findings) == 1 and not findings[0][0] and "nameserver" in findings[0][2]
 
 
-def test_packages_of_the_maker_that_an_upgrade_would_break_are_named():
+def test_a_name_of_ones_own_is_looked_up(tmp_path, monkeypatch):
+    resolver = tmp_path / "resolv.conf"
+    resolver.write_text("nameserver 192.168.0.1\n")
+    asked = []
+    monkeypatch.setattr(robot_computer.socket, "getaddrinfo", lambda name, port: asked.append(name))
+    assert [fine for fine, _, _ in robot_computer.name_servers(resolver)] == [True, True]
+    assert list(robot_computer.name_servers(resolver, host="printer.lab"))[1][1] == "the name printer.lab is known"
+    assert asked == ["example.org", "printer.lab"]
+
+
+def test_packages_of_the_vendor_that_an_upgrade_would_break_are_named():
     status = "robotino-daemons install\nrobotino-api2 hold\nvim install\n"
     fine, what, cure = next(robot_computer.held_packages(status))
     assert not fine and "1 of" in what and cure.endswith("apt-mark hold robotino-daemons")

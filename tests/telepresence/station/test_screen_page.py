@@ -8,7 +8,8 @@ import pytest
 
 from telepresence.station.screen_page import create_app
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import MjpegStream, WebServer
+from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.server import WebServer
 
 
 @pytest.fixture

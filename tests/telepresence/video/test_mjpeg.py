@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import http.client
-import logging
 import resource
 import select
 import socket
@@ -16,7 +15,8 @@ import pytest
 from flask import Flask, Response, request
 
 from telepresence.video.images import LatestImage
-from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers, WebServer, listener
+from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
+from telepresence.web.server import WebServer, listener
 
 SIZE = 57_000  # bytes of a 640x480 picture at quality 80
 
@@ -364,17 +364,3 @@ def test_a_thousand_connections_that_send_nothing_keep_nobody_out(studio: Studio
         for connection in silent:
             connection.close()
     early.close()
-
-
-def test_a_taken_port_is_named_in_the_error() -> None:
-    with listener("127.0.0.1", 0) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(OSError, match=f"127.0.0.1, port {port}") as caught:
-            listener("127.0.0.1", port)
-    assert caught.value.errno == errno.EADDRINUSE
-
-
-def test_listening_everywhere_is_warned_about(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        WebServer(Flask(__name__), "0.0.0.0").close()
-    assert "every network" in caplog.text

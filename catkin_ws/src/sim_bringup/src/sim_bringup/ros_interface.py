@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from sim_bringup.movement_command import DirectMover, DriverMover, Movements
 from sim_bringup.picture_topics import PictureTopic, from_cameras, from_topic
-from telepresence.sim.simulated_robot import Pose, SimulatedRobot
+from telepresence.sim.simulated_robot import BodyState, SimulatedRobot
 from telepresence.sim.simulation import RobotRequest, Simulation
 from telepresence.video.images import LatestImage
 
@@ -135,7 +135,7 @@ class RobotInterface:
     """What the world tells of one robot, and how it is moved and seen."""
 
     def __init__(self, simulation: Simulation, name: str, robot: SimulatedRobot, wire: RobotTopics) -> None:
-        self._pose: Callable[[], Pose] = lambda: simulation.truth(name)
+        self._pose: Callable[[], BodyState] = lambda: simulation.truth(name)
         self._frame = robot.BASE_FRAME
         self._truth = rospy.Publisher(wire.topic("truth"), Odometry, queue_size=1)
         self._body_state = rospy.Publisher(wire.topic("body_state"), Float32MultiArray, queue_size=1)
@@ -180,7 +180,7 @@ def _keep(source: Callable[[], LatestImage]) -> Callable[[], contextlib.Abstract
     return opened
 
 
-def _odometry(pose: Pose, frame: str) -> Odometry:
+def _odometry(pose: BodyState, frame: str) -> Odometry:
     message = Odometry()
     message.header.stamp = rospy.Time.now()
     message.header.frame_id, message.child_frame_id = "world", frame

@@ -32,7 +32,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
 from telepresence_ros.node import Node
 
-from telepresence.video.mjpeg import MjpegStream, WebServer
+from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.page import create_app
@@ -42,6 +43,7 @@ from telepresence_1.tablet_link import TabletLink, public
 VISIT_PATIENCE = 10.0
 """Seconds after which a tablet that was told to show the page and has not asked for the picture is a problem."""
 STATUS_PERIOD = 1.0
+"""Seconds between two reports."""
 SHUTDOWN_TIMEOUT = 4.0
 """Seconds for `ComCam.close`, twice what it takes."""
 

@@ -43,7 +43,7 @@ def create_app(
     token: str | None = None,
     hosts: Iterable[str] = (),
 ) -> Flask:
-    """The page for the pictures of `stream`; to be answered by `telepresence.video.mjpeg.WebServer`.
+    """The page for the pictures of `stream`; to be answered by `telepresence.web.server.WebServer`.
 
     Args:
         name: Whom the pictures show.

@@ -24,7 +24,8 @@ from telepresence_ros.node import Node
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
-from telepresence.video.mjpeg import MjpegStream, WebServer
+from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.server import WebServer
 from telepresence_1.page import create_app
 from telepresence_1.placeholder_images import draw_notice
 
