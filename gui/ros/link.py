@@ -21,12 +21,13 @@ import rosgraph
 import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from telepresence_ros.master_watch import MasterWatch
 
 from gui.profiles import Profile
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.transforms import Frames
-from telepresence.station.ros_master import MasterWatch, master_proxy
+from telepresence.station.ros_master import master_proxy
 
 log = logging.getLogger(__name__)
 
@@ -117,7 +118,7 @@ class RosNode(QObject):
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        MasterWatch(rospy).start()
+        MasterWatch().start()
         for link in self.links:
             link.advertise()
         self.joined = True

@@ -13,9 +13,9 @@ from __future__ import annotations
 import logging
 
 import rospy
+from telepresence_ros.node import Node
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
-from rto_node.node import RosNode
 from rto_node.robot_sound import RobotSound
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.loudspeaker import Loudspeaker
@@ -27,7 +27,7 @@ class Voice:
     """Joins microphone and loudspeaker with the robot's sound server."""
 
     def __init__(self) -> None:
-        self._node = RosNode("rto_voice")
+        self._node = Node("rto_voice")
         logging.getLogger("aioice").setLevel(logging.WARNING)
         self._levels = (Level(), Level())
         try:

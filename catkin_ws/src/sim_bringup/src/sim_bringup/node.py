@@ -25,14 +25,13 @@ import logging
 import signal
 from collections.abc import Callable
 
-import rosgraph
 import rospy
+from telepresence_ros.node import Node
 
 from sim_bringup.ros_interface import RobotTopics, WorldInterface
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
-from telepresence.station.ros_master import MasterWatch, master_answers
 
 DEFAULT_SCENE = "apartment"
 
@@ -64,11 +63,8 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
     Returns:
         The exit code.
     """
-    uri = rosgraph.get_master_uri()
-    if not master_answers(uri, timeout=2.0):
-        raise SystemExit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-    rospy.init_node(name)
-    signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("the terminal was closed"))
+    node = Node(name)
+    signal.signal(signal.SIGHUP, lambda *_: node.shut_down("the terminal was closed"))
     logging.getLogger("OpenGL").setLevel(logging.WARNING)
     try:
         wishes = robots()
@@ -82,7 +78,6 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
         rospy.logfatal("%s", error)
         return 1
     with simulation:
-        MasterWatch(rospy).start()
         for robot, simulated in simulation.robots.items():
             for url in simulated.urls:
                 rospy.loginfo("simulated %s listens on %s", robot, url)
