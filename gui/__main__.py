@@ -232,7 +232,7 @@ def _close_on_signals(window: QMainWindow) -> QSocketNotifier:
     signal.set_wakeup_fd(writer.fileno())
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, close)
-    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Read, window)
+    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Type.Read, window)
     notifier.activated.connect(lambda: reader.recv(64))
     notifier.sockets = (reader, writer)  # open as long as the notifier lives
     return notifier

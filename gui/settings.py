@@ -30,7 +30,7 @@ class Settings:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._settings = QSettings(str(path), QSettings.IniFormat) if path is not None else None
+        self._settings = QSettings(str(path), QSettings.Format.IniFormat) if path is not None else None
 
     def text(self, name: str, otherwise: str = "") -> str:
         """What was kept under this name."""

@@ -131,18 +131,18 @@ class OperatorWindow(QMainWindow):
         self._fold.setObjectName("foldButton")
         self._fold.setShortcut("F4")
         self._fold.toggled.connect(self.fold_deck)
-        self.deck.setCornerWidget(self._fold, Qt.TopRightCorner)
+        self.deck.setCornerWidget(self._fold, Qt.Corner.TopRightCorner)
         self.deck.tabBarClicked.connect(lambda _index: self._fold.setChecked(False))
-        self.deck.tabBar().setFocusPolicy(Qt.TabFocus)
-        self.cameraChoice.setFocusPolicy(Qt.TabFocus)
+        self.deck.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.cameraChoice.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.tablet.setMinimumSize(160, 100)
         self.tablet.stale_after = float("inf")
         self.tablet.clear(*NO_TABLET)
         self.cameraChoice.hide()
         for button in self.findChildren(QAbstractButton):
-            if button.focusPolicy() == Qt.StrongFocus:
+            if button.focusPolicy() == Qt.FocusPolicy.StrongFocus:
                 # A click must not put the space bar, which stops the robot, on a button.
-                button.setFocusPolicy(Qt.TabFocus)
+                button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.recordButton.ensurePolished()
         self.recordButton.setMinimumWidth(self.recordButton.sizeHint().width())  # its text changes while it records
         self.themeButton.clicked.connect(self.change_theme)
@@ -193,5 +193,5 @@ class OperatorWindow(QMainWindow):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() == QEvent.ActivationChange:
+        if event.type() == QEvent.Type.ActivationChange:
             self.activation_changed.emit(self.isActiveWindow())

@@ -42,7 +42,7 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
         ("F1", help_overlay.toggle),
         ("F6", type_in_terminal),
     ):
-        QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.WindowShortcut)
+        QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.ShortcutContext.WindowShortcut)
     for tab in tabs:
         tab.terminal.stop_typed.connect(stop_all)
         tab.controller.bar.help_wanted.connect(help_overlay.open)

@@ -39,7 +39,7 @@ class SignInPage(QWidget):
     def __init__(self, users: Users, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         uic.loadUi(str(Path(__file__).resolve().with_name("sign_in.ui")), self)
-        self.setAttribute(Qt.WA_StyledBackground)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._users = users
         self.nameField.returnPressed.connect(self.passwordField.setFocus)
         self.passwordField.returnPressed.connect(self.try_in)

@@ -28,7 +28,7 @@ class RobotTabs(QMainWindow):
         self._stack = QStackedWidget()
         self._tabs: list[QTabBar] = []
         for title, page in pages:
-            page.setWindowFlags(Qt.Widget)
+            page.setWindowFlags(Qt.WindowType.Widget)
             self._stack.addWidget(page)
             page.exitButton.clicked.disconnect()
             page.exitButton.clicked.connect(self.close)
@@ -67,7 +67,7 @@ class RobotTabs(QMainWindow):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() == QEvent.ActivationChange:
+        if event.type() == QEvent.Type.ActivationChange:
             for page in self.pages:
                 page.activation_changed.emit(self.isActiveWindow())
 
@@ -75,7 +75,7 @@ class RobotTabs(QMainWindow):
         """A page shows all tabs, its own chosen; a click on another changes the page."""
         bar = QTabBar()
         bar.setObjectName("robotTabs")
-        bar.setFocusPolicy(Qt.TabFocus)
+        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         bar.setExpanding(False)
         for number, title in enumerate(titles, 1):
             bar.setTabToolTip(bar.addTab(title), f"{title} (Ctrl+{number})")

@@ -175,7 +175,7 @@ class Views(QObject):
         video.dragged.connect(drive.drag)
         video.released.connect(drive.release_all)
         video.set_overlay(self._paint_way)
-        video.setCursor(Qt.CrossCursor)
+        video.setCursor(Qt.CursorShape.CrossCursor)
         video.setToolTip("Hold the left button on the floor to drive there")
         drive.target_changed.connect(self._window.around.show_target)
         drive.target_changed.connect(lambda _target: video.update())
@@ -189,7 +189,7 @@ class Views(QObject):
         self._window.feedLabel.setVisible(not self.robot.cameras)
         for name, topic in self.robot.cameras:
             choice.addItem(name, topic)
-            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ToolTipRole)
+            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
         if self.robot.cameras and self._link.feed not in [self._link.resolve(topic) for _, topic in self.robot.cameras]:
             choice.insertItem(0, "Other", self._link.feed)
         choice.setCurrentIndex(0)

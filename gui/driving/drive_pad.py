@@ -60,16 +60,16 @@ MOVES: dict[str, Move] = {
 }
 
 KEYS: dict[int, str] = {
-    Qt.Key_Q: "turn_left",
-    Qt.Key_W: "forward",
-    Qt.Key_E: "turn_right",
-    Qt.Key_A: "left",
-    Qt.Key_S: "backward",
-    Qt.Key_D: "right",
-    Qt.Key_Up: "forward",
-    Qt.Key_Down: "backward",
-    Qt.Key_Left: "turn_left",
-    Qt.Key_Right: "turn_right",
+    Qt.Key.Key_Q: "turn_left",
+    Qt.Key.Key_W: "forward",
+    Qt.Key.Key_E: "turn_right",
+    Qt.Key.Key_A: "left",
+    Qt.Key.Key_S: "backward",
+    Qt.Key.Key_D: "right",
+    Qt.Key.Key_Up: "forward",
+    Qt.Key.Key_Down: "backward",
+    Qt.Key.Key_Left: "turn_left",
+    Qt.Key.Key_Right: "turn_right",
 }
 
 
@@ -96,7 +96,7 @@ class DrivePad(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setFocusPolicy(Qt.ClickFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.speed, self.turn = SPEED, TURN
         self._pressed: dict[object, str] = {}
         self._lifted: set[int] = set()
@@ -118,7 +118,7 @@ class DrivePad(QFrame):
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
         self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._send)
         self._bounce = QTimer(self, interval=BOUNCE, singleShot=True)
         self._bounce.timeout.connect(self._release_lifted)
@@ -153,11 +153,14 @@ class DrivePad(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
-        if kind in (QEvent.KeyPress, QEvent.KeyRelease):
+        if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             # The release of a held key counts wherever the keyboard has gone meanwhile.
-            ends = kind == QEvent.KeyRelease and event.key() in self._pressed
+            ends = kind == QEvent.Type.KeyRelease and event.key() in self._pressed
             return (self._is_for_us(watched) or ends) and self._take_key(event)
-        if kind in (QEvent.WindowDeactivate, QEvent.WindowBlocked, QEvent.Hide) and watched is self.window():
+        if (
+            kind in (QEvent.Type.WindowDeactivate, QEvent.Type.WindowBlocked, QEvent.Type.Hide)
+            and watched is self.window()
+        ):
             self.release_all()
         return False
 
@@ -173,8 +176,8 @@ class DrivePad(QFrame):
 
     def _take_key(self, event: QKeyEvent) -> bool:
         """True when the key means something here, and so nothing elsewhere."""
-        if event.key() == Qt.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
-            if event.type() == QEvent.KeyPress and not event.isAutoRepeat():
+        if event.key() == Qt.Key.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
+            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._press_stop()
             return True
         name = KEYS.get(event.key())
@@ -182,12 +185,14 @@ class DrivePad(QFrame):
             return False
         if event.isAutoRepeat():
             return True
-        if event.type() == QEvent.KeyRelease:
+        if event.type() == QEvent.Type.KeyRelease:
             self._lifted.add(event.key())
             self._bounce.start()
         elif event.key() in self._lifted:
             self._lifted.remove(event.key())
-        elif not event.modifiers() & (Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier):
+        elif not event.modifiers() & (
+            Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.MetaModifier
+        ):
             self._press(event.key(), name)
         return True
 
@@ -228,7 +233,7 @@ class DrivePad(QFrame):
     def _make_cap(self, text: str, tip: str) -> QPushButton:
         cap = QPushButton(text, self)
         cap.setToolTip(tip)
-        cap.setFocusPolicy(Qt.NoFocus)
+        cap.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         cap.setProperty("kind", "cap")
         return cap
 

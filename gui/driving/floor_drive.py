@@ -80,7 +80,7 @@ class FloorDrive(QObject):
         self._blocked_since = math.inf
         self._blocked_told = False
         self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._step)
 
     @property

@@ -36,7 +36,7 @@ def paint_way(
         radius: Of the robot [m].
         tone: Name of the theme's colour.
     """
-    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     here, there = np.array(start, float), np.array(target, float)
     length = float(np.linalg.norm(there - here))
     if length > 1e-3:
@@ -53,6 +53,6 @@ def paint_way(
         pixel_of(view, *(there + ARRIVED * np.array((math.cos(turn), math.sin(turn)))))
         for turn in np.linspace(0.0, math.tau, 32)
     ]
-    painter.setPen(QPen(Qt.white, 2.0))
+    painter.setPen(QPen(Qt.GlobalColor.white, 2.0))
     painter.setBrush(theme.colour(tone, 0.55))
     painter.drawPolygon(QPolygonF([place(*pixel) for pixel in ring if pixel]))

@@ -86,7 +86,7 @@ class Gamepad(QObject):
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
         self._timer = QTimer(self, interval=PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._search = QTimer(self, interval=LOOK_PERIOD)
         self._search.timeout.connect(self._poll)
@@ -160,7 +160,7 @@ class Gamepad(QObject):
                 log.debug("no gamepad at %s: %s", path, error)
                 continue
             self._search.stop()
-            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Read, self)
+            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Type.Read, self)
             self._notifier.activated.connect(self._on_events)
             layout = layout_of(self._device.axis_codes, self._device.button_codes)
             self._begin(self._device.name or "Gamepad", layout)

@@ -33,15 +33,21 @@ class GamepadView(QFrame):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         state = self._state
         area = QRectF(self.rect()).adjusted(10.0, 8.0, -10.0, -8.0)
         painter.setPen(theme.colour("text"))
-        painter.drawText(area, Qt.AlignLeft | Qt.AlignTop, state.name if state else TITLE)
+        painter.drawText(area, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, state.name if state else TITLE)
         painter.setPen(theme.colour("good" if state and state.driving else "quiet"))
-        painter.drawText(area.adjusted(0, 18, 0, 0), Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap, self._note())
+        painter.drawText(
+            area.adjusted(0, 18, 0, 0),
+            Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap,
+            self._note(),
+        )
         painter.setPen(theme.colour("quiet"))
-        painter.drawText(area, Qt.AlignLeft | Qt.AlignBottom | Qt.TextWordWrap, KEYS)
+        painter.drawText(
+            area, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap, KEYS
+        )
         if state is None:
             return
         radius = max(18.0, min(40.0, (area.height() - 80.0) / 2.0))
@@ -66,14 +72,14 @@ class GamepadView(QFrame):
         painter.drawEllipse(centre, radius, radius)
         # Left and up are positive.
         knob = centre - QPointF(_at(self._state.axes, horizontal), _at(self._state.axes, vertical)) * (radius - 8.0)
-        painter.setPen(Qt.NoPen)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("accent" if self._state.driving else "quiet"))
         painter.drawEllipse(knob, 8.0, 8.0)
 
     def _paint_cross(self, painter: QPainter, centre: QPointF) -> None:
         left, up = _at(self._state.axes, self._state.layout.hat_x), _at(self._state.axes, self._state.layout.hat_y)
         for dx, dy, on in ((-1, 0, left > 0.5), (1, 0, left < -0.5), (0, -1, up > 0.5), (0, 1, up < -0.5)):
-            painter.setPen(Qt.NoPen)
+            painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(theme.colour("accent" if on else "line"))
             painter.drawRoundedRect(QRectF(centre.x() + 13 * dx - 6, centre.y() + 13 * dy - 6, 12, 12), 3, 3)
 
@@ -84,11 +90,11 @@ class GamepadView(QFrame):
             if x + 26.0 > right:
                 x, y = corner.x(), y + 26.0
             box = QRectF(x, y, 24.0, 22.0)
-            painter.setPen(Qt.NoPen)
+            painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(theme.colour("accentfill" if down else "line"))
             painter.drawRoundedRect(box, 5.0, 5.0)
             painter.setPen(QColor("#ffffff") if down else theme.colour("text"))
-            painter.drawText(box, Qt.AlignCenter, names.get(number, str(number)))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, names.get(number, str(number)))
             x += 28.0
 
 

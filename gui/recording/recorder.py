@@ -67,7 +67,7 @@ class Recorder(QObject):
         self._bag = self._folder / f"{name}.bag"
         self._asked_to_end = False
         self._process = QProcess(self)
-        self._process.setProcessChannelMode(QProcess.MergedChannels)
+        self._process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         self._process.finished.connect(self._on_recorded)
         # The kernel asks it to end when this process dies, however that happens.
         words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
@@ -78,7 +78,7 @@ class Recorder(QObject):
         """Close the bag; `finished` and `reported` follow."""
         if self._process is not None and not self._asked_to_end:
             self._asked_to_end = True
-            if self._process.state() == QProcess.Running:
+            if self._process.state() == QProcess.ProcessState.Running:
                 os.kill(self._process.processId(), signal.SIGINT)
 
     def close(self) -> None:
@@ -105,7 +105,7 @@ class Recorder(QObject):
 
     def _write_report(self, bag: Path) -> None:
         self._report = QProcess(self)
-        self._report.setProcessChannelMode(QProcess.MergedChannels)
+        self._report.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         self._report.finished.connect(lambda code: self._on_reported(code, bag))
         self._report.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
         self._report.start(sys.executable, ["-m", "gui.recording.session_report", str(bag)])

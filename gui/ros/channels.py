@@ -96,7 +96,7 @@ class Channel(QObject):
         self._lock = threading.Lock()
         self._waiting: tuple[object, float] | None = None
         self._complaint = ""
-        self._posted.connect(self._deliver, Qt.QueuedConnection)
+        self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def post(self, message: object) -> None:
         """A message has come; from any thread."""

@@ -164,8 +164,8 @@ class RosLink(QObject):
         self._unknown: set[str] = set()
         self._frames = Frames(profile.namespace, _subscribe_all)
         self._open = True
-        self._looked.connect(self._on_polled, Qt.QueuedConnection)
-        self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
+        self._looked.connect(self._on_polled, Qt.ConnectionType.QueuedConnection)
+        self._answered.connect(lambda then, answer: then(answer), Qt.ConnectionType.QueuedConnection)
         for channel in self._channels.values():
             channel.trouble.connect(self.trouble)
         node.links.append(self)

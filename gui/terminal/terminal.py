@@ -53,7 +53,7 @@ class TerminalView(QFrame):
     def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
         """`name` tells it from other terminals of this process."""
         super().__init__(parent)
-        self.setFocusPolicy(Qt.NoFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
         self._guard: subprocess.Popen | None = None
@@ -68,8 +68,8 @@ class TerminalView(QFrame):
         self._worker.start()
 
         self._container = QWidget()
-        self._container.setAttribute(Qt.WA_DontCreateNativeAncestors)
-        self._container.setAttribute(Qt.WA_NativeWindow)
+        self._container.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
+        self._container.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
         self._cover = _Cover()
         self._cover.clicked.connect(self.start)
         self._layout = QStackedLayout(self)
@@ -115,13 +115,13 @@ class TerminalView(QFrame):
             return
         for key in (_LEAVE_KEY, _STOP_KEY):
             self._host.keep_key(key)
-        self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Read, self)
+        self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Type.Read, self)
         self._clicks.activated.connect(self._on_x_event)
         self._wants_keyboard = self.isVisible()
         self._guard = self._guard or self._tmux.start_guard()
         self._xterm = QProcess(self)
         self._xterm.setProcessEnvironment(_process_environment())
-        self._xterm.setProcessChannelMode(QProcess.ForwardedChannels)
+        self._xterm.setProcessChannelMode(QProcess.ProcessChannelMode.ForwardedChannels)
         self._xterm.finished.connect(self._on_ended)
         program, *arguments = self._xterm_command()
         self._xterm.start(program, arguments)
@@ -217,12 +217,12 @@ class TerminalView(QFrame):
         """Notice who has the keyboard. Qt does not: a child of its window got it, so for Qt nothing has changed."""
         kind = event.type()
         if self._guest is not None and isinstance(watched, QWidget) and watched.window() is self.window():
-            if kind == QEvent.WindowActivate and self._wants_keyboard and self.isVisible():
+            if kind == QEvent.Type.WindowActivate and self._wants_keyboard and self.isVisible():
                 self.take_keyboard()
-            elif kind in (QEvent.WindowActivate, QEvent.WindowDeactivate):
+            elif kind in (QEvent.Type.WindowActivate, QEvent.Type.WindowDeactivate):
                 self._host.raise_shield()
                 self._set_keyboard(False)
-            elif kind == QEvent.MouseButtonPress:
+            elif kind == QEvent.Type.MouseButtonPress:
                 self.give_keyboard_back()
         return super().eventFilter(watched, event)
 
@@ -276,7 +276,7 @@ class _Cover(QLabel):
     def __init__(self) -> None:
         super().__init__("")
         self.setObjectName("terminalCover")
-        self.setAlignment(Qt.AlignCenter)
+        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setWordWrap(True)
 
     def say(self, text: str) -> None:

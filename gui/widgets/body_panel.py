@@ -58,7 +58,7 @@ class BodyPanel(QFrame):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         lines = self.lines()
         row = 17.0
         text_height = row * len(lines)
@@ -71,9 +71,9 @@ class BodyPanel(QFrame):
         for index, (name, value) in enumerate(lines):
             box = QRectF(2.0, top + index * row, self.width() - 4.0, row)
             painter.setPen(theme.colour("quiet"))
-            painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, name)
+            painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
             painter.setPen(theme.colour("text"))
-            painter.drawText(box, Qt.AlignRight | Qt.AlignVCenter, value)
+            painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value)
 
     def _paint_horizon(self, painter: QPainter, centre: QPointF, radius: float, known: bool) -> None:
         painter.save()
@@ -97,13 +97,13 @@ class BodyPanel(QFrame):
                 y = drop - math.radians(degrees) / FULL_SCALE * radius
                 painter.drawLine(QPointF(-0.25 * radius, y), QPointF(0.25 * radius, y))
             painter.restore()
-            painter.setPen(QPen(theme.colour("accent"), 2.5, Qt.SolidLine, Qt.RoundCap))
+            painter.setPen(QPen(theme.colour("accent"), 2.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
             painter.drawLine(QPointF(-0.6 * radius, 0), QPointF(-0.2 * radius, 0))
             painter.drawLine(QPointF(0.2 * radius, 0), QPointF(0.6 * radius, 0))
             painter.drawEllipse(QPointF(0, 0), 2.0, 2.0)
         painter.restore()
         painter.setPen(QPen(theme.colour("line"), 1.5))
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(centre, radius, radius)
 
 

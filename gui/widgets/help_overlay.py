@@ -61,7 +61,7 @@ class HelpOverlay(QFrame):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setFocusPolicy(Qt.StrongFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Keys and help")
         self.setProperty(KEEPS_KEYS, True)
         card = QFrame()
@@ -76,9 +76,9 @@ class HelpOverlay(QFrame):
                 column.addLayout(_section(title, rows))
             column.addStretch(1)
             columns.addLayout(column)
-        columns.addWidget(KeyLegend(), 0, Qt.AlignTop)
+        columns.addWidget(KeyLegend(), 0, Qt.AlignmentFlag.AlignTop)
         around = QVBoxLayout(self)
-        around.addWidget(card, 0, Qt.AlignCenter)
+        around.addWidget(card, 0, Qt.AlignmentFlag.AlignCenter)
         self._before: QWidget | None = None
         parent.installEventFilter(self)
         self.hide()
@@ -105,7 +105,7 @@ class HelpOverlay(QFrame):
             self.open()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Resize and self.isVisible():
+        if event.type() == QEvent.Type.Resize and self.isVisible():
             self.setGeometry(self.parentWidget().rect())
         return False
 
@@ -130,7 +130,7 @@ def _section(title: str, rows: tuple[tuple[str, str], ...]) -> QGridLayout:
     for row, (keys, what) in enumerate(rows, start=1):
         cap = QLabel(keys)
         cap.setProperty("kind", "legend")
-        cap.setAlignment(Qt.AlignCenter)
+        cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
         grid.addWidget(cap, row, 0)
         grid.addWidget(QLabel(what), row, 1)
     return grid

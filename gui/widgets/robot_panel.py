@@ -36,7 +36,7 @@ class RobotPanel(QFrame):
         self._speech, self._postures = QWidget(), QWidget()
         self._nothing = QLabel("This robot neither speaks nor takes postures.")
         self._nothing.setProperty("role", "note")
-        self._nothing.setAlignment(Qt.AlignCenter)
+        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
 
         speech = QVBoxLayout(self._speech)
         speech.setContentsMargins(0, 0, 0, 0)
@@ -80,7 +80,7 @@ class RobotPanel(QFrame):
             item.widget().deleteLater()
         for index, (name, title) in enumerate(postures):
             button = QPushButton(title)
-            button.setFocusPolicy(Qt.TabFocus)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.setObjectName(f"posture_{name}")
             button.clicked.connect(lambda _checked, name=name: self.posture.emit(name))
             self._grid.addWidget(button, index // COLUMNS, index % COLUMNS)

@@ -123,7 +123,7 @@ class SensorView(QFrame):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         side = min(self.width(), self.height()) - 2.0
         self._scale = (side / 2 - RING_WIDTH) / self._reach
         centre = QPointF(self.width() / 2, self.height() / 2)
@@ -148,7 +148,7 @@ class SensorView(QFrame):
 
     def _paint_grid(self, painter: QPainter) -> None:
         step = next((step for step in (0.25, 0.5, 1.0, 2.0) if self._reach / step <= 4.0), 2.0)
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         font = painter.font()
         font.setPixelSize(10)
         painter.setFont(font)
@@ -158,7 +158,9 @@ class SensorView(QFrame):
             painter.drawEllipse(QPointF(0, 0), radius, radius)
             painter.setPen(theme.colour("faint"))
             at = QPointF(-radius * math.sin(2.5), -radius * math.cos(2.5))
-            painter.drawText(QRectF(at.x() - 24, at.y() - 7, 48, 14), Qt.AlignCenter, f"{number * step:g} m")
+            painter.drawText(
+                QRectF(at.x() - 24, at.y() - 7, 48, 14), Qt.AlignmentFlag.AlignCenter, f"{number * step:g} m"
+            )
         painter.setPen(QPen(theme.colour("grid"), 1.0))
         far = self._reach * self._scale
         painter.drawLine(QPointF(0, -far), QPointF(0, far))
@@ -169,7 +171,15 @@ class SensorView(QFrame):
             return
         at = self._to_base(np.array([*self._trail, (self._body.x, self._body.y)]))
         line = QPolygonF([self._px(x, y) for x, y in at])
-        painter.setPen(QPen(theme.colour("trail", 0.55), 2.0, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin))
+        painter.setPen(
+            QPen(
+                theme.colour("trail", 0.55),
+                2.0,
+                Qt.PenStyle.SolidLine,
+                Qt.PenCapStyle.RoundCap,
+                Qt.PenJoinStyle.RoundJoin,
+            )
+        )
         painter.drawPolyline(line)
 
     def _paint_cones(self, painter: QPainter) -> None:
@@ -182,11 +192,11 @@ class SensorView(QFrame):
             middle, radius = self._px(cone.x, cone.y), seen * self._scale
             box = QRectF(middle.x() - radius, middle.y() - radius, 2 * radius, 2 * radius)
             start = 90.0 + math.degrees(cone.bearing - cone.width / 2)
-            painter.setPen(Qt.NoPen)
+            painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(tone)
             painter.drawPie(box, round(start * 16), round(math.degrees(cone.width) * 16))
             if hit:
-                painter.setBrush(Qt.NoBrush)
+                painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(theme.colour("sonar"), 2.0))
                 painter.drawArc(box, round(start * 16), round(math.degrees(cone.width) * 16))
 
@@ -201,12 +211,12 @@ class SensorView(QFrame):
                 painter.setPen(QPen(theme.colour("infrared", 0.9 if hit else 0.25), 3.0 if hit else 2.0))
                 painter.drawLine(self._px(x, y), end)
                 if hit:
-                    painter.setPen(Qt.NoPen)
+                    painter.setPen(Qt.PenStyle.NoPen)
                     painter.setBrush(theme.colour("infrared"))
                     painter.drawEllipse(end, 3.5, 3.5)
 
     def _paint_points(self, painter: QPainter) -> None:
-        painter.setPen(Qt.NoPen)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("laser"))
         for points in self._fresh(self._points):
             for x, y in points.at:
@@ -223,7 +233,7 @@ class SensorView(QFrame):
         painter.drawPath(self._shape)
         painter.restore()
         nose = 0.38 * self._radius
-        painter.setPen(Qt.NoPen)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("accent"))
         tip = [self._px(nose, 0), self._px(-0.1 * nose, 0.55 * nose), self._px(0.1 * nose, 0)]
         painter.drawPolygon(QPolygonF([*tip, self._px(-0.1 * nose, -0.55 * nose)]))
@@ -233,8 +243,8 @@ class SensorView(QFrame):
             return
         radius = self._radius * self._scale + 4.0
         box = QRectF(-radius, -radius, 2 * radius, 2 * radius)
-        painter.setBrush(Qt.NoBrush)
-        painter.setPen(QPen(theme.colour("blocked"), 6.0, Qt.SolidLine, Qt.FlatCap))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(theme.colour("blocked"), 6.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
         for name in self._bumpers.pressed:
             if name in _BUMPERS:
                 painter.drawArc(box, round((90.0 + _BUMPERS[name] - 35.0) * 16), 70 * 16)
@@ -248,7 +258,7 @@ class SensorView(QFrame):
             return
         bearing = safety.sector * math.tau / SECTORS
         near, far = self._radius, self._radius + safety.gap
-        painter.setPen(QPen(theme.colour("bad"), 1.5, Qt.DashLine))
+        painter.setPen(QPen(theme.colour("bad"), 1.5, Qt.PenStyle.DashLine))
         painter.drawLine(
             self._px(near * math.cos(bearing), near * math.sin(bearing)),
             self._px(far * math.cos(bearing), far * math.sin(bearing)),
@@ -260,7 +270,7 @@ class SensorView(QFrame):
         if safety is None:
             return
         vx, vy, wz = safety.given
-        painter.setPen(QPen(theme.colour("accent"), 3.0, Qt.SolidLine, Qt.RoundCap))
+        painter.setPen(QPen(theme.colour("accent"), 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         speed = math.hypot(vx, vy)
         if speed > 0.005:
             start = self._radius / speed
@@ -271,14 +281,14 @@ class SensorView(QFrame):
         if abs(wz) > 0.01:
             radius = self._radius * self._scale * 0.75
             box = QRectF(-radius, -radius, 2 * radius, 2 * radius)
-            painter.setBrush(Qt.NoBrush)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawArc(box, 90 * 16, round(math.degrees(wz) * 16))
 
     def _paint_target(self, painter: QPainter) -> None:
         if self._target is None or self._body is None:
             return
         at = self._px(*self._to_base(np.array([self._target]))[0])
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(theme.colour("accent"), 2.0))
         painter.drawEllipse(at, 6.0, 6.0)
         painter.drawLine(self._px(0, 0), at)
@@ -287,14 +297,16 @@ class SensorView(QFrame):
         safety = self._fresh_safety()
         middle = radius - RING_WIDTH / 2
         box = QRectF(-middle, -middle, 2 * middle, 2 * middle)
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         width = 360.0 / SECTORS
         if safety is None:
             painter.setPen(QPen(theme.colour("line"), RING_WIDTH - 3.0))
             painter.drawEllipse(box)
             return
         for sector, speed in enumerate(safety.allowed):
-            painter.setPen(QPen(self.ring_colour(float(speed)), RING_WIDTH - 2.0, Qt.SolidLine, Qt.FlatCap))
+            painter.setPen(
+                QPen(self.ring_colour(float(speed)), RING_WIDTH - 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+            )
             start = 90.0 + (sector - 0.5) * width
             painter.drawArc(box, round((start + 0.4) * 16), round((width - 0.8) * 16))
 
@@ -333,7 +345,7 @@ def _shape_of(outline: Outline) -> QPainterPath:
     path.addPolygon(QPolygonF([QPointF(x, y) for x, y in (*outline.vertices, outline.vertices[0])]))
     around = QPainterPathStroker()
     around.setWidth(2.0 * outline.radius)
-    around.setJoinStyle(Qt.RoundJoin)
-    around.setCapStyle(Qt.RoundCap)
+    around.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    around.setCapStyle(Qt.PenCapStyle.RoundCap)
     around.setCurveThreshold(0.001)
     return path.united(around.createStroke(path)).simplified()

@@ -27,7 +27,7 @@ class LevelMeter(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._level, self._at = QUIETEST, 0.0
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._fade = QTimer(self, interval=60)
         self._fade.timeout.connect(self.update)
         self._fade.timeout.connect(lambda: self._fade.stop() if self.level() <= QUIETEST else None)
@@ -49,8 +49,8 @@ class LevelMeter(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
-        painter.setPen(Qt.NoPen)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("sunken"))
         box = QRectF(0.0, self.height() / 2 - 4.0, float(self.width()), 8.0)
         painter.drawRoundedRect(box, 4.0, 4.0)
@@ -71,8 +71,8 @@ class DeviceChoice(QComboBox):
         self._fixed = {"auto": f"Usual {what}", "none": f"No {what}"}
         self._shown: tuple[tuple[str, ...], str] | None = None
         self.setAccessibleName(what.capitalize())
-        self.setFocusPolicy(Qt.TabFocus)
-        self.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(SHORTEST_NAME)
         self.activated.connect(lambda index: self.chosen.emit(self.itemData(index)))
 
@@ -83,7 +83,7 @@ class DeviceChoice(QComboBox):
             self.clear()
             for name in dict.fromkeys((*self._fixed, *names, current)):
                 self.addItem(self._fixed.get(name, name), name)
-                self.setItemData(self.count() - 1, name, Qt.ToolTipRole)
+                self.setItemData(self.count() - 1, name, Qt.ItemDataRole.ToolTipRole)
         self.setCurrentIndex(self.findData(current))
         self.setToolTip(self.currentText())
 

@@ -23,15 +23,15 @@ class StatusBar(QFrame):
         layout.setSpacing(8)
         self._message = QLabel()
         self._message.setObjectName("message")
-        self._message.setTextFormat(Qt.PlainText)
+        self._message.setTextFormat(Qt.TextFormat.PlainText)
         # A long message is cut to the room there is, instead of widening the window.
-        self._message.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        self._message.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout.addWidget(self._message, 1)
         self._chips: dict[str, QLabel] = {}
         for name in CHIPS:
             chip = QLabel()
             chip.setProperty("kind", "chip")
-            layout.addWidget(chip, 0, Qt.AlignVCenter)
+            layout.addWidget(chip, 0, Qt.AlignmentFlag.AlignVCenter)
             self._chips[name] = chip
 
     @property
@@ -65,7 +65,9 @@ class StatusBar(QFrame):
 
     def _fit(self) -> None:
         metrics = QFontMetrics(self._message.font())
-        self._message.setText(metrics.elidedText(self._text, Qt.ElideRight, max(0, self._message.width() - 4)))
+        self._message.setText(
+            metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, max(0, self._message.width() - 4))
+        )
 
 
 def _restyle(label: QLabel, level: str) -> None:
