@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from PyQt5.QtCore import QSocketNotifier, QTimer
+from PyQt5.QtCore import QObject, QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
@@ -30,7 +30,7 @@ from gui.profiles import PROFILES
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
-from gui.window import themes
+from gui.window import OperatorWindow, themes
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
@@ -64,12 +64,13 @@ def main(argv: list[str] | None = None) -> int:
     node = RosNode()
     tabs = make_tabs(node, arguments, settings)
     if len(tabs) == 1:
-        window = tabs[0].window
+        window: OperatorWindow | RobotTabs = tabs[0].window
+        front = lambda: tabs[0]  # noqa: E731
     else:
-        window = RobotTabs([(tab.title, tab.window) for tab in tabs])
-        window.changed.connect(lambda chosen: [tab.set_in_front(index == chosen) for index, tab in enumerate(tabs)])
-        for tab in tabs[1:]:
-            tab.set_in_front(False)
+        window = together = RobotTabs([(tab.title, tab.window) for tab in tabs])
+        front = lambda: tabs[together.current]  # noqa: E731
+        together.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
+        _bring_to_front(tabs, 0)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     for tab in tabs:
         tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
@@ -82,7 +83,7 @@ def main(argv: list[str] | None = None) -> int:
     signals = _close_on_signals(window)
     window.show_on_screen()
     settings.restore_window(window)
-    add_shortcuts(window, tabs, lambda: tabs[0] if len(tabs) == 1 else tabs[window.current])
+    add_shortcuts(window, tabs, front)
     # On the screen first: the terminal opens its window in this one.
     users = Users(arguments.users) if arguments.sign_in else None
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
@@ -193,7 +194,9 @@ def display_problem(environment: Mapping[str, str]) -> str | None:
 
 def save_screenshot(window: QMainWindow, path: Path) -> None:
     """Save what the screen shows of the window, terminal included."""
-    picture = window.screen().grabWindow(int(window.winId()))
+    screen = window.screen()
+    assert screen is not None  # the window is shown on it
+    picture = screen.grabWindow(int(window.winId()))  # type: ignore[arg-type]
     if picture.save(str(path)):
         print(f"Saved a picture of the window as {path}", flush=True)
     else:
@@ -209,6 +212,11 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
+def _bring_to_front(tabs: list[RobotTab], chosen: int) -> None:
+    for index, tab in enumerate(tabs):
+        tab.set_in_front(index == chosen)
+
+
 def _print_message(title: str, text: str, level: str) -> None:
     print(f"{time.strftime('%H:%M:%S')} {title}, {level}: {text}", flush=True)
 
@@ -218,23 +226,32 @@ def _end_by_ros(window: QMainWindow, reason: str) -> None:
     window.close()
 
 
+class _SignalNotifier(QSocketNotifier):
+    """Lets Python's signal handlers run: Python calls them between its own instructions, which Qt's loop does not
+    execute until the byte that every signal writes into a socket wakes it."""
+
+    def __init__(self, parent: QObject) -> None:
+        self._reader, self._writer = socket.socketpair()
+        for end in (self._reader, self._writer):
+            end.setblocking(False)
+        super().__init__(self._reader.fileno(), QSocketNotifier.Type.Read, parent)  # type: ignore[arg-type]
+        signal.set_wakeup_fd(self._writer.fileno())
+        self.activated.connect(self._drain)
+
+    def _drain(self) -> None:
+        self._reader.recv(64)
+
+
 def _close_on_signals(window: QMainWindow) -> QSocketNotifier:
-    """Close the window on SIGINT, SIGTERM and SIGHUP. Python runs a handler only between its own instructions, which
-    Qt's loop does not execute; a byte in a socket wakes it."""
+    """Close the window on SIGINT, SIGTERM and SIGHUP."""
 
     def close(_signal: int, _frame: FrameType | None) -> None:
         # On the event loop: before it runs, closing would be forgotten.
-        QTimer.singleShot(0, window.close)
+        QTimer.singleShot(0, window.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
 
-    reader, writer = socket.socketpair()
-    for end in (reader, writer):
-        end.setblocking(False)
-    signal.set_wakeup_fd(writer.fileno())
+    notifier = _SignalNotifier(window)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, close)
-    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Type.Read, window)
-    notifier.activated.connect(lambda: reader.recv(64))
-    notifier.sockets = (reader, writer)  # open as long as the notifier lives
     return notifier
 
 

@@ -49,23 +49,34 @@ def style_sheet(theme: str) -> str:
     return re.sub(r"@(\w+)", colour_of, (_FOLDER / "window.qss").read_text(encoding="utf-8"))
 
 
+def application() -> QApplication:
+    """Return the running application.
+
+    Raises:
+        RuntimeError: None has been made yet.
+    """
+    found = QApplication.instance()
+    if not isinstance(found, QApplication):
+        raise RuntimeError("there is no QApplication yet")
+    return found
+
+
 def apply(theme: str) -> None:
     """Dress the whole application; widgets that paint themselves paint anew.
 
     Raises:
         ValueError: There is no such theme.
     """
-    application = QApplication.instance()
     sheet = style_sheet(theme)
-    application.setProperty(_PROPERTY, theme)
-    application.setStyleSheet(sheet)
-    for widget in application.allWidgets():
+    application().setProperty(_PROPERTY, theme)
+    application().setStyleSheet(sheet)
+    for widget in application().allWidgets():
         widget.update()
 
 
 def current() -> str:
     """The theme that `apply` was last called with."""
-    return QApplication.instance().property(_PROPERTY) or DEFAULT
+    return application().property(_PROPERTY) or DEFAULT
 
 
 def colour(name: str, alpha: float = 1.0) -> QColor:

@@ -51,13 +51,17 @@ NO_TABLET = (
 )
 LARGEST = 0.9
 """Share of a large screen that the window takes at first."""
+UNLIMITED = 16777215
+"""QWIDGETSIZE_MAX of Qt: no limit to a widget's height [px]."""
 TITLE_BAR = 30
 """Rows that a window manager may take for a title, at most."""
 
 
 def place_on_screen(window: QMainWindow) -> None:
     """See `OperatorWindow.show_on_screen`."""
-    available = window.screen().availableGeometry()
+    screen = window.screen()
+    assert screen is not None  # there is one before there is a window
+    available = screen.availableGeometry()
     window.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
     window.move(available.center() - window.rect().center())
     if available.height() < SIZE.height() + TITLE_BAR:
@@ -117,7 +121,9 @@ class OperatorWindow(QMainWindow):
         super().__init__()
         uic.loadUi(str(_HERE / "window.ui"), self)
         self.terminal = terminal
-        self.terminalFrame.layout().addWidget(terminal)
+        frame_layout, tab_bar = self.terminalFrame.layout(), self.deck.tabBar()
+        assert frame_layout is not None and tab_bar is not None  # window.ui makes both
+        frame_layout.addWidget(terminal)
         for splitter, sizes in (
             (self.columns, [SIZE.width() - SIDE_WIDTH - 36, SIDE_WIDTH]),
             (self.side, [CONTROLS_HEIGHT, SIZE.height() - CONTROLS_HEIGHT]),
@@ -127,13 +133,17 @@ class OperatorWindow(QMainWindow):
         self.columns.setStretchFactor(1, 0)
         self.side.setStretchFactor(0, 1)
         self.side.setStretchFactor(1, 1)
-        self._fold = QToolButton(text="▾", checkable=True, autoRaise=True, toolTip="Fold this away, or back (F4)")
+        self._fold = QToolButton()
+        self._fold.setText("▾")
+        self._fold.setToolTip("Fold this away, or back (F4)")
+        self._fold.setCheckable(True)
+        self._fold.setAutoRaise(True)
         self._fold.setObjectName("foldButton")
         self._fold.setShortcut("F4")
         self._fold.toggled.connect(self.fold_deck)
         self.deck.setCornerWidget(self._fold, Qt.Corner.TopRightCorner)
         self.deck.tabBarClicked.connect(lambda _index: self._fold.setChecked(False))
-        self.deck.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        tab_bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.cameraChoice.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.tablet.setMinimumSize(160, 100)
         self.tablet.stale_after = float("inf")
@@ -146,8 +156,8 @@ class OperatorWindow(QMainWindow):
         self.recordButton.ensurePolished()
         self.recordButton.setMinimumWidth(self.recordButton.sizeHint().width())  # its text changes while it records
         self.themeButton.clicked.connect(self.change_theme)
-        self.exitButton.clicked.connect(self.close)
-        QShortcut(QKeySequence("Ctrl+Q"), self, activated=self._on_close_key)
+        self.exitButton.clicked.connect(self.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
+        QShortcut(QKeySequence("Ctrl+Q"), self).activated.connect(self._on_close_key)
 
     def show_on_screen(self) -> None:
         """Show it at its usual size; on a large screen with room around it, on a small one as large as that allows."""
@@ -172,10 +182,13 @@ class OperatorWindow(QMainWindow):
         """Leave only the deck's tabs, and the room to the sensors; or bring it back."""
         self._fold.setText("▴" if folded else "▾")
         self._fold.setShortcut("F4")  # a new text drops it
-        bar = self.deck.tabBar().sizeHint().height() + 10
-        self.deck.parentWidget().setMaximumHeight(bar if folded else 16777215)
+        bar, card = self.deck.tabBar(), self.deck.parentWidget()
+        assert bar is not None and card is not None  # window.ui makes both
+        card.setMaximumHeight(bar.sizeHint().height() + 10 if folded else UNLIMITED)
         for index in range(self.deck.count()):
-            self.deck.widget(index).setVisible(not folded and index == self.deck.currentIndex())
+            page = self.deck.widget(index)
+            assert page is not None  # there is one for each index below count()
+            page.setVisible(not folded and index == self.deck.currentIndex())
 
     def change_theme(self) -> None:
         """The next theme there is."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import getpass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QStackedWidget
@@ -14,11 +14,21 @@ from telepresence.teleop.drive_lease import PILOT, Account
 
 if TYPE_CHECKING:
     from gui.app.controller import Controller
-    from gui.terminal.terminal import TerminalView
+    from gui.app.tabs import RobotTabs
     from gui.window import OperatorWindow
 
 SIGNED_OUT = "Sign in first."
 FOR_PILOTS = "You watch. The terminal is for pilots: what is typed there reaches the robot."
+
+
+class Lockable(Protocol):
+    """A terminal, or several of them."""
+
+    def start(self) -> None:
+        """Open it."""
+
+    def deny(self, reason: str) -> None:
+        """Let nobody type, and show why; an empty string gives it back."""
 
 
 class Authorization(QObject):
@@ -31,7 +41,11 @@ class Authorization(QObject):
     """
 
     def __init__(
-        self, window: OperatorWindow, terminal: TerminalView, controllers: list[Controller], users: Users | None
+        self,
+        window: OperatorWindow | RobotTabs,
+        terminal: Lockable,
+        controllers: list[Controller],
+        users: Users | None,
     ) -> None:
         super().__init__(window)
         self._window, self._terminal, self._controllers = window, terminal, controllers

@@ -8,8 +8,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from gui.recording.recorder import Recorder
 from gui.robots import ROBOTS
 
@@ -41,8 +42,7 @@ class Capture(QObject):
         self.recorder.finished.connect(self._on_finished)
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
         self.recorder.failed.connect(self._on_failed)
-        self._clock = QTimer(self, interval=500)
-        self._clock.timeout.connect(self._show_time)
+        self._clock = PeriodicTimer(500, self._show_time, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
         window.recordButton.toggled.connect(self._on_record)
 

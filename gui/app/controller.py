@@ -18,6 +18,7 @@ from gui.profiles import PROFILES, Profile
 from gui.robots import ROBOTS
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
+from gui.styling import set_property
 from gui.terminal import commands
 from telepresence.teleop.drive_lease import Account
 
@@ -274,18 +275,10 @@ class Controller(QObject):
             chip, label = ("Keys: elsewhere", "off"), "click to type here"
         self._window.status.set_chip("keys", *chip, "Click into the terminal, or beside it, to change this")
         self._window.terminalLabel.setText(label)
-        frame = self._window.terminalFrame
-        if frame.property("active") != self._terminal.has_keyboard:
-            frame.setProperty("active", self._terminal.has_keyboard)
-            frame.style().unpolish(frame)
-            frame.style().polish(frame)
+        set_property(self._window.terminalFrame, "active", self._terminal.has_keyboard)
 
     def _mark_address(self, valid: bool) -> None:
-        field = self._window.address
-        if field.property("invalid") != (not valid):
-            field.setProperty("invalid", not valid)
-            field.style().unpolish(field)
-            field.style().polish(field)
+        set_property(self._window.address, "invalid", not valid)
 
     def _say(self, text: str, level: str = "info") -> None:
         self._window.status.say(text, level)

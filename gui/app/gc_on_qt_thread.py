@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import gc
 
-from PyQt5.QtCore import QObject, QTimer
+from PyQt5.QtCore import QObject
+
+from gui.periodic_timer import PeriodicTimer
 
 PERIOD = 2000
 """ms between looks; Python's own thresholds decide whether there is anything to do."""
@@ -20,8 +22,7 @@ class GcOnQtThread(QObject):
     def __init__(self) -> None:
         super().__init__()
         gc.disable()
-        self._timer = QTimer(self, interval=PERIOD)
-        self._timer.timeout.connect(self.collect)
+        self._timer = PeriodicTimer(PERIOD, self.collect, self)
         self._timer.start()
 
     def collect(self) -> None:

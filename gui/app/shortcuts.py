@@ -19,7 +19,7 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
     """Bind them, and the page that lists them for people.
 
     Args:
-        seats: The robots; the red stop stops all of them.
+        tabs: The robots; the red stop stops all of them.
         front: The one that is driven.
     """
 
@@ -42,7 +42,9 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
         ("F1", help_overlay.toggle),
         ("F6", type_in_terminal),
     ):
-        QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.ShortcutContext.WindowShortcut)
+        shortcut = QShortcut(QKeySequence(keys), window)
+        shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+        shortcut.activated.connect(action)
     for tab in tabs:
         tab.terminal.stop_typed.connect(stop_all)
         tab.controller.bar.help_wanted.connect(help_overlay.open)

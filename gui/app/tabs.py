@@ -31,8 +31,8 @@ class RobotTabs(QMainWindow):
             page.setWindowFlags(Qt.WindowType.Widget)
             self._stack.addWidget(page)
             page.exitButton.clicked.disconnect()
-            page.exitButton.clicked.connect(self.close)
-            page.closed_by_key.connect(self.close)
+            page.exitButton.clicked.connect(self.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
+            page.closed_by_key.connect(self.close)  # type: ignore[arg-type]
             page.addressLabel.hide()
             page.address.setAccessibleName(f"Address of {title}")
             self._tabs.append(self._make_tabs([title for title, _ in pages]))

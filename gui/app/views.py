@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QPainter
 
 from gui.driving.delay_speed_limit import HALF_FROM, DelayCap
@@ -15,8 +16,10 @@ from gui.driving.floor_drive import FloorDrive
 from gui.driving.floor_overlay import Place, paint_way
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
+from gui.periodic_timer import PeriodicTimer
 from gui.profiles import camera_info_of
 from gui.robots import ROBOTS
+from gui.ros.channels import Answer
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
 
@@ -77,11 +80,9 @@ class Views(QObject):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
         link.channel("picture").arrived.connect(self._on_picture)
-        self._stale_clock = QTimer(self, interval=STALE_PERIOD)
-        self._stale_clock.timeout.connect(lambda: window.health.show_picture(window.video.age(), 0.0))
+        self._stale_clock = PeriodicTimer(STALE_PERIOD, self._show_age, self)
         window.video.stale_changed.connect(self._on_stale)
-        self._cap_clock = QTimer(self, interval=CAP_PERIOD)
-        self._cap_clock.timeout.connect(self._weigh_delay)
+        self._cap_clock = PeriodicTimer(CAP_PERIOD, self._weigh_delay, self)
         self._cap_clock.start()
         self._offer_cameras()
         self._join_panels()
@@ -148,7 +149,7 @@ class Views(QObject):
                 signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._show_refusal))
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
-                signal.connect(lambda device, name=name: link.send(name, device))
+                signal.connect(partial(self._choose_device, name))
 
     def _say(self, text: str) -> None:
         if not self._link.send("say", text):
@@ -163,7 +164,10 @@ class Views(QObject):
         elif not self._link.send("posture", name):
             panel.answer("There is no ROS master. Press Roscore start.")
 
-    def _show_refusal(self, answer: object) -> None:
+    def _choose_device(self, name: str, device: str) -> None:
+        self._link.send(name, device)
+
+    def _show_refusal(self, answer: Answer) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 
@@ -216,6 +220,9 @@ class Views(QObject):
             self._stale_clock.start()
         else:
             self._stale_clock.stop()
+
+    def _show_age(self) -> None:
+        self._window.health.show_picture(self._window.video.age(), 0.0)
 
     def _watch_tablet(self) -> None:
         self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)

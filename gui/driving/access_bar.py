@@ -9,6 +9,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from gui.driving.lease_client import DriveAccess
+from gui.styling import set_property
 
 
 class AccessBar(QWidget):
@@ -42,11 +43,11 @@ class AccessBar(QWidget):
     def show_access(self) -> None:
         """Show how things are now."""
         access, state = self._access, self._access.state
-        asking = access.mine and bool(state.asking)
+        asking = state.asking if state is not None and access.mine else ""
         if state is None:
             text, level = "Not connected", "off"
         elif access.mine:
-            text, level = ("You drive" if not asking else f"{state.asking} asks to drive"), "warn" if asking else "good"
+            text, level = (f"{asking} asks to drive", "warn") if asking else ("You drive", "good")
         elif state.pilot:
             text, level = f"{state.pilot} drives", "warn"
         else:
@@ -59,15 +60,13 @@ class AccessBar(QWidget):
         button.setText(f"●  {text}")
         button.setShortcut("F2")  # a new text drops it
         button.setToolTip(f"{who}{here}Hand over, sign out: F2")
-        button.setProperty("level", level)
-        button.style().unpolish(button)
-        button.style().polish(button)
-        self.takeButton.setVisible(asking or (state is not None and access.is_pilot and not access.mine))
+        set_property(button, "level", level)
+        self.takeButton.setVisible(bool(asking) or (state is not None and access.is_pilot and not access.mine))
         text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
         if text != self.takeButton.text():
             self.takeButton.setText(text)
             self.takeButton.setShortcut("F3")  # a new text drops it
-        self.keepButton.setVisible(asking)
+        self.keepButton.setVisible(bool(asking))
 
     def _on_take(self) -> None:
         if self._access.mine:
@@ -80,7 +79,7 @@ class AccessBar(QWidget):
         self._menu.clear()
         if access.account is not None:
             self._menu.addSection(f"{access.account.name}, {access.account.role}")
-        if access.mine:
+        if state is not None and access.mine:
             for name, window in state.present:
                 if window != state.window and name.endswith("(pilot)"):
                     self._menu.addAction(f"Hand over to {name}", lambda window=window: access.ask("give", window))

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.driving.input_mux import InputMux
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 
 if TYPE_CHECKING:
@@ -51,8 +52,7 @@ class Driving(QObject):
         self._away = ""
         self._share = 1.0
         self._zeros_left = 0
-        self._zeros = QTimer(self, interval=ZERO_PERIOD)
-        self._zeros.timeout.connect(self._send_zero)
+        self._zeros = PeriodicTimer(ZERO_PERIOD, self._send_zero, self)
         self.mux = InputMux(self)
         for source in (window.pad, gamepad):
             self.mux.add(source)

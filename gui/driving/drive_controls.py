@@ -11,6 +11,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
 
 from gui.driving.gamepad import JoystickState
+from gui.styling import set_property
 
 STEP = 0.05
 """[m/s] between two places of the slider."""
@@ -85,9 +86,7 @@ class DriveControls(QWidget):
         self.redStop.setToolTip(
             "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
         )
-        self.redStop.setProperty("stopped", bool(who))
-        self.redStop.style().unpolish(self.redStop)
-        self.redStop.style().polish(self.redStop)
+        set_property(self.redStop, "stopped", bool(who))
 
     def show_pad(self, state: JoystickState | None) -> None:
         """What the gamepad does; None when there is none."""
@@ -95,9 +94,7 @@ class DriveControls(QWidget):
             self.padChip.setText("No gamepad")
         else:
             self.padChip.setText("Gamepad drives" if state.driving else "Gamepad ready: hold LB")
-        self.padChip.setProperty("on", state is not None and state.driving)
-        self.padChip.style().unpolish(self.padChip)
-        self.padChip.style().polish(self.padChip)
+        set_property(self.padChip, "on", state is not None and state.driving)
 
     def _on_red(self) -> None:
         if not self._stopped_by:

@@ -24,6 +24,10 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from gui.periodic_timer import PeriodicTimer
+from gui.styling import set_property
+from gui.theme import application
+
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
 KEEPS_KEYS = "keepsKeys"
 """Property of a widget that wants letters for itself while it has the focus."""
@@ -117,13 +121,13 @@ class DrivePad(QFrame):
         stop.setObjectName("padStop")
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
-        self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._send)
-        self._bounce = QTimer(self, interval=BOUNCE, singleShot=True)
+        self._timer = PeriodicTimer(SEND_PERIOD, self._send, self, precise=True)
+        self._bounce = QTimer(self)
+        self._bounce.setInterval(BOUNCE)
+        self._bounce.setSingleShot(True)
         self._bounce.timeout.connect(self._release_lifted)
-        QApplication.instance().installEventFilter(self)
-        QApplication.instance().focusChanged.connect(self._on_focus)
+        application().installEventFilter(self)
+        application().focusChanged.connect(self._on_focus)
 
     @property
     def held(self) -> set[str]:
@@ -143,17 +147,22 @@ class DrivePad(QFrame):
         if self._pressed:
             self.stop()
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
+    @property
+    def keeps_control(self) -> bool:
+        """Whether anything is held: opposite moves together give zero."""
+        return bool(self._pressed)
+
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again, and then only when pressed anew."""
         self._block = reason
         if reason:
             self.release_all()
         for cap in self._caps.values():
-            _set_property(cap, "blocked", bool(reason))
+            set_property(cap, "blocked", bool(reason))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
-        if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
+        if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             # The release of a held key counts wherever the keyboard has gone meanwhile.
             ends = kind == QEvent.Type.KeyRelease and event.key() in self._pressed
             return (self._is_for_us(watched) or ends) and self._take_key(event)
@@ -228,7 +237,7 @@ class DrivePad(QFrame):
     def _show_held(self) -> None:
         held = self.held
         for name, cap in self._caps.items():
-            _set_property(cap, "held", name in held)
+            set_property(cap, "held", name in held)
 
     def _make_cap(self, text: str, tip: str) -> QPushButton:
         cap = QPushButton(text, self)
@@ -241,11 +250,3 @@ class DrivePad(QFrame):
 def _keeps_keys(widget: QWidget | None) -> bool:
     """Whether letters are meant for this widget."""
     return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(KEEPS_KEYS)))
-
-
-def _set_property(widget: QWidget, name: str, value: bool) -> None:
-    """A property that the style sheet looks at; Qt reads it again only when told to."""
-    if widget.property(name) != value:
-        widget.setProperty(name, value)
-        widget.style().unpolish(widget)
-        widget.style().polish(widget)

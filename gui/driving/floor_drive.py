@@ -11,9 +11,10 @@ import math
 import time
 from collections.abc import Callable
 
-from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.driving.floor_projection import floor_place
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState, CameraView, Safety
 
 SEND_PERIOD = 50  # ms
@@ -54,8 +55,8 @@ class FloorDrive(QObject):
     resumed = pyqtSignal()
     """It goes on after what `refused` told."""
     arrived = pyqtSignal()
-    waits = True
-    """A block that passes by itself does not end it, see `InputMux`."""
+    keeps_control = False
+    """The zero that it sends ends its control of the robot, see `InputMux`."""
 
     def __init__(
         self,
@@ -79,9 +80,7 @@ class FloorDrive(QObject):
         self._safety: Safety | None = None
         self._blocked_since = math.inf
         self._blocked_told = False
-        self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._step)
+        self._timer = PeriodicTimer(SEND_PERIOD, self._step, self, precise=True)
 
     @property
     def target(self) -> tuple[float, float] | None:
@@ -161,14 +160,15 @@ class FloorDrive(QObject):
 
     def _find_place(self) -> str:
         """Find the place under the pointer, unless it is known; why it is not."""
-        if not self._sought:
+        if self._pixel is None or not self._sought:
             return ""
         if self._picture_age() > OLDEST_PICTURE:
             return "The picture is too old to drive by."
         view = self._view_of()
         if isinstance(view, str):
             return view
-        place = floor_place(view, *self._pixel, self.farthest)
+        u, v = self._pixel
+        place = floor_place(view, u, v, self.farthest)
         if place is None:
             self._end(NO_FLOOR)
             return NO_FLOOR
@@ -191,7 +191,10 @@ class FloorDrive(QObject):
         if obstacle:
             self._wait_for(obstacle)
             return
-        distance, bearing = self.way()
+        way = self.way()
+        if way is None:
+            return
+        distance, bearing = way
         if distance < ARRIVED:
             self._timer.stop()
             self._send_zero()

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, QSocketNotifier, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping
@@ -85,11 +86,8 @@ class Gamepad(QObject):
         self._driving = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
-        self._timer = QTimer(self, interval=PERIOD)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._tick)
-        self._search = QTimer(self, interval=LOOK_PERIOD)
-        self._search.timeout.connect(self._poll)
+        self._timer = PeriodicTimer(PERIOD, self._tick, self, precise=True)
+        self._search = PeriodicTimer(LOOK_PERIOD, self._poll, self)
         self._rescale()
 
     @property
@@ -113,8 +111,8 @@ class Gamepad(QObject):
         self._rescale()
 
     @property
-    def held(self) -> bool:
-        """Whether it drives, be it with zero."""
+    def keeps_control(self) -> bool:
+        """Whether LB is held and lets it drive, even with the sticks at rest."""
         return self._driving
 
     @property
@@ -145,8 +143,8 @@ class Gamepad(QObject):
         self._sticks.lose()
         self._tick()
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again, and then only when LB is pressed anew."""
         self._block = reason
         if reason:
             self.release_all()
@@ -160,7 +158,7 @@ class Gamepad(QObject):
                 log.debug("no gamepad at %s: %s", path, error)
                 continue
             self._search.stop()
-            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Type.Read, self)
+            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
             self._notifier.activated.connect(self._on_events)
             layout = layout_of(self._device.axis_codes, self._device.button_codes)
             self._begin(self._device.name or "Gamepad", layout)
@@ -176,6 +174,8 @@ class Gamepad(QObject):
         self._tick()
 
     def _on_events(self) -> None:
+        if self._device is None:
+            return
         try:
             self._device.wait(0.0)
         except OSError as error:
@@ -190,8 +190,11 @@ class Gamepad(QObject):
         if not self._timer.isActive():
             return
         self._timer.stop()
-        if self._device is not None:
+        if self._notifier is not None:
             self._notifier.setEnabled(False)
+            self._notifier.deleteLater()
+            self._notifier = None
+        if self._device is not None:
             self._device.close()
             self._device = None
         self._heard = None

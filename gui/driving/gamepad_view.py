@@ -54,10 +54,11 @@ class GamepadView(QFrame):
         middle = area.top() + 42.0 + radius
         layout, x = state.layout, area.left() + radius
         for horizontal, vertical in ((layout.left_x, layout.left_y), (layout.right_x, layout.right_y)):
-            self._paint_stick(painter, QPointF(x, middle), radius, horizontal, vertical)
+            tilt = QPointF(_at(state.axes, horizontal), _at(state.axes, vertical))
+            self._paint_stick(painter, QPointF(x, middle), radius, tilt, state.driving)
             x += 2.0 * radius + 14.0
-        self._paint_cross(painter, QPointF(x - radius + 22.0, middle))
-        self._paint_buttons(painter, QPointF(x - radius + 58.0, middle - radius), area.right())
+        self._paint_cross(painter, QPointF(x - radius + 22.0, middle), state)
+        self._paint_buttons(painter, QPointF(x - radius + 58.0, middle - radius), area.right(), state)
 
     def _note(self) -> str:
         if self._state is None:
@@ -66,27 +67,27 @@ class GamepadView(QFrame):
             return f"Restarts the simulation: {100.0 * self._state.restart:.0f} %"
         return self._state.note
 
-    def _paint_stick(self, painter: QPainter, centre: QPointF, radius: float, horizontal: int, vertical: int) -> None:
+    def _paint_stick(self, painter: QPainter, centre: QPointF, radius: float, tilt: QPointF, driving: bool) -> None:
         painter.setPen(QPen(theme.colour("line"), 1.5))
         painter.setBrush(theme.colour("well"))
         painter.drawEllipse(centre, radius, radius)
         # Left and up are positive.
-        knob = centre - QPointF(_at(self._state.axes, horizontal), _at(self._state.axes, vertical)) * (radius - 8.0)
+        knob = centre - tilt * (radius - 8.0)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme.colour("accent" if self._state.driving else "quiet"))
+        painter.setBrush(theme.colour("accent" if driving else "quiet"))
         painter.drawEllipse(knob, 8.0, 8.0)
 
-    def _paint_cross(self, painter: QPainter, centre: QPointF) -> None:
-        left, up = _at(self._state.axes, self._state.layout.hat_x), _at(self._state.axes, self._state.layout.hat_y)
+    def _paint_cross(self, painter: QPainter, centre: QPointF, state: JoystickState) -> None:
+        left, up = _at(state.axes, state.layout.hat_x), _at(state.axes, state.layout.hat_y)
         for dx, dy, on in ((-1, 0, left > 0.5), (1, 0, left < -0.5), (0, -1, up > 0.5), (0, 1, up < -0.5)):
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(theme.colour("accent" if on else "line"))
             painter.drawRoundedRect(QRectF(centre.x() + 13 * dx - 6, centre.y() + 13 * dy - 6, 12, 12), 3, 3)
 
-    def _paint_buttons(self, painter: QPainter, corner: QPointF, right: float) -> None:
-        names = {self._state.layout.LB: "LB", self._state.layout.RB: "RB", self._state.layout.B: "B"}
+    def _paint_buttons(self, painter: QPainter, corner: QPointF, right: float, state: JoystickState) -> None:
+        names = {state.layout.LB: "LB", state.layout.RB: "RB", state.layout.B: "B"}
         x, y = corner.x(), corner.y()
-        for number, down in enumerate(self._state.buttons):
+        for number, down in enumerate(state.buttons):
             if x + 26.0 > right:
                 x, y = corner.x(), y + 26.0
             box = QRectF(x, y, 24.0, 22.0)

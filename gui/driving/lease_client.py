@@ -12,8 +12,9 @@ import secrets
 import time
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 from gui.ros.topics.drive import LeaseState
 from telepresence.teleop.drive_lease import (
@@ -62,8 +63,7 @@ class DriveAccess(QObject):
         self._sent_at = self._tried_at = self._taken_at = -math.inf
         self._join_problem = ""
         link.channel("lease").arrived.connect(self._on_state)
-        self._life = QTimer(self, interval=LIFE_PERIOD)
-        self._life.timeout.connect(self._live)
+        self._life = PeriodicTimer(LIFE_PERIOD, self._live, self)
         self._life.start()
 
     @property

@@ -50,7 +50,7 @@ class Answer:
 
     ok: bool
     text: str = ""
-    value: object = None
+    value: Any = None
 
 
 def read_trigger(response: Any) -> Answer:
@@ -96,7 +96,7 @@ class Channel(QObject):
         self._lock = threading.Lock()
         self._waiting: tuple[object, float] | None = None
         self._complaint = ""
-        self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]  # PyQt5's stub
 
     def post(self, message: object) -> None:
         """A message has come; from any thread."""

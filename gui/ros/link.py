@@ -15,6 +15,7 @@ import time
 import xmlrpc.client
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import rosgraph
@@ -38,6 +39,8 @@ FIND_TIMEOUT = 1.0
 """Seconds that a service may take to be found."""
 BUFFER = 1 << 22
 """Bytes; above one picture, or old pictures wait in the socket."""
+Graph = list[dict[str, list[str]]]
+"""Publishers, subscribers and services: name -> nodes."""
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
 
 
@@ -104,12 +107,13 @@ class RosNode(QObject):
             self._wake.wait(LOOK_PERIOD)
             self._wake.clear()
 
-    def _poll(self) -> list | None:
+    def _poll(self) -> Graph | None:
         """Publishers, subscribers and services as the master knows them; None without a master."""
         try:
-            code, _, graph = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
+            reply: Any = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return None
+        code, _, graph = reply
         return [dict(group) for group in graph] if code == 1 else None
 
     def _join(self) -> None:
@@ -125,8 +129,12 @@ class RosNode(QObject):
     def _is_taken(self) -> bool:
         """Whether a node of our name lives; a killed one may still be registered."""
         try:
-            code, _, uri = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
-            return code == 1 and master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)[0] == 1
+            found: Any = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
+            code, _, uri = found
+            if code != 1:
+                return False
+            answer: Any = master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)
+            return bool(answer[0] == 1)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return False
 
@@ -148,7 +156,7 @@ class RosLink(QObject):
     trouble = pyqtSignal(str)
     """A sentence for the pilot."""
 
-    _looked = pyqtSignal(object)
+    _polled = pyqtSignal(object)
     _answered = pyqtSignal(object, object)
 
     def __init__(self, node: RosNode, profile: Profile) -> None:
@@ -164,8 +172,9 @@ class RosLink(QObject):
         self._unknown: set[str] = set()
         self._frames = Frames(profile.namespace, _subscribe_all)
         self._open = True
-        self._looked.connect(self._on_polled, Qt.ConnectionType.QueuedConnection)
-        self._answered.connect(lambda then, answer: then(answer), Qt.ConnectionType.QueuedConnection)
+        queued = Qt.ConnectionType.QueuedConnection
+        self._polled.connect(self._on_polled, queued)  # type: ignore[call-arg]  # PyQt5's stub
+        self._answered.connect(lambda then, answer: then(answer), queued)  # type: ignore[call-arg]  # PyQt5's stub
         for channel in self._channels.values():
             channel.trouble.connect(self.trouble)
         node.links.append(self)
@@ -234,7 +243,7 @@ class RosLink(QObject):
     def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
         """Call a service; `then` gets the answer on Qt's thread, at the latest after the row's timeout."""
         row = self._offered[name]
-        settled = []
+        settled: list[Answer] = []
 
         def settle(answer: Answer) -> None:
             if not settled:
@@ -279,7 +288,7 @@ class RosLink(QObject):
             if kind is not None:
                 self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
 
-    def follow(self, graph: list | None) -> None:
+    def follow(self, graph: Graph | None) -> None:
         """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
         not for Qt's thread."""
         if graph is not None:
@@ -293,7 +302,7 @@ class RosLink(QObject):
                     self._subscribe(name, channel)
                 elif not wanted and name in self._subscribers:
                     self._subscribers.pop(name).unregister()
-        self._looked.emit(self._state_of(graph))
+        self._polled.emit(self._state_of(graph))
 
     def _subscribe(self, name: str, channel: Channel) -> None:
         row: Incoming = channel.row
@@ -310,7 +319,7 @@ class RosLink(QObject):
             log.warning("the message type %s is not built; run  ./stack build", name)
         return kind
 
-    def _state_of(self, graph: list | None) -> LinkState:
+    def _state_of(self, graph: Graph | None) -> LinkState:
         if graph is None:
             return LinkState(self._node.master_uri)
         publishers, subscribers, _ = graph

@@ -54,7 +54,9 @@ def as_qimage(picture: Picture) -> QImage:
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
     shape = _FORMATS.get(picture.encoding, QImage.Format.Format_Grayscale8)
-    return QImage(pixels.data, width, height, pixels.strides[0], shape).copy()
+    # PyQt5's stub knows no buffers other than bytes, which would be one more copy.
+    image = QImage(pixels.data, width, height, pixels.strides[0], shape)  # type: ignore[call-overload]
+    return image.copy()
 
 
 def _as_grey(values: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Protocol
 import genpy
 import numpy as np
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 KEPT = 10.0
@@ -73,23 +74,26 @@ class Frames:
         Raises:
             LookupError: Not known; the text says why.
         """
-        if self._buffer is None:
+        buffer = self._buffer
+        if buffer is None:
             raise LookupError("the window has not joined the ROS graph yet")
         try:
-            found = self._lookup(frame, seen_from, stamp)
+            found = _lookup(buffer, frame, seen_from, stamp)
         except tf2_ros.TransformException as error:
             raise LookupError(str(error)) from None
         q, t = found.transform.rotation, found.transform.translation
         return _rotation(q.x, q.y, q.z, q.w), np.array((t.x, t.y, t.z))
 
-    def _lookup(self, frame: str, seen_from: str, stamp: float) -> object:
-        try:
-            return self._buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
-        except tf2_ros.ExtrapolationException:
-            newest = self._buffer.lookup_transform(seen_from, frame, genpy.Time())
-            if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
-                raise
-            return newest
+
+def _lookup(buffer: tf2_ros.Buffer, frame: str, seen_from: str, stamp: float) -> TransformStamped:
+    """Return the transform at `stamp`, or the newest one if that is hardly older."""
+    try:
+        return buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
+    except tf2_ros.ExtrapolationException:
+        newest = buffer.lookup_transform(seen_from, frame, genpy.Time())
+        if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
+            raise
+        return newest
 
 
 def _new_buffer() -> tf2_ros.Buffer:

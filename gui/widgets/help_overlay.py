@@ -61,6 +61,7 @@ class HelpOverlay(QFrame):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
+        self._covered = parent
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Keys and help")
         self.setProperty(KEEPS_KEYS, True)
@@ -85,8 +86,9 @@ class HelpOverlay(QFrame):
 
     def open(self) -> None:
         """Show it over all of the parent."""
-        self._before = self.window().focusWidget()
-        self.setGeometry(self.parentWidget().rect())
+        window = self.window()
+        self._before = window.focusWidget() if window is not None else None
+        self.setGeometry(self._covered.rect())
         self.show()
         self.raise_()
         self.setFocus()
@@ -106,7 +108,7 @@ class HelpOverlay(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize and self.isVisible():
-            self.setGeometry(self.parentWidget().rect())
+            self.setGeometry(self._covered.rect())
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

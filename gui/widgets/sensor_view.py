@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import (
     QColor,
     QPainter,
@@ -22,6 +22,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import SECTORS, Beams, BodyState, Bumpers, Cone, Points, Safety
 from telepresence.safety.outline import Outline
 
@@ -68,8 +69,7 @@ class SensorView(QFrame):
             Safety: lambda reading: setattr(self, "_safety", reading),
             BodyState: self._keep_body,
         }
-        self._refresh = QTimer(self, interval=REFRESH_PERIOD)
-        self._refresh.timeout.connect(self.update)
+        self._refresh = PeriodicTimer(REFRESH_PERIOD, self.update, self)
         self._refresh.start()
 
     def sizeHint(self) -> QSize:
@@ -169,7 +169,7 @@ class SensorView(QFrame):
     def _paint_trail(self, painter: QPainter) -> None:
         if self._body is None or len(self._trail) < 2:
             return
-        at = self._to_base(np.array([*self._trail, (self._body.x, self._body.y)]))
+        at = _to_base(self._body, np.array([*self._trail, (self._body.x, self._body.y)]))
         line = QPolygonF([self._px(x, y) for x, y in at])
         painter.setPen(
             QPen(
@@ -287,7 +287,7 @@ class SensorView(QFrame):
     def _paint_target(self, painter: QPainter) -> None:
         if self._target is None or self._body is None:
             return
-        at = self._px(*self._to_base(np.array([self._target]))[0])
+        at = self._px(*_to_base(self._body, np.array([self._target]))[0])
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(theme.colour("accent"), 2.0))
         painter.drawEllipse(at, 6.0, 6.0)
@@ -330,10 +330,11 @@ class SensorView(QFrame):
         now = time.monotonic()
         return [reading for reading in kept.values() if now - reading.arrived < FORGET_AFTER]
 
-    def _to_base(self, points: np.ndarray) -> np.ndarray:
-        """(n, 2) in odom [m] to the base frame of now."""
-        c, s = math.cos(self._body.yaw), math.sin(self._body.yaw)
-        return (points - (self._body.x, self._body.y)) @ np.array(((c, -s), (s, c)))
+
+def _to_base(body: BodyState, points: np.ndarray) -> np.ndarray:
+    """Return points (n, 2) in odom [m] in the base frame of a body that stands like this."""
+    c, s = math.cos(body.yaw), math.sin(body.yaw)
+    return (points - np.array((body.x, body.y))) @ np.array(((c, -s), (s, c)))
 
 
 def _shape_of(outline: Outline) -> QPainterPath:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 import time
 
-from PyQt5.QtCore import QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Levels, VoiceSettings, VoiceState
 
 QUIETEST, LOUD = -60.0, -9.0
 """Ends of the meter's calm part [dBFS]."""
 FALL = 20.0
 """dB per second that the bar falls after a peak (a peak programme meter's order of magnitude)."""
-FORGET_AFTER = 1.0
+FADE_PERIOD = 60  # ms
 SHORTEST_NAME = 12
 """Letters of a device's name that are always shown."""
 
@@ -28,9 +29,7 @@ class LevelMeter(QWidget):
         super().__init__(parent)
         self._level, self._at = QUIETEST, 0.0
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self._fade = QTimer(self, interval=60)
-        self._fade.timeout.connect(self.update)
-        self._fade.timeout.connect(lambda: self._fade.stop() if self.level() <= QUIETEST else None)
+        self._fade = PeriodicTimer(FADE_PERIOD, self._on_fade, self)
 
     def sizeHint(self) -> QSize:
         return QSize(160, 12)
@@ -46,6 +45,11 @@ class LevelMeter(QWidget):
     def level(self) -> float:
         """What the bar shows [dBFS]."""
         return max(QUIETEST, self._level - FALL * (time.monotonic() - self._at))
+
+    def _on_fade(self) -> None:
+        self.update()
+        if self.level() <= QUIETEST:
+            self._fade.stop()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)

@@ -7,11 +7,12 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QFont, QImage, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.picture import Picture, as_qimage
 
 STALE_AFTER = 1.0
@@ -52,8 +53,7 @@ class VideoView(QFrame):
         self.stale_after = STALE_AFTER
         """Seconds; infinity for pictures that come only when something changes."""
         self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
-        self._checks = QTimer(self, interval=CHECK_PERIOD)
-        self._checks.timeout.connect(self._check)
+        self._checks = PeriodicTimer(CHECK_PERIOD, self._check, self)
         self._checks.start()
 
     @property
