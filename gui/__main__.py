@@ -26,7 +26,7 @@ from gui.app.gc_on_qt_thread import GcOnQtThread
 from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
-from gui.profiles import PROFILES
+from gui.robots import ROBOTS
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
@@ -111,18 +111,18 @@ def main(argv: list[str] | None = None) -> int:
 
 def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) -> list[RobotTab]:
     """One for each robot that the command line names."""
-    names = list(PROFILES) if arguments.profile == BOTH else [arguments.profile]
+    names = list(ROBOTS) if arguments.profile == BOTH else [arguments.profile]
     tabs = []
     for index, name in enumerate(names):
-        profile = PROFILES[name]
+        robot = ROBOTS[name]
         if index < len(arguments.feed):
-            profile = profile.with_feed(arguments.feed[index])
+            robot = robot.with_feed(arguments.feed[index])
         if index:
             # Of two nodes with one name ROS ends the older.
-            profile = replace(profile, keyboard=f"{profile.keyboard} name:=keyboard_of_{name}")
+            robot = replace(robot, keyboard=f"{robot.keyboard} name:=keyboard_of_{name}")
         usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
-        tabs.append(RobotTab(node, profile, address, arguments, alone=len(names) == 1))
+        tabs.append(RobotTab(node, robot, address, arguments, alone=len(names) == 1))
         tabs[-1].restore(settings)
     return tabs
 
@@ -134,10 +134,10 @@ def parse(argv: list[str]) -> argparse.Namespace:
         help="the robot, or both: Pepper first; default NAO_IP, else the one of the last time",
     )  # fmt: skip
     parser.add_argument(
-        "--profile", choices=[*PROFILES, BOTH], default="pepper",
+        "--profile", choices=[*ROBOTS, BOTH], default="pepper",
         help="kind of robot, or both in one window with tabs; default %(default)s",
     )  # fmt: skip
-    parser.add_argument("--feed", metavar="TOPIC", nargs="+", default=[], help="camera topic; default the profile's")
+    parser.add_argument("--feed", metavar="TOPIC", nargs="+", default=[], help="camera topic; default the robot's own")
     parser.add_argument(
         "--no-sign-in", dest="sign_in", action="store_false",
         help="let everybody in as a pilot: for simulated robots; the robot's programs need sign_in:=false, too",

@@ -12,7 +12,6 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
 from gui.recording.recorder import Recorder
-from gui.robots import ROBOTS
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -70,7 +69,7 @@ class Capture(QObject):
             self._window.recordButton.setChecked(False)
             self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
         else:
-            topics = [self._link.resolve(topic) for topic in ROBOTS[self._link.profile.name].recorded]
+            topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
             self.recorder.start(self._name(), topics)
             if self.recorder.recording:
                 self._since = time.monotonic()
@@ -97,4 +96,4 @@ class Capture(QObject):
         self._window.recordButton.setText(f"■ {seconds // 60}:{seconds % 60:02d}")
 
     def _name(self) -> str:
-        return f"{self._link.profile.name}-{datetime.now():%Y%m%d-%H%M%S}"
+        return f"{self._link.robot.name}-{datetime.now():%Y%m%d-%H%M%S}"

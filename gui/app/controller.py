@@ -14,8 +14,6 @@ from gui.driving.drive_controls import DriveControls
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import GamepadView
 from gui.driving.lease_client import DriveAccess
-from gui.profiles import PROFILES, Profile
-from gui.robots import ROBOTS
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.styling import set_property
@@ -44,7 +42,6 @@ class Controller(QObject):
     Args:
         window, link, terminal: What it joins. `link` and `terminal` are started by the caller.
         attach: Whether to join programs that run already.
-        profile: The robot.
         sign_in: Whether people sign in; otherwise the robot's programs are started for everybody.
         gamepad: Hand on the robot.
     """
@@ -55,14 +52,12 @@ class Controller(QObject):
         link: RosLink,
         terminal: TerminalView,
         attach: Attach = Attach.AUTO,
-        profile: Profile = PROFILES["pepper"],
         sign_in: bool = False,
         gamepad: Gamepad | None = None,
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
-        self._profile = profile
         self._sign_in = sign_in
         self.access = DriveAccess(link)
         self.gamepad = gamepad or Gamepad(None, self)
@@ -110,7 +105,7 @@ class Controller(QObject):
         window.deck.addTab(self.pad_view, "Gamepad")
         self.gamepad.changed.connect(self.pad_view.show_state)
         self.controls.pad_wanted.connect(lambda: window.show_page(self.pad_view))
-        robot = ROBOTS[self._profile.name]
+        robot = self._link.robot
         self.controls.set_limits(robot.top_speed, robot.top_turn)
         self.gamepad.top_speed = robot.top_speed
 
@@ -156,12 +151,12 @@ class Controller(QObject):
             return
         open_to_all = "" if self._sign_in else f" {commands.OPEN_TO_ALL}"
         self._terminal.type_line(
-            lambda: self._profile.session(address, commands.own_address_towards(address.host)) + open_to_all
+            lambda: self._link.robot.session(address, commands.own_address_towards(address.host)) + open_to_all
         )
         self._terminal.take_keyboard()
 
     def _start_keyboard(self, state: LinkState) -> None:
-        keyboard = self._profile.keyboard
+        keyboard = self._link.robot.keyboard
         self._terminal.type_line(f"{keyboard} {commands.SECOND_NAME}" if state.keyboard else keyboard)
 
     def show_feed(self, wanted: bool) -> None:

@@ -9,8 +9,7 @@ from PyQt5.QtCore import QObject
 from gui.app.capture import Capture
 from gui.app.controller import Controller
 from gui.driving.gamepad import Gamepad
-from gui.profiles import Profile
-from gui.robots import ROBOTS
+from gui.robots import Robot
 from gui.ros.link import RosLink, RosNode
 from gui.settings import Settings
 from gui.terminal.terminal import TerminalView
@@ -24,24 +23,24 @@ class RobotTab(QObject):
 
     Args:
         node: The window's node, shared by all robots.
-        profile: The robot.
+        robot: What it is.
         address: Where it is.
         arguments: Of the command line, see gui/__main__.py.
         alone: There is no other.
     """
 
     def __init__(
-        self, node: RosNode, profile: Profile, address: str, arguments: argparse.Namespace, alone: bool = True
+        self, node: RosNode, robot: Robot, address: str, arguments: argparse.Namespace, alone: bool = True
     ) -> None:
         super().__init__()
-        self.title = ROBOTS[profile.name].title
-        self.terminal = TerminalView("" if alone else profile.name)
+        self.title = robot.title
+        self.terminal = TerminalView("" if alone else robot.name)
         self.window = OperatorWindow(self.terminal)
         self.window.address.setText(address)
-        self.link = RosLink(node, profile)
+        self.link = RosLink(node, robot)
         self.gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
         self.controller = Controller(
-            self.window, self.link, self.terminal, arguments.attach, profile, arguments.sign_in, self.gamepad
+            self.window, self.link, self.terminal, arguments.attach, arguments.sign_in, self.gamepad
         )
         if arguments.gamepad == "joy":
             self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.receive(*joy))
@@ -72,12 +71,12 @@ class RobotTab(QObject):
     def restore(self, settings: Settings) -> None:
         """Be as at the last time."""
         controls = self.controller.controls
-        controls.set_speed(settings.number(f"{self.link.profile.name}/speed", controls.speed))
+        controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
 
     def keep(self, settings: Settings) -> None:
         """For the next time."""
-        settings.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
-        settings.keep(f"{self.link.profile.name}/address", self.window.address.text())
+        settings.keep(f"{self.link.robot.name}/speed", self.controller.controls.speed)
+        settings.keep(f"{self.link.robot.name}/address", self.window.address.text())
 
     def start(self) -> None:
         """The window is on the screen."""

@@ -17,8 +17,7 @@ from gui.driving.floor_overlay import Place, paint_way
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
-from gui.profiles import camera_info_of
-from gui.robots import ROBOTS
+from gui.robots import camera_info_of
 from gui.ros.channels import Answer
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
@@ -53,7 +52,7 @@ class Views(QObject):
     def __init__(self, window: OperatorWindow, link: RosLink) -> None:
         super().__init__(window)
         self._window, self._link = window, link
-        self.robot = ROBOTS[link.profile.name]
+        self.robot = link.robot
         self._lens: Lens | None = None
         self._body: BodyState | None = None
         self._round_trip, self._cap, self._share = RoundTrip(), DelayCap(), 1.0
@@ -65,7 +64,7 @@ class Views(QObject):
         window.around.set_robot(self.robot.outline, self.robot.top_speed, self.robot.reach)
         window.robotPanel.set_robot(self.robot.speaks, self.robot.postures)
         for page, wanted in (
-            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, self.robot.tablet),
+            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, link.has("tablet")),
         ):  # fmt: skip
             if not wanted:
                 window.deck.removeTab(window.deck.indexOf(page))

@@ -23,7 +23,7 @@ import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
-from gui.profiles import Profile
+from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.transforms import Frames
@@ -148,7 +148,7 @@ class RosLink(QObject):
 
     Args:
         node: The window's node.
-        profile: The robot's topics and services.
+        robot: Its topics and services.
     """
 
     state_changed = pyqtSignal(object)
@@ -159,18 +159,18 @@ class RosLink(QObject):
     _polled = pyqtSignal(object)
     _answered = pyqtSignal(object, object)
 
-    def __init__(self, node: RosNode, profile: Profile) -> None:
+    def __init__(self, node: RosNode, robot: Robot) -> None:
         super().__init__()
-        self.profile = profile
+        self.robot = robot
         self.state = LinkState(node.master_uri)
         self._node = node
-        self._channels = {row.channel: Channel(row) for row in profile.incoming}
-        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in profile.outgoing}
-        self._offered: dict[str, Offered] = {row.name: row for row in profile.services}
+        self._channels = {row.channel: Channel(row) for row in robot.incoming}
+        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in robot.outgoing}
+        self._offered: dict[str, Offered] = {row.name: row for row in robot.services}
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._frames = Frames(profile.namespace, _subscribe_all)
+        self._frames = Frames(robot.namespace, _subscribe_all)
         self._open = True
         queued = Qt.ConnectionType.QueuedConnection
         self._polled.connect(self._on_polled, queued)  # type: ignore[call-arg]  # PyQt5's stub
@@ -195,15 +195,15 @@ class RosLink(QObject):
         return self._resolve(self.channel("picture").row.topic)
 
     def channel(self, name: str) -> Channel:
-        """What comes in under this name of the profile's table.
+        """Return the incoming channel of this name in the robot's table.
 
         Raises:
-            KeyError: The profile has none.
+            KeyError: It has none.
         """
         return self._channels[name]
 
     def has(self, name: str) -> bool:
-        """Whether the profile's tables know a channel or service of this name."""
+        """Whether the robot's tables know a channel or service of this name."""
         return name in self._channels or name in self._outgoing or name in self._offered
 
     def watch(self, name: str, wanted: bool) -> None:
@@ -277,7 +277,7 @@ class RosLink(QObject):
             return Answer(False, f"Nobody offers {service}: its program does not run, or not yet.")
 
     def _resolve(self, name: str) -> str:
-        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.profile.namespace, NODE))
+        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.robot.namespace, NODE))
 
     # --- the node's thread ---
 
@@ -323,7 +323,7 @@ class RosLink(QObject):
         if graph is None:
             return LinkState(self._node.master_uri)
         publishers, subscribers, _ = graph
-        cmd_vel = self._resolve(self.profile.cmd_vel)
+        cmd_vel = self._resolve(self.robot.cmd_vel)
         # Keyboards listen as well, to know when another input drives; a driver only listens.
         drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
         return LinkState(
