@@ -9,8 +9,8 @@ from PyQt5.QtCore import QObject
 
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
-from gui.driving.coordinator import Driving
 from gui.driving.drive_controls import DriveControls
+from gui.driving.drive_coordinator import Driving
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import GamepadView
 from gui.driving.lease_client import DriveAccess
@@ -22,7 +22,7 @@ from telepresence.teleop.drive_lease import Account
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
-    from gui.terminal.terminal import TerminalView
+    from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
 
 

@@ -12,7 +12,7 @@ from gui.driving.gamepad import Gamepad
 from gui.robots import Robot
 from gui.ros.link import RosLink, RosNode
 from gui.settings import Settings
-from gui.terminal.terminal import TerminalView
+from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow
 
 AWAY = "Another robot is in front. Choose this one's tab to drive it."

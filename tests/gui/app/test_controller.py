@@ -8,7 +8,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
 from gui.app.controller import Attach, Controller
-from gui.driving.coordinator import STOP_REPEATS
+from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.ros.picture import Picture
 from gui.terminal.commands import KEYBOARD, SECOND_NAME
 from gui.window import OperatorWindow, style_sheet
