@@ -97,12 +97,12 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         signals.setEnabled(False)
         for tab in tabs:
-            tab.keep(settings)
+            tab.save(settings)
             tab.close()
         if authorization.page is not None:
-            settings.keep("name", authorization.page.nameField.text())
-        settings.keep("theme", theme.current())
-        settings.keep_window(window)
+            settings.save("name", authorization.page.nameField.text())
+        settings.save("theme", theme.current())
+        settings.save_window(window)
         node.close()
         for tab in tabs:
             tab.terminal.close_terminal()

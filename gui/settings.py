@@ -44,7 +44,7 @@ class Settings:
         except ValueError:
             return otherwise
 
-    def keep(self, name: str, value: str | float | QByteArray) -> None:
+    def save(self, name: str, value: str | float | QByteArray) -> None:
         """Under this name from now on."""
         if self._settings is not None:
             self._settings.setValue(name, value if isinstance(value, QByteArray) else str(value))
@@ -60,11 +60,11 @@ class Settings:
                 splitter.restoreState(state)
         return True
 
-    def keep_window(self, window: QMainWindow) -> None:
+    def save_window(self, window: QMainWindow) -> None:
         """Size, place and splitters."""
-        self.keep("window/geometry", window.saveGeometry())
+        self.save("window/geometry", window.saveGeometry())
         for splitter in window.findChildren(QSplitter):
-            self.keep(f"window/{splitter.objectName()}", splitter.saveState())
+            self.save(f"window/{splitter.objectName()}", splitter.saveState())
         if self._settings is not None:
             self._settings.sync()
 

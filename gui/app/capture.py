@@ -41,7 +41,7 @@ class Capture(QObject):
         self.recorder.finished.connect(self._on_finished)
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
         self.recorder.failed.connect(self._on_failed)
-        self._clock = PeriodicTimer(500, self._show_time, self)
+        self._timer = PeriodicTimer(500, self._show_time, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
         window.recordButton.toggled.connect(self._on_record)
 
@@ -73,7 +73,7 @@ class Capture(QObject):
             self.recorder.start(self._name(), topics)
             if self.recorder.recording:
                 self._since = time.monotonic()
-                self._clock.start()
+                self._timer.start()
                 self._show_time()
 
     def _on_finished(self, bag: str) -> None:
@@ -86,7 +86,7 @@ class Capture(QObject):
         self.said.emit(reason, "bad")
 
     def _end_clock(self) -> None:
-        self._clock.stop()
+        self._timer.stop()
         button = self._window.recordButton
         button.setChecked(False)
         button.setText("● Record")

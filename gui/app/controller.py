@@ -10,10 +10,10 @@ from PyQt5.QtCore import QObject
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
 from gui.driving.drive_controls import DriveControls
-from gui.driving.drive_coordinator import Driving
+from gui.driving.drive_coordinator import DriveCoordinator
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import GamepadView
-from gui.driving.lease_client import DriveAccess
+from gui.driving.lease_client import LeaseClient
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.styling import set_property
@@ -59,11 +59,11 @@ class Controller(QObject):
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
         self._sign_in = sign_in
-        self.access = DriveAccess(link)
+        self.access = LeaseClient(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
         self.bar = AccessBar(self.access, sign_in)
-        self.driving = Driving(window, link, self.access, self.gamepad, self.controls)
+        self.driving = DriveCoordinator(window, link, self.access, self.gamepad, self.controls)
         self._mount()
 
         window.roscoreButton.clicked.connect(self.start_roscore)

@@ -73,10 +73,10 @@ class RobotTab(QObject):
         controls = self.controller.controls
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
 
-    def keep(self, settings: Settings) -> None:
+    def save(self, settings: Settings) -> None:
         """For the next time."""
-        settings.keep(f"{self.link.robot.name}/speed", self.controller.controls.speed)
-        settings.keep(f"{self.link.robot.name}/address", self.window.address.text())
+        settings.save(f"{self.link.robot.name}/speed", self.controller.controls.speed)
+        settings.save(f"{self.link.robot.name}/address", self.window.address.text())
 
     def start(self) -> None:
         """The window is on the screen."""

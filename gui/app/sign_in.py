@@ -42,11 +42,11 @@ class SignInPage(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._users = users
         self.nameField.returnPressed.connect(self.passwordField.setFocus)
-        self.passwordField.returnPressed.connect(self.try_in)
-        self.signInButton.clicked.connect(self.try_in)
+        self.passwordField.returnPressed.connect(self.try_sign_in)
+        self.signInButton.clicked.connect(self.try_sign_in)
         self._checked.connect(self._on_checked)
 
-    def try_in(self) -> None:
+    def try_sign_in(self) -> None:
         """Check what is in the fields."""
         name, password = self.nameField.text(), self.passwordField.text()
         if not self.signInButton.isEnabled():

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QPainter
 
-from gui.driving.delay_speed_limit import HALF_FROM, DelayCap
+from gui.driving.delay_speed_limit import HALF_FROM, DelaySpeedLimit
 from gui.driving.floor_drive import FloorDrive
-from gui.driving.floor_overlay import Place, paint_way
+from gui.driving.floor_overlay import Place, paint_path
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
@@ -31,8 +31,8 @@ READINGS = (
     "voice_levels", "voice_state", "voice_settings", "posture",
 )  # fmt: skip
 """Channels whose readings go to widgets as they are."""
-STALE_PERIOD = 250  # ms
-CAP_PERIOD = 100  # ms
+AGE_PERIOD = 250  # ms
+LIMIT_PERIOD = 100  # ms
 CLOCKS_DIFFER = 5.0
 """Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
 
@@ -55,7 +55,7 @@ class Views(QObject):
         self.robot = link.robot
         self._lens: Lens | None = None
         self._body: BodyState | None = None
-        self._round_trip, self._cap, self._share = RoundTrip(), DelayCap(), 1.0
+        self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
         self._voice = False
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
         self._readers = (
@@ -72,17 +72,17 @@ class Views(QObject):
             if link.has(name):
                 link.channel(name).arrived.connect(self.show_reading)
         if link.has("lens"):
-            link.channel("lens").arrived.connect(self._keep_lens)
+            link.channel("lens").arrived.connect(self._on_lens)
         if link.has("page"):
             link.channel("page").arrived.connect(self._show_page)
         if link.has("tablet"):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
         link.channel("picture").arrived.connect(self._on_picture)
-        self._stale_clock = PeriodicTimer(STALE_PERIOD, self._show_age, self)
+        self._age_timer = PeriodicTimer(AGE_PERIOD, self._show_age, self)
         window.video.stale_changed.connect(self._on_stale)
-        self._cap_clock = PeriodicTimer(CAP_PERIOD, self._weigh_delay, self)
-        self._cap_clock.start()
+        self._limit_timer = PeriodicTimer(LIMIT_PERIOD, self._update_share, self)
+        self._limit_timer.start()
         self._offer_cameras()
         self._join_panels()
         self._join_picture()
@@ -123,11 +123,11 @@ class Views(QObject):
         if taken is None and waiting > HALF_FROM:
             taken = waiting  # at least
         if taken is not None:
-            self._cap.note_command(taken, safety.arrived)
+            self._delay_limit.note_command(taken, safety.arrived)
             self._window.health.show_round_trip(taken)
 
-    def _weigh_delay(self) -> None:
-        share = self._cap.share(time.monotonic())
+    def _update_share(self) -> None:
+        share = self._delay_limit.share(time.monotonic())
         if share != self._share:
             self._share = share
             if not share:
@@ -177,7 +177,7 @@ class Views(QObject):
         video.pressed.connect(drive.press)
         video.dragged.connect(drive.drag)
         video.released.connect(drive.release_all)
-        video.set_overlay(self._paint_way)
+        video.set_overlay(self._paint_path)
         video.setCursor(Qt.CursorShape.CrossCursor)
         video.setToolTip("Hold the left button on the floor to drive there")
         drive.target_changed.connect(self._window.around.show_target)
@@ -210,15 +210,15 @@ class Views(QObject):
     def _on_picture(self, picture: Picture) -> None:
         age = time.time() - picture.stamp
         age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
-        self._cap.note_picture(age, time.monotonic())
+        self._delay_limit.note_picture(age, time.monotonic())
         self._window.health.show_picture(age, self._window.video.rate())
 
     def _on_stale(self, stale: bool) -> None:
         """What is told of the link grows old with the picture."""
         if stale:
-            self._stale_clock.start()
+            self._age_timer.start()
         else:
-            self._stale_clock.stop()
+            self._age_timer.stop()
 
     def _show_age(self) -> None:
         self._window.health.show_picture(self._window.video.age(), 0.0)
@@ -238,7 +238,7 @@ class Views(QObject):
         except ValueError as error:
             self._window.tablet.clear("The tablet cannot be shown", f"{error}.")
 
-    def _keep_lens(self, lens: Lens) -> None:
+    def _on_lens(self, lens: Lens) -> None:
         self._lens = lens
 
     def _view(self) -> CameraView | str:
@@ -256,7 +256,7 @@ class Views(QObject):
             return f"Where the camera looks is unknown: {error}."
         return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
 
-    def _paint_way(self, painter: QPainter, place: Place) -> None:
+    def _paint_path(self, painter: QPainter, place: Place) -> None:
         target = self.floor_drive.target
         if target is None or self._body is None:
             return
@@ -264,4 +264,4 @@ class Views(QObject):
         if isinstance(view, CameraView):
             radius = self.robot.outline.outer_radius
             start = (self._body.x, self._body.y)
-            paint_way(painter, place, view, start, target, radius, self.floor_drive.tone())
+            paint_path(painter, place, view, start, target, radius, self.floor_drive.tone())

@@ -8,12 +8,12 @@ from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
-from gui.driving.lease_client import DriveAccess
+from gui.driving.lease_client import LeaseClient
 from gui.styling import set_property
 
 
 class AccessBar(QWidget):
-    """Shows a `DriveAccess` and asks it for things.
+    """Shows a `LeaseClient` and asks it for things.
 
     Args:
         access: Of the robot that this bar is about.
@@ -27,7 +27,7 @@ class AccessBar(QWidget):
     keepButton: QPushButton
     menuButton: QToolButton
 
-    def __init__(self, access: DriveAccess, can_sign_out: bool, parent: QWidget | None = None) -> None:
+    def __init__(self, access: LeaseClient, can_sign_out: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         uic.loadUi(str(Path(__file__).resolve().with_name("access_bar.ui")), self)
         self._access, self._can_sign_out = access, can_sign_out

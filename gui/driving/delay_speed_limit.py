@@ -17,7 +17,7 @@ FORGET_AFTER = 2.0
 """Seconds after which a delay says nothing about now."""
 
 
-class DelayCap:
+class DelaySpeedLimit:
     """The share of the speed that may be asked for. Times are monotonic [s]."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ from gui.ros.channels import Answer
 if TYPE_CHECKING:
     from gui.driving.drive_controls import DriveControls
     from gui.driving.gamepad import Gamepad
-    from gui.driving.lease_client import DriveAccess
+    from gui.driving.lease_client import LeaseClient
     from gui.ros.link import RosLink
     from gui.window import OperatorWindow
 
@@ -23,7 +23,7 @@ STOP_REPEATS = 5
 ZERO_PERIOD = 100  # ms
 
 
-class Driving(QObject):
+class DriveCoordinator(QObject):
     """From held keys to commands.
 
     Args:
@@ -42,7 +42,7 @@ class Driving(QObject):
         self,
         window: OperatorWindow,
         link: RosLink,
-        access: DriveAccess,
+        access: LeaseClient,
         gamepad: Gamepad,
         controls: DriveControls,
     ) -> None:

@@ -29,7 +29,7 @@ from gui.styling import set_property
 from gui.theme import application
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
-KEEPS_KEYS = "keepsKeys"
+WANTS_LETTERS = "wantsLetters"
 """Property of a widget that wants letters for itself while it has the focus."""
 SEND_PERIOD = 50  # ms
 BOUNCE = 30
@@ -174,14 +174,14 @@ class DrivePad(QFrame):
         return False
 
     def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:
-        if _keeps_keys(now):
+        if _wants_letters(now):
             self.release_all()
 
     def _is_for_us(self, watched: QObject) -> bool:
         """Key events pass the filter for the window and again for the widget: the second time counts."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
-        return not _keeps_keys(QApplication.focusWidget())
+        return not _wants_letters(QApplication.focusWidget())
 
     def _take_key(self, event: QKeyEvent) -> bool:
         """True when the key means something here, and so nothing elsewhere."""
@@ -247,6 +247,6 @@ class DrivePad(QFrame):
         return cap
 
 
-def _keeps_keys(widget: QWidget | None) -> bool:
+def _wants_letters(widget: QWidget | None) -> bool:
     """Whether letters are meant for this widget."""
-    return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(KEEPS_KEYS)))
+    return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(WANTS_LETTERS)))

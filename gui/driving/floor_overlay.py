@@ -19,7 +19,7 @@ STEP = 0.05
 Place = Callable[[float, float], QPointF]
 
 
-def paint_way(
+def paint_path(
     painter: QPainter,
     place: Place,
     view: CameraView,

@@ -22,7 +22,7 @@ from telepresence.teleop.joystick_mapping import JoystickMapping
 log = logging.getLogger(__name__)
 
 PERIOD = 50  # ms
-LOOK_PERIOD = 1000  # ms between two looks for a pad that is not there
+SEARCH_PERIOD = 1000  # ms between two looks for a pad that is not there
 RESTART_HOLD = 1.0
 """Seconds that button 0 must be held: the thumb's first button is pressed by accident, too."""
 FAST = 2.0
@@ -78,16 +78,16 @@ class Gamepad(QObject):
         self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX
-        self._sticks = JoystickMapping(XBOX.sticks())
+        self._mapping = JoystickMapping(XBOX.sticks())
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
-        self._heard: float | None = None
+        self._received_at: float | None = None
         self._block = ""
         self._driving = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
         self._timer = PeriodicTimer(PERIOD, self._tick, self, precise=True)
-        self._search = PeriodicTimer(LOOK_PERIOD, self._poll, self)
+        self._search = PeriodicTimer(SEARCH_PERIOD, self._poll, self)
         self._rescale()
 
     @property
@@ -132,15 +132,15 @@ class Gamepad(QObject):
 
     def receive(self, axes: Sequence[float], buttons: Sequence[int]) -> None:
         """The state of a pad that is elsewhere, in an Xbox pad's order; to be repeated ten times a second."""
-        if self._heard is None:
+        if self._received_at is None:
             self._begin("joy", XBOX)
-        self._heard = time.monotonic()
+        self._received_at = time.monotonic()
         self._axes, self._buttons = tuple(axes), tuple(buttons)
         self._tick()
 
     def release_all(self) -> None:
         """Do not drive until LB has been let go."""
-        self._sticks.lose()
+        self._mapping.lose()
         self._tick()
 
     def set_block(self, reason: str, passing: bool = False) -> None:
@@ -167,7 +167,7 @@ class Gamepad(QObject):
     def _begin(self, name: str, layout: JoystickLayout) -> None:
         log.info("gamepad: %s", name)
         self._name, self._layout = name, layout
-        self._sticks = JoystickMapping(layout.sticks())
+        self._mapping = JoystickMapping(layout.sticks())
         self._rescale()
         self._axes, self._buttons = (), ()
         self._timer.start()
@@ -197,8 +197,8 @@ class Gamepad(QObject):
         if self._device is not None:
             self._device.close()
             self._device = None
-        self._heard = None
-        self._sticks.lose()
+        self._received_at = None
+        self._mapping.lose()
         self._axes, self._buttons, self._pressed_at = (), (), None
         if self._driving:
             self._driving = False
@@ -211,17 +211,17 @@ class Gamepad(QObject):
         now = time.monotonic()
         if not self._timer.isActive():
             return
-        if self._heard is not None and now - self._heard > SILENCE:
+        if self._received_at is not None and now - self._received_at > SILENCE:
             self._lose()
             return
-        if self._heard is None or now - self._heard < PERIOD / 1000.0:
-            self._sticks.update(self._axes, self._buttons, now)
-        velocity = self._sticks.command(now)
+        if self._received_at is None or now - self._received_at < PERIOD / 1000.0:
+            self._mapping.update(self._axes, self._buttons, now)
+        velocity = self._mapping.command(now)
         held = self._is_down(self._layout.LB)
         if self._block and held:
-            self._sticks.lose()
+            self._mapping.lose()
             velocity = None
-        driving = velocity is not None and held and self._sticks.armed
+        driving = velocity is not None and held and self._mapping.armed
         if driving or self._driving:
             self._driving = driving
             self.velocity.emit(*(velocity or (0.0, 0.0, 0.0)))
@@ -265,7 +265,7 @@ class Gamepad(QObject):
 
     def _rescale(self) -> None:
         turbo = max(1.0, min(FAST, self.top_speed / self._speed))
-        self._sticks.rescale(self._speed, self._turn, turbo)
+        self._mapping.rescale(self._speed, self._turn, turbo)
 
 
 def _at(values: Sequence[int], index: int) -> int:

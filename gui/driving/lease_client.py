@@ -38,7 +38,7 @@ JOIN_PERIOD = 2.0
 """Seconds between two attempts to join."""
 
 
-class DriveAccess(QObject):
+class LeaseClient(QObject):
     """Whether this window has the robot, and the way to it.
 
     Args:

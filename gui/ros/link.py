@@ -26,15 +26,15 @@ from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
-from gui.ros.transforms import Frames
+from gui.ros.transforms import Transforms
 from telepresence.station.ros_master import MasterWatch, master_proxy
 
 log = logging.getLogger(__name__)
 
 NODE = "gui_ros_node"
 KEYBOARD_NODE = "/teleop_twist_keyboard"
-LOOK_PERIOD = 0.5
-LOOK_TIMEOUT = 1.0
+POLL_PERIOD = 0.5
+POLL_TIMEOUT = 1.0
 FIND_TIMEOUT = 1.0
 """Seconds that a service may take to be found."""
 BUFFER = 1 << 22
@@ -71,7 +71,7 @@ class RosNode(QObject):
     def start(self) -> None:
         self._thread.start()
 
-    def hurry(self) -> None:
+    def poll_now(self) -> None:
         """A wish has changed: look now."""
         self._wake.set()
 
@@ -82,7 +82,7 @@ class RosNode(QObject):
         """Leave the graph; at most a few seconds, also when the master hangs."""
         self._closing.set()
         self._wake.set()
-        self._thread.join(timeout=2.0 * LOOK_TIMEOUT)
+        self._thread.join(timeout=2.0 * POLL_TIMEOUT)
         if not self.joined:
             return
         if time.monotonic() - self._sent_at < 0.5:
@@ -103,14 +103,14 @@ class RosNode(QObject):
                     self.trouble.emit(f"The window cannot join the ROS graph: {error}. Start it again.")
                     return
             for link in self.links:
-                link.follow(graph)
-            self._wake.wait(LOOK_PERIOD)
+                link.update(graph)
+            self._wake.wait(POLL_PERIOD)
             self._wake.clear()
 
     def _poll(self) -> Graph | None:
         """Publishers, subscribers and services as the master knows them; None without a master."""
         try:
-            reply: Any = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
+            reply: Any = master_proxy(self.master_uri, POLL_TIMEOUT).getSystemState(self.name)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return None
         code, _, graph = reply
@@ -129,11 +129,11 @@ class RosNode(QObject):
     def _is_taken(self) -> bool:
         """Whether a node of our name lives; a killed one may still be registered."""
         try:
-            found: Any = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
+            found: Any = master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name)
             code, _, uri = found
             if code != 1:
                 return False
-            answer: Any = master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)
+            answer: Any = master_proxy(uri, POLL_TIMEOUT).getPid(self.name)
             return bool(answer[0] == 1)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return False
@@ -170,7 +170,7 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._frames = Frames(robot.namespace, _subscribe_all)
+        self._transforms = Transforms(robot.namespace, _subscribe_all)
         self._open = True
         queued = Qt.ConnectionType.QueuedConnection
         self._polled.connect(self._on_polled, queued)  # type: ignore[call-arg]  # PyQt5's stub
@@ -187,7 +187,7 @@ class RosLink(QObject):
     def set_open(self, wanted: bool) -> None:
         """Hear and send, or neither: nobody has signed in."""
         self._open = wanted
-        self._node.hurry()
+        self._node.poll_now()
 
     @property
     def feed(self) -> str:
@@ -209,21 +209,21 @@ class RosLink(QObject):
     def watch(self, name: str, wanted: bool) -> None:
         """Subscribe to a channel as soon as possible, or stop doing so."""
         self._channels[name].wanted = wanted
-        self._node.hurry()
+        self._node.poll_now()
 
     def resolve(self, name: str) -> str:
         """The full name of a topic or service of this robot."""
         return self._resolve(name)
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
-        """See `Frames.place_of`."""
-        return self._frames.place_of(frame, seen_from, stamp)
+        """See `Transforms.place_of`."""
+        return self._transforms.place_of(frame, seen_from, stamp)
 
     def change_topic(self, name: str, topic: str) -> None:
         """Hear a channel on another topic from now on."""
         channel = self._channels[name]
         channel.row = replace(channel.row, topic=topic)
-        self._node.hurry()
+        self._node.poll_now()
 
     def send(self, name: str, *values: object) -> bool:
         """Publish; whether the graph has been joined."""
@@ -288,11 +288,11 @@ class RosLink(QObject):
             if kind is not None:
                 self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
 
-    def follow(self, graph: Graph | None) -> None:
+    def update(self, graph: Graph | None) -> None:
         """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
         not for Qt's thread."""
         if graph is not None:
-            self._frames.listen(self._open)
+            self._transforms.listen(self._open)
             for name, channel in self._channels.items():
                 subscriber = self._subscribers.get(name)
                 if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):

@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
 from gui.periodic_timer import PeriodicTimer
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
-from gui.terminal.x11 import Host, X11Error
+from gui.terminal.x11 import HostWindow, X11Error
 from gui.theme import application
 
 log = logging.getLogger(__name__)
@@ -59,7 +59,7 @@ class TerminalView(QFrame):
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
         self._reaper: subprocess.Popen | None = None
-        self._host: Host | None = None
+        self._host: HostWindow | None = None
         self._guest: int | None = None
         self._has_keyboard = False
         self._wants_keyboard = False
@@ -77,7 +77,7 @@ class TerminalView(QFrame):
         self._layout = QStackedLayout(self)
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
-        self._search = PeriodicTimer(SEARCH_PERIOD, self._look_for_guest, self)
+        self._search = PeriodicTimer(SEARCH_PERIOD, self._find_guest, self)
         application().installEventFilter(self)
 
     @property
@@ -109,13 +109,13 @@ class TerminalView(QFrame):
             return
         self._layout.setCurrentWidget(self._container)
         try:
-            self._host = Host(int(self._container.winId()))
+            self._host = HostWindow(int(self._container.winId()))
         except X11Error as error:
             self._cover.say(str(error))
             self._layout.setCurrentWidget(self._cover)
             return
         for key in (_LEAVE_KEY, _STOP_KEY):
-            self._host.keep_key(key)
+            self._host.grab_key(key)
         self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
         self._clicks.activated.connect(self._on_x_event)
         self._wants_keyboard = self.isVisible()
@@ -195,7 +195,7 @@ class TerminalView(QFrame):
             command += ["-xrm", resource]
         return [*command, "-e", *self._tmux.attach_command]
 
-    def _look_for_guest(self) -> None:
+    def _find_guest(self) -> None:
         guest = self._host.guest() if self._host is not None else None
         if self._host is None or guest is None:
             return
@@ -229,7 +229,7 @@ class TerminalView(QFrame):
         return False
 
     def _on_x_event(self) -> None:
-        happened = self._host.news() if self._host is not None else []
+        happened = self._host.events() if self._host is not None else []
         if _STOP_KEY in happened:
             self.stop_typed.emit()
         if _LEAVE_KEY in happened:

@@ -7,7 +7,7 @@ from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.driving.drive_pad import KEEPS_KEYS
+from gui.driving.drive_pad import WANTS_LETTERS
 from gui.widgets.key_legend import KeyLegend
 
 SECTIONS = (
@@ -64,7 +64,7 @@ class HelpOverlay(QFrame):
         self._covered = parent
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Keys and help")
-        self.setProperty(KEEPS_KEYS, True)
+        self.setProperty(WANTS_LETTERS, True)
         card = QFrame()
         card.setProperty("kind", "card")
         columns = QHBoxLayout(card)

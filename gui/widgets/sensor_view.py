@@ -61,13 +61,13 @@ class SensorView(QFrame):
         self.set_robot(Outline.disc(0.25), 0.35, 1.8)
         self.setMinimumSize(180, 180)
         self.setToolTip("The robot from above. Ring: speed allowed in each direction. Turn the wheel to zoom.")
-        self._keeper: dict[type, Callable] = {
+        self._handlers: dict[type, Callable] = {
             Points: lambda reading: self._points.update({reading.source: reading}),
             Beams: lambda reading: self._beams.update({reading.source: reading}),
             Cone: lambda reading: self._cones.update({reading.source: reading}),
             Bumpers: lambda reading: setattr(self, "_bumpers", reading),
             Safety: lambda reading: setattr(self, "_safety", reading),
-            BodyState: self._keep_body,
+            BodyState: self._on_body,
         }
         self._refresh = PeriodicTimer(REFRESH_PERIOD, self.update, self)
         self._refresh.start()
@@ -91,7 +91,7 @@ class SensorView(QFrame):
 
     def show_reading(self, reading: object) -> None:
         """Take in a reading; kinds that are not painted here are ignored."""
-        keep = self._keeper.get(type(reading))
+        keep = self._handlers.get(type(reading))
         if keep is not None:
             keep(reading)
             self.update()
@@ -106,7 +106,7 @@ class SensorView(QFrame):
         """Places in odom [m], oldest first."""
         return list(self._trail)
 
-    def _keep_body(self, body: BodyState) -> None:
+    def _on_body(self, body: BodyState) -> None:
         self._body = body
         here = (body.x, body.y)
         if self._trail and math.dist(self._trail[-1], here) > 1.0:

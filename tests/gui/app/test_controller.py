@@ -248,7 +248,7 @@ def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, lin
 
     def late(seconds):
         def told():
-            views._cap.note_command(seconds, time.monotonic())
+            views._delay_limit.note_command(seconds, time.monotonic())
             return window.controller.driving._share == (1.0 if seconds < 0.5 else 0.5 if seconds < 1.0 else 0.0)
 
         spin(told, f"{seconds} s are noticed")
