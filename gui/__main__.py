@@ -35,13 +35,13 @@ from telepresence.teleop.accounts import Users
 
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
-"""Rows of a screen, and the scale from there on."""
+"""(height of the screen [px], scale of the window from that height on)."""
 SCREENSHOT_DELAY = 1000
-"""ms after the first picture: time for the terminal to show what it runs."""
+"""[ms] after the first picture: time for the terminal to show what it runs."""
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Open the window; the exit code when there can be none. With the window the process ends."""
+    """Open the window, and end the process when it is closed; return the exit code if no window can be opened."""
     arguments = parse(without_remappings(sys.argv)[1:] if argv is None else argv)
     problem = display_problem(os.environ)
     if problem:
@@ -53,8 +53,8 @@ def main(argv: list[str] | None = None) -> int:
     chosen = os.environ.setdefault("QT_SCALE_FACTOR", scale) != scale
     application = QApplication(sys.argv[:1])
     if not chosen:
-        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
-    _cycles = GcOnQtThread()  # works for as long as it is held
+        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts choose their own
+    _gc = GcOnQtThread()  # collects for as long as this variable refers to it
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
     settings = Settings(default_file())
@@ -84,7 +84,7 @@ def main(argv: list[str] | None = None) -> int:
     window.show_on_screen()
     settings.restore_window(window)
     add_shortcuts(window, tabs, front)
-    # On the screen first: the terminal opens its window in this one.
+    # The window has to be on the screen by now: the terminal opens its own inside it.
     users = Users(arguments.users) if arguments.sign_in else None
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
     if authorization.page is not None:
@@ -110,7 +110,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) -> list[RobotTab]:
-    """One for each robot that the command line names."""
+    """Make a tab for each robot that the command line names."""
     names = list(ROBOTS) if arguments.profile == BOTH else [arguments.profile]
     tabs = []
     for index, name in enumerate(names):
@@ -118,7 +118,7 @@ def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) 
         if index < len(arguments.feed):
             robot = robot.with_feed(arguments.feed[index])
         if index:
-            # Of two nodes with one name ROS ends the older.
+            # ROS ends the older of two nodes with one name.
             robot = replace(robot, keyboard=f"{robot.keyboard} name:=keyboard_of_{name}")
         usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
@@ -131,7 +131,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
     parser.add_argument(
         "--robot", metavar="ADDRESS", nargs="+", default=[],
-        help="the robot, or both: Pepper first; default NAO_IP, else the one of the last time",
+        help="the robot, or both: Pepper first; default NAO_IP, else the address of the last session",
     )  # fmt: skip
     parser.add_argument(
         "--profile", choices=[*ROBOTS, BOTH], default="pepper",
@@ -147,7 +147,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--gamepad", metavar="DEVICE", default="",
-        help="a joystick device, joy for the topic of that name, or none; default the first that is plugged in",
+        help="a joystick device, joy for the topic of that name, or none; default the first one that is plugged in",
     )  # fmt: skip
     attach = parser.add_mutually_exclusive_group()
     attach.add_argument(
@@ -160,9 +160,9 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--scale", metavar="FACTOR", type=float, default=0.0,
-        help="everything this much larger; default by the height of the screen, 2 on 4K",
+        help="show everything this much larger; default by the height of the screen, 2 on 4K",
     )  # fmt: skip
-    parser.add_argument("--theme", choices=themes(), help="colours; default those of the last time, at first dark")
+    parser.add_argument("--theme", choices=themes(), help="colours; default those of the last session, at first dark")
     parser.add_argument(
         "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
     )
@@ -172,23 +172,23 @@ def parse(argv: list[str]) -> argparse.Namespace:
 
 
 def usual_scale(environment: Mapping[str, str]) -> float:
-    """How much larger everything is to be on this screen than on one of 720 to 1200 rows."""
+    """Return how much larger everything should be on this screen than on one of 720 to 1200 rows."""
     rows = screen_height(environment.get("DISPLAY", ""))
     return next((factor for least, factor in SCALES if rows >= least), 1.0)
 
 
 def display_problem(environment: Mapping[str, str]) -> str | None:
-    """Why no window can be opened, and what to do; None when one can."""
+    """Return why no window can be opened and what to do; None when one can."""
     if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb":
         return None
     display = environment.get("DISPLAY")
     if display and hold_display(display):
         return None
-    found = f"no X server lets us in at DISPLAY={display}" if display else "DISPLAY is not set"
+    found = f"no X server accepts connections at DISPLAY={display}" if display else "DISPLAY is not set"
     return (
         f"there is no display for a window: {found}.\n"
-        "  On a machine without a screen run  ./stack up : it brings a virtual display and shows the window on a web "
-        "page.\n  Over ssh connect with  ssh -X . With an X server at hand:  export DISPLAY=:0"
+        "  On a machine without a screen run  ./stack up : it starts a virtual display and shows the window on a web "
+        "page.\n  Over ssh connect with  ssh -X . Where an X server runs:  export DISPLAY=:0"
     )
 
 
@@ -204,8 +204,8 @@ def save_screenshot(window: QMainWindow, path: Path) -> None:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with everything closed. Going on to return would let Python take the widgets and the application
-    apart in an order of its own, beside rospy's threads, which now and then ends in a crash."""
+    """End the process at once, after everything has been closed. Returning would let Python destroy the widgets and the
+    application in an arbitrary order while rospy's threads still run, which crashes now and then."""
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()

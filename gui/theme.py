@@ -17,16 +17,16 @@ _PROPERTY = "theme"
 
 
 def themes() -> list[str]:
-    """Names of the themes there are."""
+    """Return the names of all themes."""
     return sorted(path.stem for path in _FOLDER.glob("*.toml"))
 
 
 @lru_cache
 def colours(theme: str) -> MappingProxyType[str, str]:
-    """Name -> "#rrggbb".
+    """Return the colours of a theme: name -> "#rrggbb".
 
     Raises:
-        ValueError: There is no such theme; the text names those that there are.
+        ValueError: There is no such theme; the message names those that exist.
     """
     if theme not in themes():
         raise ValueError(f"there is no theme '{theme}'; known: {', '.join(themes())}")
@@ -34,7 +34,7 @@ def colours(theme: str) -> MappingProxyType[str, str]:
 
 
 def style_sheet(theme: str) -> str:
-    """The style sheet in the colours of a theme.
+    """Return the style sheet in the colours of a theme.
 
     Raises:
         ValueError: There is no such theme, or the sheet names a colour that it lacks.
@@ -62,7 +62,7 @@ def application() -> QApplication:
 
 
 def apply(theme: str) -> None:
-    """Dress the whole application; widgets that paint themselves paint anew.
+    """Use a theme for the whole application; widgets that paint themselves are repainted.
 
     Raises:
         ValueError: There is no such theme.
@@ -75,15 +75,15 @@ def apply(theme: str) -> None:
 
 
 def current() -> str:
-    """The theme that `apply` was last called with."""
+    """Return the theme that `apply` was last called with."""
     return application().property(_PROPERTY) or DEFAULT
 
 
 def colour(name: str, alpha: float = 1.0) -> QColor:
-    """A colour of the current theme for a painter.
+    """Return a colour of the current theme for a painter.
 
     Args:
-        alpha: 0 is clear, 1 opaque.
+        alpha: 0 is transparent, 1 opaque.
     Raises:
         KeyError: No such colour.
     """

@@ -1,4 +1,4 @@
-"""The operator's window: lays the widgets out, nothing else. What they do is joined in `controller.py`."""
+"""The operator's window: the layout of its widgets and nothing else. `gui.app.controller` connects them."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ __all__ = ["SIZE", "OperatorWindow", "style_sheet", "themes"]
 _HERE = Path(__file__).resolve().parent
 SIZE = QSize(1280, 720)
 SIDE_WIDTH = 570
-"""Pixels of the right column at first; what a wider window has more belongs to the camera."""
+"""Width of the right column at first [px]; a wider window gives the rest to the camera."""
 CONTROLS_HEIGHT = 322
-"""Pixels above the deck at first."""
+"""Height of what is above the deck at first [px]."""
 NO_TABLET = (
     "No picture of the tablet",
-    "A simulated robot tells what its tablet shows. A real one shows the page of com_cam: "
+    "A simulated robot publishes what its tablet shows. A real one shows the page of com_cam: "
     "port 10002 of the machine that runs the robot's programs.",
 )
 LARGEST = 0.9
@@ -54,7 +54,7 @@ LARGEST = 0.9
 UNLIMITED = 16777215
 """QWIDGETSIZE_MAX of Qt: no limit to a widget's height [px]."""
 TITLE_BAR = 30
-"""Rows that a window manager may take for a title, at most."""
+"""Height of a window manager's title bar, at most [px]."""
 
 
 def place_on_screen(window: QMainWindow) -> None:
@@ -65,19 +65,19 @@ def place_on_screen(window: QMainWindow) -> None:
     window.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
     window.move(available.center() - window.rect().center())
     if available.height() < SIZE.height() + TITLE_BAR:
-        window.showMaximized()  # else the title would push the last line off the screen
+        window.showMaximized()  # else the title bar would push the status bar off the screen
     else:
         window.show()
     window.activateWindow()
 
 
 class OperatorWindow(QMainWindow):
-    """Widgets by name, as in window.ui."""
+    """One robot's page. The attributes are the widgets of window.ui."""
 
     activation_changed = pyqtSignal(bool)
-    """Whether keys that the terminal does not get come to this window."""
+    """Whether this window receives the keys that the terminal does not get."""
     closed_by_key = pyqtSignal()
-    """Ctrl+Q."""
+    """Ctrl+Q was pressed."""
 
     headerLayout: QHBoxLayout
     brand: QLabel
@@ -151,7 +151,7 @@ class OperatorWindow(QMainWindow):
         self.cameraChoice.hide()
         for button in self.findChildren(QAbstractButton):
             if button.focusPolicy() == Qt.FocusPolicy.StrongFocus:
-                # A click must not put the space bar, which stops the robot, on a button.
+                # A click must not focus a button: the space bar would press it instead of stopping the robot.
                 button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.recordButton.ensurePolished()
         self.recordButton.setMinimumWidth(self.recordButton.sizeHint().width())  # its text changes while it records
@@ -160,12 +160,12 @@ class OperatorWindow(QMainWindow):
         QShortcut(QKeySequence("Ctrl+Q"), self).activated.connect(self._on_close_key)
 
     def show_on_screen(self) -> None:
-        """Show it at its usual size; on a large screen with room around it, on a small one as large as that allows."""
+        """Show the window at its usual size; larger on a large screen, maximized on a small one."""
         place_on_screen(self)
         self.pad.setFocus()
 
     def put_tabs(self, tabs: QWidget) -> None:
-        """Show the robots to choose from, in place of the program's name."""
+        """Show these tabs in place of the program's name."""
         self.brand.hide()
         self.headerLayout.insertWidget(0, tabs)
 
@@ -179,9 +179,9 @@ class OperatorWindow(QMainWindow):
         self.deck.setCurrentWidget(page)
 
     def fold_deck(self, folded: bool) -> None:
-        """Leave only the deck's tabs, and the room to the sensors; or bring it back."""
+        """Show only the tabs of the deck, to give its room to the sensors; or show all of it again."""
         self._fold.setText("▴" if folded else "▾")
-        self._fold.setShortcut("F4")  # a new text drops it
+        self._fold.setShortcut("F4")  # setText removes it
         bar, card = self.deck.tabBar(), self.deck.parentWidget()
         assert bar is not None and card is not None  # window.ui makes both
         card.setMaximumHeight(bar.sizeHint().height() + 10 if folded else UNLIMITED)
@@ -191,7 +191,7 @@ class OperatorWindow(QMainWindow):
             page.setVisible(not folded and index == self.deck.currentIndex())
 
     def change_theme(self) -> None:
-        """The next theme there is."""
+        """Switch to the next theme."""
         known = themes()
         theme.apply(known[(known.index(theme.current()) + 1) % len(known)])
 
@@ -200,7 +200,7 @@ class OperatorWindow(QMainWindow):
         self.close()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """A click beside everything ends typing in a field: the keys drive."""
+        """A click on the background ends typing in a field: keys drive again."""
         self.pad.setFocus()
         super().mousePressEvent(event)
 

@@ -1,4 +1,4 @@
-"""Who may see and do what: the sign-in page lies over everything until somebody has signed in, and again afterwards."""
+"""Who may see and do what: the sign-in page covers the window whenever nobody is signed in."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class Lockable(Protocol):
 
 
 class Authorization(QObject):
-    """Joins the sign-in page with the window.
+    """Shows window, terminal and controls to people as their roles allow.
 
     Args:
-        window, terminal: What is hidden from whom.
+        window, terminal: What is hidden.
         controllers: One for each robot.
         users: The accounts; None lets everybody in as a pilot.
     """
@@ -66,7 +66,7 @@ class Authorization(QObject):
         self.dismiss()
 
     def admit(self, account: Account) -> None:
-        """Show the window to this person, as far as the role goes."""
+        """Show the window to this person, as far as their role allows."""
         self.account = account
         if self.page is not None:
             self._pages.setCurrentWidget(self._main)
@@ -80,7 +80,7 @@ class Authorization(QObject):
         self._window.pad.setFocus()
 
     def dismiss(self) -> None:
-        """Nobody sees pictures or controls any more. What runs in the terminal goes on: others may need it."""
+        """Hide pictures and controls from everybody. What runs in the terminal keeps running: others may need it."""
         self.account = None
         for controller in self._controllers:
             controller.dismiss()

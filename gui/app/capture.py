@@ -1,4 +1,4 @@
-"""What the pilot keeps of a session: snapshots of the picture, and recordings with their reports."""
+"""Snapshots of the picture, and recordings of a session with their reports."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ FOLDER = "TELEPRESENCE_FOLDER"
 
 
 def default_folder() -> Path:
-    """Where snapshots and recordings go."""
+    """Return the folder for snapshots and recordings."""
     return Path(os.environ.get(FOLDER) or Path.home() / "telepresence")
 
 
 class Capture(QObject):
-    """Joins the buttons Snapshot and Record."""
+    """What the buttons Snapshot and Record do."""
 
     said = pyqtSignal(str, str)
-    """A sentence for the pilot, and its level."""
+    """A message for the pilot, and its level."""
 
     def __init__(self, window: OperatorWindow, link: RosLink, folder: Path) -> None:
         super().__init__(window)
@@ -49,7 +49,7 @@ class Capture(QObject):
         """Save the picture as the robot sent it."""
         image = self._window.video.image
         if image is None:
-            self.said.emit("There is no picture to keep. Press Robot feed first.", "warn")
+            self.said.emit("There is no picture to save. Press Robot feed first.", "warn")
             return
         target = self._folder / f"{self._name()}.png"
         try:

@@ -1,4 +1,4 @@
-"""What the buttons do and the indicators say: joins the window, the ROS link and the terminal."""
+"""What the buttons do and the indicators show: connects one robot's page with its ROS link and its terminal."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 
 
 class Attach(enum.Enum):
-    """Whether to join programs that run already: show the camera, and start the keyboard in the terminal."""
+    """Whether to attach to programs that run already: show the camera, and start the keyboard in the terminal."""
 
     AUTO = "auto"
-    """When a driver is found before any button was pressed."""
+    """When a driver is found before any button is pressed."""
     ALWAYS = "always"
     """As soon as there is a ROS master."""
     NEVER = "never"
 
 
 class Controller(QObject):
-    """The window's behaviour.
+    """The behaviour of one robot's page.
 
     Args:
-        window, link, terminal: What it joins. `link` and `terminal` are started by the caller.
-        attach: Whether to join programs that run already.
+        window, link, terminal: What it connects. The caller starts `link` and `terminal`.
+        attach: Whether to attach to programs that run already.
         sign_in: Whether people sign in; otherwise the robot's programs are started for everybody.
-        gamepad: Hand on the robot.
+        gamepad: An input device beside pad and picture; by default one that never drives.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Controller(QObject):
         self._advise()
 
     def _mount(self) -> None:
-        """Put the parts of driving into the places that the window has for them."""
+        """Add the widgets for driving to the window."""
         window = self._window
         window.accessSlot.addWidget(self.bar)
         window.driveSlot.addWidget(self.controls)
@@ -110,7 +110,7 @@ class Controller(QObject):
         self.gamepad.top_speed = robot.top_speed
 
     def admit(self, account: Account) -> None:
-        """Somebody has signed in."""
+        """Connect to the robot for somebody who has signed in."""
         self._link.set_open(True)
         self.access.sign_in(account)
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
@@ -118,7 +118,7 @@ class Controller(QObject):
         self._on_state(self._link.state)
 
     def dismiss(self) -> None:
-        """Nobody is signed in any more: nothing is heard, nothing is sent."""
+        """Nobody is signed in any more: receive nothing, send nothing."""
         self.driving.mux.release_all()
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
@@ -127,7 +127,7 @@ class Controller(QObject):
     # --- buttons ---
 
     def start_roscore(self) -> None:
-        """Type roscore into a window of its own."""
+        """Type roscore into a tmux window of its own."""
         self._attach = Attach.NEVER
         if self._link.state.master:
             self._say(f"A ROS master answers at {self._link.state.master_uri} already. Go on with Session start.")
@@ -136,7 +136,7 @@ class Controller(QObject):
         self._terminal.type_line(commands.roscore(self._link.state.master_uri), commands.ROSCORE_WINDOW)
 
     def start_session(self) -> None:
-        """Type the launch of the robot's programs, or only of the keyboard when they run already."""
+        """Type the command that launches the robot's programs, or only the keyboard when they run already."""
         self._attach = Attach.NEVER
         self._window.show_terminal()
         if self._link.state.driver:
@@ -184,7 +184,7 @@ class Controller(QObject):
         self._advise()
 
     def _on_access(self) -> None:
-        """Who may drive again reads no longer why not."""
+        """Whoever may drive again no longer sees why they could not."""
         if self.access.mine and not self._drove:
             self._advise()
         self._drove = self.access.mine

@@ -1,4 +1,4 @@
-"""Everything the window has for one robot, joined: link, page, terminal, hands, keeping."""
+"""One robot's part of the window: link, page, terminal, input devices, snapshots and recordings."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class RobotTab(QObject):
         node: The window's node, shared by all robots.
         robot: What it is.
         address: Where it is.
-        arguments: Of the command line, see gui/__main__.py.
-        alone: There is no other.
+        arguments: The command line's, see gui/__main__.py.
+        alone: There is no other robot.
     """
 
     def __init__(
@@ -52,7 +52,8 @@ class RobotTab(QObject):
         self.window.feedButton.toggled.connect(self._on_feed)
 
     def set_in_front(self, in_front: bool) -> None:
-        """Only the robot in front is driven and looked at; the others keep running, and keep their terminals."""
+        """Drive and show this robot, or stop doing so: only the one in front is driven and seen. Its programs and its
+        terminal keep running."""
         self._in_front = in_front
         self.controller.driving.set_away("" if in_front else AWAY)
         feed = self.window.feedButton
@@ -63,23 +64,23 @@ class RobotTab(QObject):
             feed.setChecked(False)
 
     def _on_feed(self, wanted: bool) -> None:
-        """Pictures that nobody sees are not asked for, also when the robot's programs are joined out of sight."""
+        """Ask for no pictures that nobody sees, even when the robot's programs are found while it is not in front."""
         if wanted and not self._in_front:
             self._had_feed = True
             self.window.feedButton.setChecked(False)
 
     def restore(self, settings: Settings) -> None:
-        """Be as at the last time."""
+        """Restore the settings of the last session."""
         controls = self.controller.controls
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
 
     def save(self, settings: Settings) -> None:
-        """For the next time."""
+        """Save the settings for the next session."""
         settings.save(f"{self.link.robot.name}/speed", self.controller.controls.speed)
         settings.save(f"{self.link.robot.name}/address", self.window.address.text())
 
     def start(self) -> None:
-        """The window is on the screen."""
+        """Look for the gamepad from now on; to be called when the window is on the screen."""
         self.gamepad.start()
 
     def close(self) -> None:
@@ -89,7 +90,7 @@ class RobotTab(QObject):
 
 
 class Terminals:
-    """All terminals at once, for whoever lets people in."""
+    """The terminals of all robots, which are opened and denied together (`gui.app.authorization.Lockable`)."""
 
     def __init__(self, tabs: list[RobotTab]) -> None:
         self._terminals = [tab.terminal for tab in tabs]

@@ -1,5 +1,4 @@
-"""What the robot tells, shown: joins one robot's channels to the widgets that paint them, and the picture to the floor
-that it shows."""
+"""Connects one robot's channels to the widgets that show them, and clicks on the picture to driving on the floor."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from PyQt5.QtGui import QPainter
 
 from gui.driving.delay_speed_limit import HALF_FROM, DelaySpeedLimit
 from gui.driving.floor_drive import FloorDrive
-from gui.driving.floor_overlay import Place, paint_path
+from gui.driving.floor_overlay import PixelToWidget, paint_path
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
@@ -30,24 +29,24 @@ READINGS = (
     "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
     "voice_levels", "voice_state", "voice_settings", "posture",
 )  # fmt: skip
-"""Channels whose readings go to widgets as they are."""
+"""Channels whose readings are passed to the widgets unchanged."""
 AGE_PERIOD = 250  # ms
 LIMIT_PERIOD = 100  # ms
 CLOCKS_DIFFER = 5.0
-"""Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
+"""[s]; an age above this, or below zero, means that the clocks disagree, not that the picture is old."""
 
 
 class Views(QObject):
-    """Shows one robot.
+    """Shows what one robot publishes.
 
     Attributes:
-        floor_drive: Source of velocities; to be given to whatever sends them.
+        floor_drive: Input device that drives to the place the pilot points at; to be added to the `InputMux`.
     """
 
     said = pyqtSignal(str, str)
-    """A sentence for the pilot, and its level."""
+    """A message for the pilot, and its level."""
     share_changed = pyqtSignal(float)
-    """How much of the speed the link's delay leaves, 0 to 1."""
+    """The share of the speed that the link's delay allows, 0 to 1."""
 
     def __init__(self, window: OperatorWindow, link: RosLink) -> None:
         super().__init__(window)
@@ -88,18 +87,18 @@ class Views(QObject):
         self._join_picture()
 
     def watch_picture(self, wanted: bool) -> None:
-        """Somebody looks, or not any more."""
+        """Receive the calibration that belongs to the picture, or stop doing so."""
         if self._link.has("lens"):
             self._link.watch("lens", wanted)
         if not wanted:
             self._window.health.clear_picture()
 
     def note_sent(self) -> None:
-        """A command that moves the robot has left."""
+        """Note that a command that moves the robot has been sent."""
         self._round_trip.sent(time.monotonic())
 
     def show_reading(self, reading: object) -> None:
-        """Hand a reading to every widget that paints its kind."""
+        """Pass a reading to every widget that shows its kind."""
         for reader in self._readers:
             reader.show_reading(reading)
         if isinstance(reading, BodyState):
@@ -109,10 +108,10 @@ class Views(QObject):
             if self.floor_drive.target is not None:
                 self._window.video.update()
         elif isinstance(reading, DriveState):
-            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # a sentence would widen the column
+            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # the whole text would widen the column
             self._window.aroundLabel.setToolTip(reading.text)
         elif isinstance(reading, PostureResult):
-            text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'no reason was told'}."
+            text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'it gave no reason'}."
             self._window.robotPanel.answer(text)
         elif isinstance(reading, VoiceState):
             self._voice = True
@@ -121,7 +120,7 @@ class Views(QObject):
         taken = self._round_trip.answered(safety.command_age, safety.arrived)
         waiting = self._round_trip.waiting(safety.arrived)
         if taken is None and waiting > HALF_FROM:
-            taken = waiting  # at least
+            taken = waiting  # the round trip takes at least that long
         if taken is not None:
             self._delay_limit.note_command(taken, safety.arrived)
             self._window.health.show_round_trip(taken)
@@ -131,7 +130,7 @@ class Views(QObject):
         if share != self._share:
             self._share = share
             if not share:
-                self._round_trip.forget()  # nothing is sent from now on
+                self._round_trip.forget()  # no commands are sent from now on
             self._window.health.show_share(share)
             self.share_changed.emit(share)
 
@@ -152,7 +151,7 @@ class Views(QObject):
 
     def _say(self, text: str) -> None:
         if not self._link.send("say", text):
-            self._window.robotPanel.answer("There is no ROS master, so nobody hears this. Press Roscore start.")
+            self._window.robotPanel.answer("There is no ROS master, so the robot cannot say this. Press Roscore start.")
 
     def _take_posture(self, name: str) -> None:
         panel = self._window.robotPanel
@@ -183,7 +182,7 @@ class Views(QObject):
         drive.target_changed.connect(self._window.around.show_target)
         drive.target_changed.connect(lambda _target: video.update())
         drive.refused.connect(lambda reason: self.said.emit(reason, "warn"))
-        drive.resumed.connect(lambda: self.said.emit("On the way again to where you point.", "good"))
+        drive.resumed.connect(lambda: self.said.emit("Driving on to where you point.", "good"))
 
     def _offer_cameras(self) -> None:
         choice = self._window.cameraChoice
@@ -214,7 +213,7 @@ class Views(QObject):
         self._window.health.show_picture(age, self._window.video.rate())
 
     def _on_stale(self, stale: bool) -> None:
-        """What is told of the link grows old with the picture."""
+        """Show the age of the last picture as it grows."""
         if stale:
             self._age_timer.start()
         else:
@@ -227,10 +226,10 @@ class Views(QObject):
         self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)
 
     def _show_page(self, state: PageState) -> None:
-        """A real tablet tells no picture of itself; the program that feeds it knows at least how it is."""
+        """Show the state of the tablet's page where there is no picture of it: a real tablet publishes none."""
         if self._window.tablet.image is None:
             text = f"{state.text[:1].upper()}{state.text[1:]}. The page: {state.page}"
-            self._window.tablet.clear("The tablet sends no picture of itself", text)
+            self._window.tablet.clear("The tablet publishes no picture of its screen", text)
 
     def _show_tablet(self, picture: Picture) -> None:
         try:
@@ -242,21 +241,21 @@ class Views(QObject):
         self._lens = lens
 
     def _view(self) -> CameraView | str:
-        """The camera's view as the picture that is shown was taken, in the odometry's frame; or why there is none."""
+        """Return the camera's view, in the odometry frame, when the shown picture was taken; or why it is unknown."""
         image = self._window.video.image
         if image is None:
             return "There is no picture to point at."
         if self._lens is None:
-            return "The camera does not tell its calibration (camera_info), so places in it are unknown."
+            return "The camera publishes no calibration (camera_info), so positions in its picture are unknown."
         if self._body is None:
-            return "The robot tells no odometry, so it would not find the way there."
+            return "The robot publishes no odometry, so it could not find the way there."
         try:
             rotation, place = self._link.place_of(self._lens.frame, self._body.frame, self._window.video.stamp)
         except LookupError as error:
-            return f"Where the camera looks is unknown: {error}."
+            return f"The direction of the camera is unknown: {error}."
         return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
 
-    def _paint_path(self, painter: QPainter, place: Place) -> None:
+    def _paint_path(self, painter: QPainter, to_widget: PixelToWidget) -> None:
         target = self.floor_drive.target
         if target is None or self._body is None:
             return
@@ -264,4 +263,4 @@ class Views(QObject):
         if isinstance(view, CameraView):
             radius = self.robot.outline.outer_radius
             start = (self._body.x, self._body.y)
-            paint_path(painter, place, view, start, target, radius, self.floor_drive.tone())
+            paint_path(painter, to_widget, view, start, target, radius, self.floor_drive.tone())

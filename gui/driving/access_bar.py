@@ -1,4 +1,4 @@
-"""Who drives, and what can be done about it: take, ask, hand over, leave, sign out."""
+"""Shows who drives, and lets people take, ask for, hand over and release the robot, and sign out."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from gui.styling import set_property
 
 
 class AccessBar(QWidget):
-    """Shows a `LeaseClient` and asks it for things.
+    """Buttons and menu for a `LeaseClient`.
 
     Args:
-        access: Of the robot that this bar is about.
-        can_sign_out: There are accounts; without them nobody signs in or out.
+        access: The lease of the robot that this bar is about.
+        can_sign_out: Whether there are accounts; without them nobody signs in or out.
     """
 
     sign_out_wanted = pyqtSignal()
@@ -41,7 +41,7 @@ class AccessBar(QWidget):
         self.show_access()
 
     def show_access(self) -> None:
-        """Show how things are now."""
+        """Show the current state of the lease."""
         access, state = self._access, self._access.state
         asking = state.asking if state is not None and access.mine else ""
         if state is None:
@@ -58,14 +58,14 @@ class AccessBar(QWidget):
         who = f"You are {account.name}, {account.role}. " if account else ""
         here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""
         button.setText(f"●  {text}")
-        button.setShortcut("F2")  # a new text drops it
+        button.setShortcut("F2")  # setText removes it
         button.setToolTip(f"{who}{here}Hand over, sign out: F2")
         set_property(button, "level", level)
         self.takeButton.setVisible(bool(asking) or (state is not None and access.is_pilot and not access.mine))
         text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
         if text != self.takeButton.text():
             self.takeButton.setText(text)
-            self.takeButton.setShortcut("F3")  # a new text drops it
+            self.takeButton.setShortcut("F3")  # setText removes it
         self.keepButton.setVisible(bool(asking))
 
     def _on_take(self) -> None:

@@ -1,7 +1,7 @@
 """Driving by held keys and buttons, for mouse and keyboard.
 
 While anything is held the velocity is sent twenty times a second; on the last release zero is sent once, and then
-nothing, so that another input can drive. Losing the keyboard counts as releasing everything.
+nothing, so that another input device can drive. Losing the keyboard focus counts as releasing everything.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from gui.theme import application
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
 WANTS_LETTERS = "wantsLetters"
-"""Property of a widget that wants letters for itself while it has the focus."""
+"""Property of a widget that needs letters itself while it has the focus, so that they do not drive."""
 SEND_PERIOD = 50  # ms
 BOUNCE = 30
-"""ms. X11 repeats a held key as releases and presses; a pair torn apart on its way looks like a real release."""
+"""[ms]. X11 repeats a held key as pairs of release and press; a pair whose halves arrive apart looks like a release."""
 SPEED = 0.2
-"""m/s; the keyboard node begins with the same."""
+"""[m/s]; the keyboard node starts with the same speed."""
 TURN = 0.5
-"""rad/s"""
+"""[rad/s]"""
 
 
 class Move(NamedTuple):
-    """A cap of the pad: where it lies, what it shows and does."""
+    """A key of the pad: its position, its label, and the direction it drives in."""
 
     row: int
     column: int
@@ -78,8 +78,8 @@ KEYS: dict[int, str] = {
 
 
 def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tuple[float, float, float]:
-    """Forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a diagonal is
-    no faster than a straight."""
+    """Return forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a
+    diagonal is no faster than a straight line."""
     x = sum(MOVES[name].x for name in held)
     y = sum(MOVES[name].y for name in held)
     theta = sum(MOVES[name].theta for name in held)
@@ -89,14 +89,14 @@ def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tup
 
 
 class DrivePad(QFrame):
-    """The pad. Keys of the whole window drive, except while text is edited; see `eventFilter`."""
+    """The drive pad. The keys of the whole window drive, except while text is edited."""
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held."""
     blocked = pyqtSignal(str)
-    """Somebody tried to drive while that is not possible; why."""
+    """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
-    """The space bar, or the pad's stop."""
+    """The space bar, or the pad's stop button, was pressed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -131,11 +131,11 @@ class DrivePad(QFrame):
 
     @property
     def held(self) -> set[str]:
-        """Names of the moves that are held now."""
+        """The names of the moves that are held now."""
         return set(self._pressed.values())
 
     def stop(self) -> None:
-        """Let go of everything and send zero, whether anything was held or not."""
+        """Release everything and send zero, whether anything was held or not."""
         self._pressed.clear()
         self._lifted.clear()
         self._timer.stop()
@@ -143,7 +143,7 @@ class DrivePad(QFrame):
         self.velocity.emit(0.0, 0.0, 0.0)
 
     def release_all(self) -> None:
-        """As if everything that is held had been released."""
+        """Act as if everything that is held had been released."""
         if self._pressed:
             self.stop()
 
@@ -163,7 +163,7 @@ class DrivePad(QFrame):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
         if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-            # The release of a held key counts wherever the keyboard has gone meanwhile.
+            # The release of a held key counts wherever the keyboard focus is by then.
             ends = kind == QEvent.Type.KeyRelease and event.key() in self._pressed
             return (self._is_for_us(watched) or ends) and self._take_key(event)
         if (
@@ -178,13 +178,13 @@ class DrivePad(QFrame):
             self.release_all()
 
     def _is_for_us(self, watched: QObject) -> bool:
-        """Key events pass the filter for the window and again for the widget: the second time counts."""
+        """Whether a key event is for the pad. Qt filters it for the native window first, then for the widget: here."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
         return not _wants_letters(QApplication.focusWidget())
 
     def _take_key(self, event: QKeyEvent) -> bool:
-        """True when the key means something here, and so nothing elsewhere."""
+        """Return True when the key is used here, so that no other widget gets it."""
         if event.key() == Qt.Key.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._press_stop()
@@ -248,5 +248,5 @@ class DrivePad(QFrame):
 
 
 def _wants_letters(widget: QWidget | None) -> bool:
-    """Whether letters are meant for this widget."""
+    """Whether this widget needs letters itself."""
     return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(WANTS_LETTERS)))

@@ -1,7 +1,7 @@
-"""Driving by gamepad: hold LB and move. A pad that is unplugged, or a window that loses the keyboard, stops the robot.
+"""Driving by gamepad: hold LB and move. The robot stops when the pad is unplugged or the window loses the keyboard.
 
-The pad is read from Linux's joystick interface on Qt's thread; it tells only changes, so its state is taken anew every
-50 ms. `receive` takes a pad from elsewhere in its place: the topic joy.
+The pad is read from Linux's joystick interface on Qt's thread. That reports only changes, so the state is evaluated
+again every 50 ms. `receive` takes the state of a remote pad instead, from the topic joy.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from telepresence.teleop.joystick_mapping import JoystickMapping
 log = logging.getLogger(__name__)
 
 PERIOD = 50  # ms
-SEARCH_PERIOD = 1000  # ms between two looks for a pad that is not there
+SEARCH_PERIOD = 1000  # ms between two attempts to find a pad
 RESTART_HOLD = 1.0
-"""Seconds that button 0 must be held: the thumb's first button is pressed by accident, too."""
+"""[s] that button 0 must be held: it lies under the thumb and is pressed by accident, too."""
 FAST = 2.0
-"""Factor of RB."""
+"""Factor of the speed while RB is held."""
 SILENCE = 1.0
-"""Seconds without word from a pad elsewhere after which it counts as gone."""
+"""[s] without a message from a remote pad after which it counts as lost."""
 
 
 @dataclass(frozen=True)
 class JoystickState:
-    """A pad at one moment; axes -1 to 1, left and up positive, as in sensor_msgs/Joy.
+    """The state of a pad; axes from -1 to 1, left and up positive, as in sensor_msgs/Joy.
 
     Args:
-        driving: LB is held and lets it drive.
+        driving: Whether it drives: LB is held.
         restart: How far button 0 has been held towards a restart, 0 to 1.
         note: What to do next, for the pilot.
     """
@@ -51,28 +51,28 @@ class JoystickState:
 
 
 class Gamepad(QObject):
-    """A source of velocities.
+    """An input device: a gamepad.
 
     Args:
-        path: The device; empty: the first joystick there is; None: no device, only `receive`.
+        path: The device; empty for the first joystick that is found; None for no device, only `receive`.
     """
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while LB is held, then a few zeros."""
     blocked = pyqtSignal(str)
-    """Somebody tried to drive while that is not possible; why."""
+    """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
     restart_wanted = pyqtSignal()
     """Button 0 was held for a second."""
     changed = pyqtSignal(object)
     """JoystickState, or None when there is no pad."""
     lost = pyqtSignal()
-    """The pad is gone."""
+    """The pad was unplugged or fell silent."""
 
     def __init__(self, path: str | None = "", parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.top_speed = 1.0
-        """What RB can reach at most [m/s]."""
+        """The highest speed with RB [m/s]."""
         self._path = path
         self._speed, self._turn = 0.2, 0.5
         self._device: Joystick | None = None
@@ -117,11 +117,11 @@ class Gamepad(QObject):
 
     @property
     def state(self) -> JoystickState | None:
-        """What it looks like; None without a pad."""
+        """The state of the pad; None without one."""
         return self._state
 
     def start(self) -> None:
-        """Look for the device from now on."""
+        """Search for the device from now on."""
         if self._path is not None:
             self._search.start()
             self._poll()
@@ -131,7 +131,7 @@ class Gamepad(QObject):
         self._lose()
 
     def receive(self, axes: Sequence[float], buttons: Sequence[int]) -> None:
-        """The state of a pad that is elsewhere, in an Xbox pad's order; to be repeated ten times a second."""
+        """Take the state of a remote pad, in the order of an Xbox pad; to be repeated ten times a second."""
         if self._received_at is None:
             self._begin("joy", XBOX)
         self._received_at = time.monotonic()
@@ -139,7 +139,7 @@ class Gamepad(QObject):
         self._tick()
 
     def release_all(self) -> None:
-        """Do not drive until LB has been let go."""
+        """Do not drive until LB has been released."""
         self._mapping.lose()
         self._tick()
 
@@ -237,7 +237,7 @@ class Gamepad(QObject):
         if not self._is_down(0):
             self._pressed_at = None
         elif self._pressed_at is None:
-            # Down since before we looked: that is not a press.
+            # It was down when the pad was found: that is not a press.
             self._pressed_at = now if not _at(before, 0) else float("inf")
         elif now - self._pressed_at >= RESTART_HOLD:
             self._pressed_at = float("inf")

@@ -1,4 +1,4 @@
-"""The live test of the gamepad: what is pressed and moved shows, and what that does."""
+"""A live test of the gamepad: shows what is pressed and moved, and what that does."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gui import theme
 from gui.driving.gamepad import JoystickState
 
 TITLE = "No gamepad"
-HINT = "Plug one in; it is found by itself. Or give the topic joy a pad:  --gamepad joy"
+HINT = "Plug one in and it is found. Or use the pad on the topic joy:  --gamepad joy"
 KEYS = "LB hold to drive    RB fast    B stop    button 0 held 1 s: restart the simulation"
 
 
@@ -26,7 +26,7 @@ class GamepadView(QFrame):
         return QSize(420, 190)
 
     def show_state(self, state: JoystickState | None) -> None:
-        """Show it; None when there is no pad."""
+        """Show a state; None when there is no pad."""
         self._state = state
         self.setAccessibleDescription(state.note if state else HINT)
         self.update()
