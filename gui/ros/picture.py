@@ -12,11 +12,11 @@ from telepresence.video.displayable import as_grey
 from telepresence.video.images import read_image_message
 
 _FORMATS = {
-    "rgb8": QImage.Format_RGB888,
-    "bgr8": QImage.Format_BGR888,
-    "rgba8": QImage.Format_RGBA8888,
-    "bgra8": QImage.Format_ARGB32,  # four bytes, blue first, on a little-endian machine
-    "mono8": QImage.Format_Grayscale8,
+    "rgb8": QImage.Format.Format_RGB888,
+    "bgr8": QImage.Format.Format_BGR888,
+    "rgba8": QImage.Format.Format_RGBA8888,
+    "bgra8": QImage.Format.Format_ARGB32,  # four bytes, blue first, on a little-endian machine
+    "mono8": QImage.Format.Format_Grayscale8,
 }
 
 
@@ -54,5 +54,7 @@ def as_qimage(picture: Picture) -> QImage:
         pixels = as_grey(pixels)
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
-    shape = _FORMATS.get(picture.encoding, QImage.Format_Grayscale8)
-    return QImage(pixels.data, width, height, pixels.strides[0], shape).copy()
+    shape = _FORMATS.get(picture.encoding, QImage.Format.Format_Grayscale8)
+    # PyQt5's stub knows no buffers other than bytes, which would be one more copy.
+    image = QImage(pixels.data, width, height, pixels.strides[0], shape)  # type: ignore[call-overload]
+    return image.copy()

@@ -32,7 +32,7 @@ PROBE = textwrap.dedent("""
     from gui.app.controller import Attach, Controller
     from gui.app.capture import Capture
     from gui.ros.picture import Picture
-    from gui.profiles import PROFILES
+    from gui.robots import ROBOTS
     from gui.ros.readings import BodyState, Cone, Points, Safety
     from gui.ros.link import RosLink, RosNode
     from gui.terminal.terminal import TerminalView
@@ -56,7 +56,7 @@ PROBE = textwrap.dedent("""
     node, terminal = RosNode(), TerminalView()
     window = OperatorWindow(terminal)
     window.resize(1280, 720)
-    link = RosLink(node, PROFILES["pepper"])
+    link = RosLink(node, ROBOTS["pepper"])
     controller = Controller(window, link, terminal, Attach.NEVER)
     Capture(window, link, Path("."))
     controller.admit(Account("anna", PILOT))
