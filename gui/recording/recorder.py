@@ -108,7 +108,7 @@ class Recorder(QObject):
         self._report.setProcessChannelMode(QProcess.MergedChannels)
         self._report.finished.connect(lambda code: self._on_reported(code, bag))
         self._report.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
-        self._report.start(sys.executable, ["-m", "gui.recording.session_report", str(bag)])
+        self._report.start(sys.executable, ["-m", "gui.session_report", str(bag)])
 
     def _on_reported(self, code: int, bag: Path) -> None:
         said = bytes(self._report.readAll()).decode(errors="replace").strip()

@@ -168,8 +168,8 @@ FAKE_ROBOT = textwrap.dedent("""
     import sys, time, numpy as np, rospy
     from geometry_msgs.msg import Twist
     from sensor_msgs.msg import Image
-    from telepresence.images import fill_image_message
-    from telepresence.ros_master import MasterWatch
+    from telepresence.video.images import fill_image_message
+    from telepresence.station.ros_master import MasterWatch
     rospy.init_node("fake_robot")
     images = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
     def hear(twist):

@@ -94,7 +94,7 @@ class Command(NamedTuple):
 LISTENER = textwrap.dedent("""
     import time, rospy
     from geometry_msgs.msg import Twist
-    from telepresence.ros_master import MasterWatch
+    from telepresence.station.ros_master import MasterWatch
     rospy.init_node("listener")
     def hear(twist):
         print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)

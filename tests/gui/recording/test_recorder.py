@@ -29,7 +29,7 @@ RECORD = textwrap.dedent("""
     import signal, sys
     from pathlib import Path
     from PyQt5.QtCore import QCoreApplication, QTimer
-    from gui.recorder import Recorder
+    from gui.recording.recorder import Recorder
     application = QCoreApplication(sys.argv)
     recorder = Recorder(Path(sys.argv[1]))
     recorder.failed.connect(lambda text: print("failed", text, flush=True))

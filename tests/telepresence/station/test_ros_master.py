@@ -14,7 +14,7 @@ pytestmark = pytest.mark.ros
 
 NODE = textwrap.dedent("""
     import rospy, std_msgs.msg, std_srvs.srv, logging
-    from telepresence.ros_master import MasterWatch
+    from telepresence.station.ros_master import MasterWatch
     rospy.init_node("phoenix")
     publisher = rospy.Publisher("embers", std_msgs.msg.String, queue_size=1)
     rospy.Subscriber("wood", std_msgs.msg.String, lambda message: publisher.publish(message.data + " burnt"))
