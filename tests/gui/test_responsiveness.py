@@ -35,7 +35,7 @@ PROBE = textwrap.dedent("""
     from gui.robots import ROBOTS
     from gui.ros.readings import BodyState, Cone, Points, Safety
     from gui.ros.link import RosLink, RosNode
-    from gui.terminal.terminal import TerminalView
+    from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
     from telepresence.teleop.drive_lease import PILOT, Account
 
