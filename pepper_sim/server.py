@@ -43,7 +43,7 @@ class NaoqiServer:
     def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None, seed: int = 0) -> None:
         self._session = qi.Session()
         # As on the robot, the port answers a moment (0.2 s) before all services are there: libqi's directory listens
-        # when it is made. A second port that is opened afterwards would not mend it: the directory goes on handing out
+        # when it is made. A second port that is opened afterwards would not help: the directory goes on handing out
         # the first one as the address of every service, and a relay or another machine cannot reach that.
         try:
             self._session.listenStandalone(url)

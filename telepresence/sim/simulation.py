@@ -49,7 +49,7 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
     Raises:
         ValueError: Unknown kind, a count or port that is none, or a name that is none or is taken.
     """
-    wishes: list[RobotRequest] = []
+    requests: list[RobotRequest] = []
     for word in words:
         kind, _, rest = word.partition(":")
         kind, _, count = kind.partition("*")
@@ -60,18 +60,18 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
             many = _number(word, count, "count", 1, 999)
             entries = [(f"{name or kind}_{i + 1}", number + i if number else 0) for i in range(many)]
         else:
-            alike = sum(request.kind == kind for request in wishes)
+            alike = sum(request.kind == kind for request in requests)
             if number is None:
                 number = 0 if alike else usual or 0
             entries = [(name or (f"{kind}_{alike + 1}" if alike else kind), number)]
         for name, number in entries:
             if not _NAME.fullmatch(name):
                 raise ValueError(f"{word!r}: a robot's name has small letters, digits and _, and a letter first")
-            if name in (request.name for request in wishes):
+            if name in (request.name for request in requests):
                 raise ValueError(f"{word!r}: two robots cannot both be called {name!r}")
             settings = {**(options or {}).get(kind, {}), **(options or {}).get(name, {})}
-            wishes.append(RobotRequest(kind, name, number, settings))
-    return wishes
+            requests.append(RobotRequest(kind, name, number, settings))
+    return requests
 
 
 def _number(word: str, text: str, what: str, least: int, most: int) -> int:
@@ -103,11 +103,11 @@ class Simulation:
         *,
         start: bool = True,
     ) -> None:
-        wishes = list(robots)
+        requests = list(robots)
         self.robots: dict[str, SimulatedRobot] = {}
         """By name."""
-        places = FreePlaces(scene) if len(wishes) > 1 else None
-        for request in wishes:
+        places = FreePlaces(scene) if len(requests) > 1 else None
+        for request in requests:
             self.robots[request.name] = _make(request, places)
         with contextlib.ExitStack() as stack:
             self.world = build_world(scene, [robot.model for robot in self.robots.values()], seed)
@@ -119,7 +119,7 @@ class Simulation:
                 robot.enter(self.world, self.cameras, seed)
             if start:
                 self.world.start()
-            for request in wishes:
+            for request in requests:
                 self.robots[request.name].serve(address, request.port)
             self._stack = stack.pop_all()
 

@@ -57,7 +57,7 @@ class LeaseNode:
         self._users = Users(Path(path) if path else None)
         self._lease = DriveLease(self._find_account)
         self._epoch = secrets.token_hex(4)
-        self._lock = threading.Lock()  # guards the lease: callbacks come on threads of their own
+        self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
         self._state, self._state_due = DriveState(), 0.0
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         self._states = rospy.Publisher("drive/state", DriveState, queue_size=1, latch=True)

@@ -39,7 +39,7 @@ class OdometryNode:
         self._odom_frame = rospy.get_param("~odom_frame_id", "odom")
         self._base_frame = rospy.get_param("~base_frame_id", "base_link")
         self._frame = OdometryFrame()
-        self._lock = threading.Lock()  # guards the frame between the loop and the service
+        self._lock = threading.Lock()  # protects the frame between the loop and the service
         self._restarts = 0
         self._odom = rospy.Publisher("odom", OdometryMessage, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if rospy.get_param("~publish_tf", True) else None

@@ -41,7 +41,7 @@ class Voice:
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
-        self._surface = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
@@ -52,7 +52,7 @@ class Voice:
         try:
             for part in parts:
                 part.start()
-            self._surface.run(self._node.cycles(LEVEL_PERIOD))
+            self._topics.run(self._node.cycles(LEVEL_PERIOD))
         finally:
             for part in (*parts, self._echo):
                 if part is not None:

@@ -30,7 +30,7 @@ class JoystickNode:
     """Reads a gamepad, or the topic joy, and publishes what it asks for."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()  # guards the sticks
+        self._lock = threading.Lock()  # protects the sticks
         self._sticks = JoystickMapping()
         self._node = Node("rto_teleop_joystick", on_master_lost=self._lose)
         settings = {

@@ -57,7 +57,7 @@ class Node:
         node also ends when one of them returns.
         """
         self._threads = [
-            threading.Thread(target=self._guard, args=(loop,), name=loop.__name__, daemon=True) for loop in loops
+            threading.Thread(target=self._run_loop, args=(loop,), name=loop.__name__, daemon=True) for loop in loops
         ]
         for thread in self._threads:
             thread.start()
@@ -80,7 +80,7 @@ class Node:
         """Have `close` called when the loops have ended, the newest such call first."""
         self._closers.insert(0, close)
 
-    def _guard(self, loop: Callable[[], None]) -> None:
+    def _run_loop(self, loop: Callable[[], None]) -> None:
         try:
             loop()
         except rospy.ROSException:
