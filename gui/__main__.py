@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from PyQt5.QtCore import QSocketNotifier, QTimer
+from PyQt5.QtCore import QObject, QSocketNotifier, QTimer
 from PyQt5.QtWidgets import QApplication, QMainWindow
 
 from gui import theme
@@ -26,22 +26,22 @@ from gui.app.gc_on_qt_thread import GcOnQtThread
 from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
-from gui.profiles import PROFILES
+from gui.robots import ROBOTS
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
-from gui.window import themes
+from gui.window import OperatorWindow, themes
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
-"""Rows of a screen, and the scale from there on."""
+"""(height of the screen [px], scale of the window from that height on)."""
 SCREENSHOT_DELAY = 1000
-"""ms after the first picture: time for the terminal to show what it runs."""
+"""[ms] after the first picture: time for the terminal to show what it runs."""
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Open the window; the exit code when there can be none. With the window the process ends."""
+    """Open the window, and end the process when it is closed; return the exit code if no window can be opened."""
     arguments = parse(without_remappings(sys.argv)[1:] if argv is None else argv)
     problem = display_problem(os.environ)
     if problem:
@@ -53,8 +53,8 @@ def main(argv: list[str] | None = None) -> int:
     chosen = os.environ.setdefault("QT_SCALE_FACTOR", scale) != scale
     application = QApplication(sys.argv[:1])
     if not chosen:
-        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts have their own idea
-    _cycles = GcOnQtThread()  # works for as long as it is held
+        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts choose their own
+    _gc = GcOnQtThread()  # collects for as long as this variable refers to it
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
     settings = Settings(default_file())
@@ -64,12 +64,13 @@ def main(argv: list[str] | None = None) -> int:
     node = RosNode()
     tabs = make_tabs(node, arguments, settings)
     if len(tabs) == 1:
-        window = tabs[0].window
+        window: OperatorWindow | RobotTabs = tabs[0].window
+        front = lambda: tabs[0]  # noqa: E731
     else:
-        window = RobotTabs([(tab.title, tab.window) for tab in tabs])
-        window.changed.connect(lambda chosen: [tab.set_in_front(index == chosen) for index, tab in enumerate(tabs)])
-        for tab in tabs[1:]:
-            tab.set_in_front(False)
+        window = together = RobotTabs([(tab.title, tab.window) for tab in tabs])
+        front = lambda: tabs[together.current]  # noqa: E731
+        together.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
+        _bring_to_front(tabs, 0)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     for tab in tabs:
         tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
@@ -82,8 +83,8 @@ def main(argv: list[str] | None = None) -> int:
     signals = _close_on_signals(window)
     window.show_on_screen()
     settings.restore_window(window)
-    add_shortcuts(window, tabs, lambda: tabs[0] if len(tabs) == 1 else tabs[window.current])
-    # On the screen first: the terminal opens its window in this one.
+    add_shortcuts(window, tabs, front)
+    # The window has to be on the screen by now: the terminal opens its own inside it.
     users = Users(arguments.users) if arguments.sign_in else None
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
     if authorization.page is not None:
@@ -96,12 +97,12 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         signals.setEnabled(False)
         for tab in tabs:
-            tab.keep(settings)
+            tab.save(settings)
             tab.close()
         if authorization.page is not None:
-            settings.keep("name", authorization.page.nameField.text())
-        settings.keep("theme", theme.current())
-        settings.keep_window(window)
+            settings.save("name", authorization.page.nameField.text())
+        settings.save("theme", theme.current())
+        settings.save_window(window)
         node.close()
         for tab in tabs:
             tab.terminal.close_terminal()
@@ -109,19 +110,19 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) -> list[RobotTab]:
-    """One for each robot that the command line names."""
-    names = list(PROFILES) if arguments.profile == BOTH else [arguments.profile]
+    """Make a tab for each robot that the command line names."""
+    names = list(ROBOTS) if arguments.profile == BOTH else [arguments.profile]
     tabs = []
     for index, name in enumerate(names):
-        profile = PROFILES[name]
+        robot = ROBOTS[name]
         if index < len(arguments.feed):
-            profile = profile.with_feed(arguments.feed[index])
+            robot = robot.with_feed(arguments.feed[index])
         if index:
-            # Of two nodes with one name ROS ends the older.
-            profile = replace(profile, keyboard=f"{profile.keyboard} name:=keyboard_of_{name}")
+            # ROS ends the older of two nodes with one name.
+            robot = replace(robot, keyboard=f"{robot.keyboard} name:=keyboard_of_{name}")
         usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
-        tabs.append(RobotTab(node, profile, address, arguments, alone=len(names) == 1))
+        tabs.append(RobotTab(node, robot, address, arguments, alone=len(names) == 1))
         tabs[-1].restore(settings)
     return tabs
 
@@ -130,13 +131,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
     parser.add_argument(
         "--robot", metavar="ADDRESS", nargs="+", default=[],
-        help="the robot, or both: Pepper first; default NAO_IP, else the one of the last time",
+        help="the robot, or both: Pepper first; default NAO_IP, else the address of the last session",
     )  # fmt: skip
     parser.add_argument(
-        "--profile", choices=[*PROFILES, BOTH], default="pepper",
+        "--profile", choices=[*ROBOTS, BOTH], default="pepper",
         help="kind of robot, or both in one window with tabs; default %(default)s",
     )  # fmt: skip
-    parser.add_argument("--feed", metavar="TOPIC", nargs="+", default=[], help="camera topic; default the profile's")
+    parser.add_argument("--feed", metavar="TOPIC", nargs="+", default=[], help="camera topic; default the robot's own")
     parser.add_argument(
         "--no-sign-in", dest="sign_in", action="store_false",
         help="let everybody in as a pilot: for simulated robots; the robot's programs need sign_in:=false, too",
@@ -146,7 +147,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--gamepad", metavar="DEVICE", default="",
-        help="a joystick device, joy for the topic of that name, or none; default the first that is plugged in",
+        help="a joystick device, joy for the topic of that name, or none; default the first one that is plugged in",
     )  # fmt: skip
     attach = parser.add_mutually_exclusive_group()
     attach.add_argument(
@@ -159,9 +160,9 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--scale", metavar="FACTOR", type=float, default=0.0,
-        help="everything this much larger; default by the height of the screen, 2 on 4K",
+        help="show everything this much larger; default by the height of the screen, 2 on 4K",
     )  # fmt: skip
-    parser.add_argument("--theme", choices=themes(), help="colours; default those of the last time, at first dark")
+    parser.add_argument("--theme", choices=themes(), help="colours; default those of the last session, at first dark")
     parser.add_argument(
         "--folder", type=Path, default=default_folder(), help="where recordings and snapshots go; default %(default)s"
     )
@@ -171,29 +172,31 @@ def parse(argv: list[str]) -> argparse.Namespace:
 
 
 def usual_scale(environment: Mapping[str, str]) -> float:
-    """How much larger everything is to be on this screen than on one of 720 to 1200 rows."""
+    """Return how much larger everything should be on this screen than on one of 720 to 1200 rows."""
     rows = screen_height(environment.get("DISPLAY", ""))
     return next((factor for least, factor in SCALES if rows >= least), 1.0)
 
 
 def display_problem(environment: Mapping[str, str]) -> str | None:
-    """Why no window can be opened, and what to do; None when one can."""
+    """Return why no window can be opened and what to do; None when one can."""
     if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb":
         return None
     display = environment.get("DISPLAY")
     if display and hold_display(display):
         return None
-    found = f"no X server lets us in at DISPLAY={display}" if display else "DISPLAY is not set"
+    found = f"no X server accepts connections at DISPLAY={display}" if display else "DISPLAY is not set"
     return (
         f"there is no display for a window: {found}.\n"
-        "  On a machine without a screen run  ./stack up : it brings a virtual display and shows the window on a web "
-        "page.\n  Over ssh connect with  ssh -X . With an X server at hand:  export DISPLAY=:0"
+        "  On a machine without a screen run  ./stack up : it starts a virtual display and shows the window on a web "
+        "page.\n  Over ssh connect with  ssh -X . Where an X server runs:  export DISPLAY=:0"
     )
 
 
 def save_screenshot(window: QMainWindow, path: Path) -> None:
     """Save what the screen shows of the window, terminal included."""
-    picture = window.screen().grabWindow(int(window.winId()))
+    screen = window.screen()
+    assert screen is not None  # the window is shown on it
+    picture = screen.grabWindow(int(window.winId()))  # type: ignore[arg-type]
     if picture.save(str(path)):
         print(f"Saved a picture of the window as {path}", flush=True)
     else:
@@ -201,12 +204,17 @@ def save_screenshot(window: QMainWindow, path: Path) -> None:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with everything closed. Going on to return would let Python take the widgets and the application
-    apart in an order of its own, beside rospy's threads, which now and then ends in a crash."""
+    """End the process at once, after everything has been closed. Returning would let Python destroy the widgets and the
+    application in an arbitrary order while rospy's threads still run, which crashes now and then."""
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def _bring_to_front(tabs: list[RobotTab], chosen: int) -> None:
+    for index, tab in enumerate(tabs):
+        tab.set_in_front(index == chosen)
 
 
 def _print_message(title: str, text: str, level: str) -> None:
@@ -218,23 +226,32 @@ def _end_by_ros(window: QMainWindow, reason: str) -> None:
     window.close()
 
 
+class _SignalNotifier(QSocketNotifier):
+    """Lets Python's signal handlers run: Python calls them between its own instructions, which Qt's loop does not
+    execute until the byte that every signal writes into a socket wakes it."""
+
+    def __init__(self, parent: QObject) -> None:
+        self._reader, self._writer = socket.socketpair()
+        for end in (self._reader, self._writer):
+            end.setblocking(False)
+        super().__init__(self._reader.fileno(), QSocketNotifier.Type.Read, parent)  # type: ignore[arg-type]
+        signal.set_wakeup_fd(self._writer.fileno())
+        self.activated.connect(self._drain)
+
+    def _drain(self) -> None:
+        self._reader.recv(64)
+
+
 def _close_on_signals(window: QMainWindow) -> QSocketNotifier:
-    """Close the window on SIGINT, SIGTERM and SIGHUP. Python runs a handler only between its own instructions, which
-    Qt's loop does not execute; a byte in a socket wakes it."""
+    """Close the window on SIGINT, SIGTERM and SIGHUP."""
 
     def close(_signal: int, _frame: FrameType | None) -> None:
         # On the event loop: before it runs, closing would be forgotten.
-        QTimer.singleShot(0, window.close)
+        QTimer.singleShot(0, window.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
 
-    reader, writer = socket.socketpair()
-    for end in (reader, writer):
-        end.setblocking(False)
-    signal.set_wakeup_fd(writer.fileno())
+    notifier = _SignalNotifier(window)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, close)
-    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Read, window)
-    notifier.activated.connect(lambda: reader.recv(64))
-    notifier.sockets = (reader, writer)  # open as long as the notifier lives
     return notifier
 
 

@@ -1,6 +1,6 @@
-"""The operator's window by its old command line:  python3 gui_main.py  in this folder. See gui/__main__.py.
+"""The operator's window, started the old way:  python3 gui_main.py  in this folder. See gui/__main__.py.
 
-Any python3 will do: without the project's packages it starts again in the project's environment.
+Any python3 will do: one without the project's packages restarts itself in the project's environment.
 """
 
 import os
@@ -19,7 +19,7 @@ def start() -> int:
         os.environ["TELEPRESENCE_RESTARTED"] = "1"
         stack = str(ROOT / "stack")
         os.execv(stack, [stack, "exec", "python", os.path.abspath(__file__), *sys.argv[1:]])
-    # This folder would come first, and its files would stand for modules of the same names elsewhere.
+    # Python puts this folder first, where its files would hide modules of the same names.
     sys.path[0] = str(ROOT)
     from gui.__main__ import main
 

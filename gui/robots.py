@@ -1,32 +1,52 @@
-"""What the window must know of a kind of robot to show it: shape, reach of its sensors, what it can be asked for."""
+"""The kinds of robot that the window knows: their topics and services, the command lines that start their programs, and
+what the screen must know of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
+from gui.ros.channels import Incoming, Offered, Outgoing
+from gui.ros.picture import read_picture
+from gui.ros.topics import actions, drive, sensors
+from gui.terminal import commands
+from gui.terminal.commands import Address
 from telepresence.safety.outline import Outline
 from telepresence.safety.robot_profile import PEPPER, ROBOTINO
 
 
 @dataclass(frozen=True)
 class Robot:
-    """One kind of robot on the screen.
+    """One kind of robot.
 
     Args:
+        name: Its key in `ROBOTS`, and its name on the command line.
         title: What the window calls it.
+        namespace: The ROS namespace in which the names of topics and services below are resolved.
+        cmd_vel: The topic of geometry_msgs/Twist that drives it.
+        session: Makes the command line that starts the robot's programs, of its address and this machine's.
+        keyboard: The command line that starts the keyboard program alone.
+        incoming, outgoing, services: Its topics and services, see `gui.ros.channels`.
         outline: Its shape on the floor.
         top_speed, top_turn: As fast as its safety gate ever allows [m/s, rad/s].
         reach: Half the width of the sensor view at first [m].
-        farthest_click: Places in the picture farther away than this are driven to in part [m]; by the height of the
-            camera: an error of 1 degree moves a place by 0.15 m at 3 m from 1.1 m, and at 2 m from 0.5 m.
+        farthest_click: A place in the picture farther away than this is driven to in part [m]. It follows from the
+            height of the camera: an error of 1 degree moves a place by 0.15 m at 3 m from 1.1 m, and at 2 m from 0.5 m.
         speaks: It says sentences.
-        postures: (name, what the button says).
-        cameras: (name, topic) of the pictures to choose from, the first is the usual one.
-        tablet: Topic of what its tablet shows; None for a robot without one.
-        recorded: Topics of a recording, in the robot's namespace.
+        postures: (name, text of the button) of each posture that it can take.
+        cameras: (name, topic) of the pictures to choose from, the usual one first; none if there is only one.
+        recorded: Topics of a recording.
     """
 
+    name: str
     title: str
+    namespace: str
+    cmd_vel: str
+    session: Callable[[Address, str], str]
+    keyboard: str
+    incoming: tuple[Incoming, ...]
+    outgoing: tuple[Outgoing, ...]
+    services: tuple[Offered, ...]
     outline: Outline
     top_speed: float
     top_turn: float
@@ -35,51 +55,83 @@ class Robot:
     speaks: bool
     postures: tuple[tuple[str, str], ...]
     cameras: tuple[tuple[str, str], ...]
-    tablet: str | None
     recorded: tuple[str, ...]
 
+    def with_feed(self, topic: str) -> Robot:
+        """Return the same robot with another camera topic."""
+        topics = {"picture": topic, "lens": camera_info_of(topic)}
+        rows = (replace(row, topic=topics.get(row.channel, row.topic)) for row in self.incoming)
+        return replace(self, incoming=tuple(rows))
 
+
+def camera_info_of(topic: str) -> str:
+    """Return the topic of a camera's calibration: camera_info beside its pictures (ROS package image_transport)."""
+    return f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info"
+
+
+def _picture(topic: str, channel: str = "picture") -> Incoming:
+    return Incoming(channel, topic, "sensor_msgs/Image", read_picture, on_request=True)
+
+
+_PEPPER_CAMERAS = (
+    ("Front", "pepper_robot/camera/front/image_raw"),
+    ("Floor", "pepper_robot/camera/bottom/image_raw"),
+    ("Depth", "pepper_robot/camera/depth/image_raw"),
+)
 _RECORDED = ("odom", "safety", "safety_state", "drive_state", "cmd_vel", "/tf", "/tf_static", "/diagnostics")
 
-ROBOTS = {
-    "pepper": Robot(
-        title="Pepper",
-        outline=PEPPER.outline,
-        top_speed=PEPPER.limits.max_speed,
-        top_turn=PEPPER.limits.max_turn,
-        reach=1.8,
-        farthest_click=3.0,
-        speaks=True,
-        postures=(
-            ("stand", "Stand"), ("zero", "Arms ahead"), ("crouch", "Crouch"), ("wakeup", "Wake up"), ("rest", "Rest"),
-        ),
-        cameras=(
-            ("Front", "pepper_robot/camera/front/image_raw"),
-            ("Floor", "pepper_robot/camera/bottom/image_raw"),
-            ("Depth", "pepper_robot/camera/depth/image_raw"),
-        ),
-        tablet="tablet/image_raw",
-        recorded=(
-            *_RECORDED, "joint_states", "pepper_robot/laser", "pepper_robot/sonar/front", "pepper_robot/sonar/back",
-            "pepper_robot/bumper", "pepper_robot/battery", "pepper_robot/camera/front/image_raw/compressed",
-            "pepper_robot/camera/front/camera_info",
-        ),
+_PEPPER = Robot(
+    name="pepper",
+    title="Pepper",
+    namespace="/",
+    cmd_vel="cmd_vel",
+    session=commands.pepper_session,
+    keyboard=commands.KEYBOARD,
+    incoming=(
+        _picture(_PEPPER_CAMERAS[0][1]), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
     ),
-    "robotino": Robot(
-        title="Robotino",
-        outline=ROBOTINO.outline,
-        top_speed=ROBOTINO.limits.max_speed,
-        top_turn=ROBOTINO.limits.max_turn,
-        reach=0.9,
-        farthest_click=2.0,
-        speaks=False,
-        postures=(),
-        cameras=(),
-        tablet=None,
-        recorded=(
-            *_RECORDED, "safe_cmd_vel", "joint_states", "distance_sensors", "distance_sensors_scan", "scan", "bumper",
-            "battery", "image_raw/compressed", "camera_info",
-        ),
+    outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing()),
+    services=(*drive.SERVICES, *actions.pepper_services()),
+    outline=PEPPER.outline,
+    top_speed=PEPPER.limits.max_speed,
+    top_turn=PEPPER.limits.max_turn,
+    reach=1.8,
+    farthest_click=3.0,
+    speaks=True,
+    postures=(
+        ("stand", "Stand"), ("zero", "Arms ahead"), ("crouch", "Crouch"), ("wakeup", "Wake up"), ("rest", "Rest"),
     ),
-}  # fmt: skip
-"""By the name of the profile."""
+    cameras=_PEPPER_CAMERAS,
+    recorded=(
+        *_RECORDED, "joint_states", "pepper_robot/laser", "pepper_robot/sonar/front", "pepper_robot/sonar/back",
+        "pepper_robot/bumper", "pepper_robot/battery", "pepper_robot/camera/front/image_raw/compressed",
+        "pepper_robot/camera/front/camera_info",
+    ),
+)  # fmt: skip
+
+_ROBOTINO = Robot(
+    name="robotino",
+    title="Robotino",
+    namespace="/rto3",
+    cmd_vel="safe_cmd_vel",
+    session=commands.robotino_session,
+    keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
+    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING),
+    outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing()),
+    services=(*drive.SERVICES, *actions.sound_services()),
+    outline=ROBOTINO.outline,
+    top_speed=ROBOTINO.limits.max_speed,
+    top_turn=ROBOTINO.limits.max_turn,
+    reach=0.9,
+    farthest_click=2.0,
+    speaks=False,
+    postures=(),
+    cameras=(),
+    recorded=(
+        *_RECORDED, "safe_cmd_vel", "joint_states", "distance_sensors", "distance_sensors_scan", "scan", "bumper",
+        "battery", "image_raw/compressed", "camera_info",
+    ),
+)  # fmt: skip
+
+ROBOTS = {robot.name: robot for robot in (_PEPPER, _ROBOTINO)}
+"""By name; the order is that of the tabs."""

@@ -1,4 +1,4 @@
-"""What the window remembers from one start to the next, in a file of the person's own."""
+"""What the window remembers from one start to the next, in a file in the user's home directory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ NOTHING = "none"
 
 
 def default_file() -> Path | None:
-    """TELEPRESENCE_SETTINGS, else telepresence/window.ini where settings are kept (XDG base directory)."""
+    """Return the path in TELEPRESENCE_SETTINGS, else telepresence/window.ini in the configuration folder (XDG base
+    directory); None when nothing is to be remembered."""
     named = os.environ.get("TELEPRESENCE_SETTINGS")
     if named == NOTHING:
         return None
@@ -22,35 +23,35 @@ def default_file() -> Path | None:
 
 
 class Settings:
-    """Settings by name; wrong or missing ones are as if never kept, and a file that can't be written is no reason not
-    to drive.
+    """Settings by name. An invalid one counts as missing, and a file that cannot be written is ignored: neither is a
+    reason not to drive.
 
     Args:
-        path: The file; None remembers nothing.
+        path: The file; with None nothing is remembered.
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._settings = QSettings(str(path), QSettings.IniFormat) if path is not None else None
+        self._settings = QSettings(str(path), QSettings.Format.IniFormat) if path is not None else None
 
     def text(self, name: str, otherwise: str = "") -> str:
-        """What was kept under this name."""
+        """Return what was saved under this name; `otherwise` when nothing was."""
         value = self._settings.value(name, otherwise) if self._settings is not None else otherwise
         return value if isinstance(value, str) else otherwise
 
     def number(self, name: str, otherwise: float) -> float:
-        """What was kept under this name."""
+        """Return the number that was saved under this name; `otherwise` when none was."""
         try:
             return float(self.text(name, str(otherwise)))
         except ValueError:
             return otherwise
 
-    def keep(self, name: str, value: str | float | QByteArray) -> None:
-        """Under this name from now on."""
+    def save(self, name: str, value: str | float | QByteArray) -> None:
+        """Save a value under this name."""
         if self._settings is not None:
             self._settings.setValue(name, value if isinstance(value, QByteArray) else str(value))
 
     def restore_window(self, window: QMainWindow) -> bool:
-        """Size, place and splitters as they were; False when nothing was kept."""
+        """Restore size, position and splitters; return False when none were saved."""
         geometry = self._bytes("window/geometry")
         if geometry is None or not window.restoreGeometry(geometry):
             return False
@@ -60,11 +61,11 @@ class Settings:
                 splitter.restoreState(state)
         return True
 
-    def keep_window(self, window: QMainWindow) -> None:
-        """Size, place and splitters."""
-        self.keep("window/geometry", window.saveGeometry())
+    def save_window(self, window: QMainWindow) -> None:
+        """Save size, position and splitters."""
+        self.save("window/geometry", window.saveGeometry())
         for splitter in window.findChildren(QSplitter):
-            self.keep(f"window/{splitter.objectName()}", splitter.saveState())
+            self.save(f"window/{splitter.objectName()}", splitter.saveState())
         if self._settings is not None:
             self._settings.sync()
 

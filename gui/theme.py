@@ -17,16 +17,16 @@ _PROPERTY = "theme"
 
 
 def themes() -> list[str]:
-    """Names of the themes there are."""
+    """Return the names of all themes."""
     return sorted(path.stem for path in _FOLDER.glob("*.toml"))
 
 
 @lru_cache
 def colours(theme: str) -> MappingProxyType[str, str]:
-    """Name -> "#rrggbb".
+    """Return the colours of a theme: name -> "#rrggbb".
 
     Raises:
-        ValueError: There is no such theme; the text names those that there are.
+        ValueError: There is no such theme; the message names those that exist.
     """
     if theme not in themes():
         raise ValueError(f"there is no theme '{theme}'; known: {', '.join(themes())}")
@@ -34,7 +34,7 @@ def colours(theme: str) -> MappingProxyType[str, str]:
 
 
 def style_sheet(theme: str) -> str:
-    """The style sheet in the colours of a theme.
+    """Return the style sheet in the colours of a theme.
 
     Raises:
         ValueError: There is no such theme, or the sheet names a colour that it lacks.
@@ -49,30 +49,41 @@ def style_sheet(theme: str) -> str:
     return re.sub(r"@(\w+)", colour_of, (_FOLDER / "window.qss").read_text(encoding="utf-8"))
 
 
+def application() -> QApplication:
+    """Return the running application.
+
+    Raises:
+        RuntimeError: None has been made yet.
+    """
+    found = QApplication.instance()
+    if not isinstance(found, QApplication):
+        raise RuntimeError("there is no QApplication yet")
+    return found
+
+
 def apply(theme: str) -> None:
-    """Dress the whole application; widgets that paint themselves paint anew.
+    """Use a theme for the whole application; widgets that paint themselves are repainted.
 
     Raises:
         ValueError: There is no such theme.
     """
-    application = QApplication.instance()
     sheet = style_sheet(theme)
-    application.setProperty(_PROPERTY, theme)
-    application.setStyleSheet(sheet)
-    for widget in application.allWidgets():
+    application().setProperty(_PROPERTY, theme)
+    application().setStyleSheet(sheet)
+    for widget in application().allWidgets():
         widget.update()
 
 
 def current() -> str:
-    """The theme that `apply` was last called with."""
-    return QApplication.instance().property(_PROPERTY) or DEFAULT
+    """Return the theme that `apply` was last called with."""
+    return application().property(_PROPERTY) or DEFAULT
 
 
 def colour(name: str, alpha: float = 1.0) -> QColor:
-    """A colour of the current theme for a painter.
+    """Return a colour of the current theme for a painter.
 
     Args:
-        alpha: 0 is clear, 1 opaque.
+        alpha: 0 is transparent, 1 opaque.
     Raises:
         KeyError: No such colour.
     """

@@ -1,4 +1,4 @@
-"""The operator's window: lays the widgets out, nothing else. What they do is joined in `controller.py`."""
+"""The operator's window: the layout of its widgets and nothing else. `gui.app.controller` connects them."""
 
 from __future__ import annotations
 
@@ -41,39 +41,43 @@ __all__ = ["SIZE", "OperatorWindow", "style_sheet", "themes"]
 _HERE = Path(__file__).resolve().parent
 SIZE = QSize(1280, 720)
 SIDE_WIDTH = 570
-"""Pixels of the right column at first; what a wider window has more belongs to the camera."""
+"""Width of the right column at first [px]; a wider window gives the rest to the camera."""
 CONTROLS_HEIGHT = 322
-"""Pixels above the deck at first."""
+"""Height of what is above the deck at first [px]."""
 NO_TABLET = (
     "No picture of the tablet",
-    "A simulated robot tells what its tablet shows. A real one shows the page of com_cam: "
+    "A simulated robot publishes what its tablet shows. A real one shows the page of com_cam: "
     "port 10002 of the machine that runs the robot's programs.",
 )
 LARGEST = 0.9
 """Share of a large screen that the window takes at first."""
+UNLIMITED = 16777215
+"""QWIDGETSIZE_MAX of Qt: no limit to a widget's height [px]."""
 TITLE_BAR = 30
-"""Rows that a window manager may take for a title, at most."""
+"""Height of a window manager's title bar, at most [px]."""
 
 
 def place_on_screen(window: QMainWindow) -> None:
     """See `OperatorWindow.show_on_screen`."""
-    available = window.screen().availableGeometry()
+    screen = window.screen()
+    assert screen is not None  # there is one before there is a window
+    available = screen.availableGeometry()
     window.resize(SIZE.expandedTo(available.size() * LARGEST).boundedTo(available.size()))
     window.move(available.center() - window.rect().center())
     if available.height() < SIZE.height() + TITLE_BAR:
-        window.showMaximized()  # else the title would push the last line off the screen
+        window.showMaximized()  # else the title bar would push the status bar off the screen
     else:
         window.show()
     window.activateWindow()
 
 
 class OperatorWindow(QMainWindow):
-    """Widgets by name, as in window.ui."""
+    """One robot's page. The attributes are the widgets of window.ui."""
 
     activation_changed = pyqtSignal(bool)
-    """Whether keys that the terminal does not get come to this window."""
+    """Whether this window receives the keys that the terminal does not get."""
     closed_by_key = pyqtSignal()
-    """Ctrl+Q."""
+    """Ctrl+Q was pressed."""
 
     headerLayout: QHBoxLayout
     brand: QLabel
@@ -117,7 +121,9 @@ class OperatorWindow(QMainWindow):
         super().__init__()
         uic.loadUi(str(_HERE / "window.ui"), self)
         self.terminal = terminal
-        self.terminalFrame.layout().addWidget(terminal)
+        frame_layout, tab_bar = self.terminalFrame.layout(), self.deck.tabBar()
+        assert frame_layout is not None and tab_bar is not None  # window.ui makes both
+        frame_layout.addWidget(terminal)
         for splitter, sizes in (
             (self.columns, [SIZE.width() - SIDE_WIDTH - 36, SIDE_WIDTH]),
             (self.side, [CONTROLS_HEIGHT, SIZE.height() - CONTROLS_HEIGHT]),
@@ -127,35 +133,39 @@ class OperatorWindow(QMainWindow):
         self.columns.setStretchFactor(1, 0)
         self.side.setStretchFactor(0, 1)
         self.side.setStretchFactor(1, 1)
-        self._fold = QToolButton(text="▾", checkable=True, autoRaise=True, toolTip="Fold this away, or back (F4)")
+        self._fold = QToolButton()
+        self._fold.setText("▾")
+        self._fold.setToolTip("Fold this away, or back (F4)")
+        self._fold.setCheckable(True)
+        self._fold.setAutoRaise(True)
         self._fold.setObjectName("foldButton")
         self._fold.setShortcut("F4")
         self._fold.toggled.connect(self.fold_deck)
-        self.deck.setCornerWidget(self._fold, Qt.TopRightCorner)
+        self.deck.setCornerWidget(self._fold, Qt.Corner.TopRightCorner)
         self.deck.tabBarClicked.connect(lambda _index: self._fold.setChecked(False))
-        self.deck.tabBar().setFocusPolicy(Qt.TabFocus)
-        self.cameraChoice.setFocusPolicy(Qt.TabFocus)
+        tab_bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.cameraChoice.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.tablet.setMinimumSize(160, 100)
         self.tablet.stale_after = float("inf")
         self.tablet.clear(*NO_TABLET)
         self.cameraChoice.hide()
         for button in self.findChildren(QAbstractButton):
-            if button.focusPolicy() == Qt.StrongFocus:
-                # A click must not put the space bar, which stops the robot, on a button.
-                button.setFocusPolicy(Qt.TabFocus)
+            if button.focusPolicy() == Qt.FocusPolicy.StrongFocus:
+                # A click must not focus a button: the space bar would press it instead of stopping the robot.
+                button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.recordButton.ensurePolished()
         self.recordButton.setMinimumWidth(self.recordButton.sizeHint().width())  # its text changes while it records
         self.themeButton.clicked.connect(self.change_theme)
-        self.exitButton.clicked.connect(self.close)
-        QShortcut(QKeySequence("Ctrl+Q"), self, activated=self._on_close_key)
+        self.exitButton.clicked.connect(self.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
+        QShortcut(QKeySequence("Ctrl+Q"), self).activated.connect(self._on_close_key)
 
     def show_on_screen(self) -> None:
-        """Show it at its usual size; on a large screen with room around it, on a small one as large as that allows."""
+        """Show the window at its usual size; larger on a large screen, maximized on a small one."""
         place_on_screen(self)
         self.pad.setFocus()
 
     def put_tabs(self, tabs: QWidget) -> None:
-        """Show the robots to choose from, in place of the program's name."""
+        """Show these tabs in place of the program's name."""
         self.brand.hide()
         self.headerLayout.insertWidget(0, tabs)
 
@@ -169,16 +179,19 @@ class OperatorWindow(QMainWindow):
         self.deck.setCurrentWidget(page)
 
     def fold_deck(self, folded: bool) -> None:
-        """Leave only the deck's tabs, and the room to the sensors; or bring it back."""
+        """Show only the tabs of the deck, to give its room to the sensors; or show all of it again."""
         self._fold.setText("▴" if folded else "▾")
-        self._fold.setShortcut("F4")  # a new text drops it
-        bar = self.deck.tabBar().sizeHint().height() + 10
-        self.deck.parentWidget().setMaximumHeight(bar if folded else 16777215)
+        self._fold.setShortcut("F4")  # setText removes it
+        bar, card = self.deck.tabBar(), self.deck.parentWidget()
+        assert bar is not None and card is not None  # window.ui makes both
+        card.setMaximumHeight(bar.sizeHint().height() + 10 if folded else UNLIMITED)
         for index in range(self.deck.count()):
-            self.deck.widget(index).setVisible(not folded and index == self.deck.currentIndex())
+            page = self.deck.widget(index)
+            assert page is not None  # there is one for each index below count()
+            page.setVisible(not folded and index == self.deck.currentIndex())
 
     def change_theme(self) -> None:
-        """The next theme there is."""
+        """Switch to the next theme."""
         known = themes()
         theme.apply(known[(known.index(theme.current()) + 1) % len(known)])
 
@@ -187,11 +200,11 @@ class OperatorWindow(QMainWindow):
         self.close()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """A click beside everything ends typing in a field: the keys drive."""
+        """A click on the background ends typing in a field: keys drive again."""
         self.pad.setFocus()
         super().mousePressEvent(event)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() == QEvent.ActivationChange:
+        if event.type() == QEvent.Type.ActivationChange:
             self.activation_changed.emit(self.isActiveWindow())

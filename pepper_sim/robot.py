@@ -25,6 +25,9 @@ from pepper_sim.body.description import (
     LIMITS,
     MAX_THETA,
     MAX_XY,
+    MOTION_CYCLE,
+    SCREEN_HEIGHT,
+    SCREEN_WIDTH,
     WHEEL_RADIUS,
     WHEELS,
     JointLimits,
@@ -45,10 +48,7 @@ from telepresence.sim.world import TICK, World
 
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
 LIGHTS = ("eyes", "shoulders")
-SCREEN_HEIGHT, SCREEN_WIDTH = 400, 640
-"""The tablet's picture [px]; half the real one's size."""
 FALLEN_TILT = math.radians(30.0)
-MOTION_CYCLE = 0.02
 
 _DARK = np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
 
@@ -86,11 +86,11 @@ class Pepper:
         self._fallen = False
         self._snapshot: Snapshot | None = None
         self._snapshot_tick = -1
-        self._sensors = Sensors(world, prefix, self._see, self._rng)
+        self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
         world.every(TICK, self._tick)
-        world.every(0.1, self._watch_fall)
+        world.every(0.1, self._check_fallen)
         world.every(POWER_PERIOD, self._update_power)
         with world.locked() as data:
             self._reset()
@@ -246,8 +246,8 @@ class Pepper:
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
-            pose = data.qpos[self._pose].copy()
-        return (*(float(v) for v in pose[:3]), *roll_pitch_yaw(matrix(pose[3:])))
+            x, y, z, *quaternion = data.qpos[self._pose].tolist()
+        return (x, y, z, *roll_pitch_yaw(matrix(np.array(quaternion))))
 
     def link_pose(self, name: str) -> np.ndarray:
         """Pose of a link or sensor frame in the odometry frame.
@@ -289,8 +289,8 @@ class Pepper:
             self._joints.tick(now, TICK, data)
             self._inertial.tick(data)
 
-    def _see(self, sensor: str, points: np.ndarray) -> None:
-        self.security.see(sensor, points, self._base.odometry)
+    def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
+        self.security.update(sensor, points, self._base.odometry)
 
     def _check_able(self) -> None:
         if self._fallen:
@@ -298,7 +298,7 @@ class Pepper:
         elif any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS):
             self._motion.refuse("stiffness")
 
-    def _watch_fall(self, now: float) -> None:
+    def _check_fallen(self, now: float) -> None:
         with self.world.locked() as data:
             _, x, y, _ = data.qpos[self._pose][3:]
             if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):

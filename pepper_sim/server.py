@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterable
 
-import pepper_sim.services  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
+import pepper_sim.naoqi  # isort: skip  # noqa: F401 -- sets libqi's environment before qi is loaded
 import qi
 
 from pepper_sim.naoqi.catalogue import Catalogue
 from pepper_sim.naoqi.publish import qi_object, raw_methods
 from pepper_sim.naoqi.raw_server import RawServer
-from pepper_sim.naoqi.service import Service
 from pepper_sim.robot import Pepper
 from pepper_sim.tablet.tablet import Tablet
 
@@ -45,7 +43,7 @@ class NaoqiServer:
     def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None, seed: int = 0) -> None:
         self._session = qi.Session()
         # As on the robot, the port answers a moment (0.2 s) before all services are there: libqi's directory listens
-        # when it is made. A second port that is opened afterwards would not mend it: the directory goes on handing out
+        # when it is made. A second port that is opened afterwards would not help: the directory goes on handing out
         # the first one as the address of every service, and a relay or another machine cannot reach that.
         try:
             self._session.listenStandalone(url)
@@ -53,13 +51,14 @@ class NaoqiServer:
             raise CannotListen(f"cannot listen on {url}: {_reason(str(error))}") from None
         machine_id = self._session.service("ServiceDirectory").machineId()
         self.catalogue = Catalogue(robot, self._session, tablet, seed=seed)
-        on_peer, on_qi = _divide(self.catalogue.services)
-        self._peer = RawServer(machine_id, {service.name: raw_methods(service) for service in on_peer})
-        self._inner = qi.Session()
-        self._inner.connect(self._peer.url)
-        for service in on_peer:
-            self._session.registerService(service.name, self._inner.service(service.name))
-        self._peer.stop_listening()
+        on_raw_server = [service for service in self.catalogue.services if service.raw_in_lists]
+        on_qi = [service for service in self.catalogue.services if not service.raw_in_lists]
+        self._raw_server = RawServer(machine_id, {service.name: raw_methods(service) for service in on_raw_server})
+        self._raw_session = qi.Session()
+        self._raw_session.connect(self._raw_server.url)
+        for service in on_raw_server:
+            self._session.registerService(service.name, self._raw_session.service(service.name))
+        self._raw_server.stop_listening()
         self._objects = [(service.name, qi_object(service)) for service in on_qi]
         for name, published in self._objects:
             self._session.registerService(name, published)
@@ -76,8 +75,8 @@ class NaoqiServer:
             return
         self.catalogue.close()
         self._session.close()
-        self._inner.close()
-        self._peer.close()
+        self._raw_session.close()
+        self._raw_server.close()
         self._session = None
 
     def __enter__(self) -> NaoqiServer:
@@ -92,10 +91,3 @@ def _reason(text: str) -> str:
     found = re.search(r"(?:bind|resolve|listen)\w*: ([^\[\n]+)", text)
     reason = found.group(1).strip() if found else text
     return f"{reason}; another robot may run there (port 0 takes a free one)" if "in use" in reason else reason
-
-
-def _divide(services: Iterable[Service]) -> tuple[list[Service], list[Service]]:
-    """Those that answer with raw data inside lists, and all others."""
-    services = list(services)
-    on_peer = [service for service in services if service.name == "ALVideoDevice"]
-    return on_peer, [service for service in services if service not in on_peer]

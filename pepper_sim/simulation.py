@@ -53,7 +53,7 @@ class SimulatedPepper(SimulatedRobot):
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
-        self._door: PortProbe | None = None
+        self._port_probe: PortProbe | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -65,8 +65,10 @@ class SimulatedPepper(SimulatedRobot):
         self.tablet = Tablet(self.robot.show_on_tablet)
 
     def serve(self, address: str, port: int) -> None:
+        if self.robot is None:
+            raise RuntimeError("the robot must enter a world before it can serve")
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
-        self._door = PortProbe(self.urls[0])
+        self._port_probe = PortProbe(self.urls[0])
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
@@ -77,18 +79,19 @@ class SimulatedPepper(SimulatedRobot):
 
     @property
     def failure(self) -> str:
-        return f"{self.urls[0]} does not let clients in any more" if self._door and self._door.stuck else ""
+        return f"{self.urls[0]} does not let clients in any more" if self._port_probe and self._port_probe.stuck else ""
 
     @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
-        return {"tablet": lambda: self.tablet.image}
+        tablet = self.tablet
+        return {"tablet": lambda: tablet.image} if tablet is not None else {}
 
     def say_nearby(self, text: str) -> None:
         if self.room_sounds is not None:
             self.room_sounds.say(text)
 
     def close(self) -> None:
-        for part in (self._door, self.output, self.room_sounds, self.server, self.tablet):
+        for part in (self._port_probe, self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Sequence
 
 from robotino_sim.robot import Robotino
 from telepresence.sim.camera import CamerasFailed, Feed
@@ -37,13 +38,11 @@ class Webcam:
         ValueError: A size that the camera does not have.
     """
 
-    def __init__(
-        self, robot: Robotino, size: tuple[int, int] = DEFAULT_SIZE, idle_release: float = IDLE_RELEASE
-    ) -> None:
-        if size not in SIZES:
+    def __init__(self, robot: Robotino, size: Sequence[int] = DEFAULT_SIZE, idle_release: float = IDLE_RELEASE) -> None:
+        if tuple(size) not in SIZES:  # a ROS parameter is a list
             raise ValueError(f"the camera has no size {size}; sizes: {', '.join(f'{w}x{h}' for w, h in SIZES)}")
         self.image = LatestImage()
-        self.size = size
+        self.size = size[0], size[1]
         self._robot = robot
         self._idle_release = idle_release
         self._last_request = -idle_release

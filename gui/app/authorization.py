@@ -1,9 +1,9 @@
-"""Who may see and do what: the sign-in page lies over everything until somebody has signed in, and again afterwards."""
+"""Who may see and do what: the sign-in page covers the window whenever nobody is signed in."""
 
 from __future__ import annotations
 
 import getpass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QStackedWidget
@@ -14,24 +14,38 @@ from telepresence.teleop.drive_lease import PILOT, Account
 
 if TYPE_CHECKING:
     from gui.app.controller import Controller
-    from gui.terminal.terminal import TerminalView
+    from gui.app.tabs import RobotTabs
     from gui.window import OperatorWindow
 
 SIGNED_OUT = "Sign in first."
 FOR_PILOTS = "You watch. The terminal is for pilots: what is typed there reaches the robot."
 
 
+class Lockable(Protocol):
+    """A terminal, or several of them."""
+
+    def start(self) -> None:
+        """Open it."""
+
+    def deny(self, reason: str) -> None:
+        """Let nobody type, and show why; an empty string gives it back."""
+
+
 class Authorization(QObject):
-    """Joins the sign-in page with the window.
+    """Shows window, terminal and controls to people as their roles allow.
 
     Args:
-        window, terminal: What is hidden from whom.
+        window, terminal: What is hidden.
         controllers: One for each robot.
         users: The accounts; None lets everybody in as a pilot.
     """
 
     def __init__(
-        self, window: OperatorWindow, terminal: TerminalView, controllers: list[Controller], users: Users | None
+        self,
+        window: OperatorWindow | RobotTabs,
+        terminal: Lockable,
+        controllers: list[Controller],
+        users: Users | None,
     ) -> None:
         super().__init__(window)
         self._window, self._terminal, self._controllers = window, terminal, controllers
@@ -52,7 +66,7 @@ class Authorization(QObject):
         self.dismiss()
 
     def admit(self, account: Account) -> None:
-        """Show the window to this person, as far as the role goes."""
+        """Show the window to this person, as far as their role allows."""
         self.account = account
         if self.page is not None:
             self._pages.setCurrentWidget(self._main)
@@ -66,7 +80,7 @@ class Authorization(QObject):
         self._window.pad.setFocus()
 
     def dismiss(self) -> None:
-        """Nobody sees pictures or controls any more. What runs in the terminal goes on: others may need it."""
+        """Hide pictures and controls from everybody. What runs in the terminal keeps running: others may need it."""
         self.account = None
         for controller in self._controllers:
             controller.dismiss()

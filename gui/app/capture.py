@@ -1,4 +1,4 @@
-"""What the pilot keeps of a session: snapshots of the picture, and recordings with their reports."""
+"""Snapshots of the picture, and recordings of a session with their reports."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from gui.recording.recorder import Recorder
-from gui.robots import ROBOTS
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -22,15 +22,15 @@ FOLDER = "TELEPRESENCE_FOLDER"
 
 
 def default_folder() -> Path:
-    """Where snapshots and recordings go."""
+    """Return the folder for snapshots and recordings."""
     return Path(os.environ.get(FOLDER) or Path.home() / "telepresence")
 
 
 class Capture(QObject):
-    """Joins the buttons Snapshot and Record."""
+    """What the buttons Snapshot and Record do."""
 
     said = pyqtSignal(str, str)
-    """A sentence for the pilot, and its level."""
+    """A message for the pilot, and its level."""
 
     def __init__(self, window: OperatorWindow, link: RosLink, folder: Path) -> None:
         super().__init__(window)
@@ -41,8 +41,7 @@ class Capture(QObject):
         self.recorder.finished.connect(self._on_finished)
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
         self.recorder.failed.connect(self._on_failed)
-        self._clock = QTimer(self, interval=500)
-        self._clock.timeout.connect(self._show_time)
+        self._timer = PeriodicTimer(500, self._show_time, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
         window.recordButton.toggled.connect(self._on_record)
 
@@ -50,7 +49,7 @@ class Capture(QObject):
         """Save the picture as the robot sent it."""
         image = self._window.video.image
         if image is None:
-            self.said.emit("There is no picture to keep. Press Robot feed first.", "warn")
+            self.said.emit("There is no picture to save. Press Robot feed first.", "warn")
             return
         target = self._folder / f"{self._name()}.png"
         try:
@@ -70,11 +69,11 @@ class Capture(QObject):
             self._window.recordButton.setChecked(False)
             self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
         else:
-            topics = [self._link.resolve(topic) for topic in ROBOTS[self._link.profile.name].recorded]
+            topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
             self.recorder.start(self._name(), topics)
             if self.recorder.recording:
                 self._since = time.monotonic()
-                self._clock.start()
+                self._timer.start()
                 self._show_time()
 
     def _on_finished(self, bag: str) -> None:
@@ -87,7 +86,7 @@ class Capture(QObject):
         self.said.emit(reason, "bad")
 
     def _end_clock(self) -> None:
-        self._clock.stop()
+        self._timer.stop()
         button = self._window.recordButton
         button.setChecked(False)
         button.setText("● Record")
@@ -97,4 +96,4 @@ class Capture(QObject):
         self._window.recordButton.setText(f"■ {seconds // 60}:{seconds % 60:02d}")
 
     def _name(self) -> str:
-        return f"{self._link.profile.name}-{datetime.now():%Y%m%d-%H%M%S}"
+        return f"{self._link.robot.name}-{datetime.now():%Y%m%d-%H%M%S}"

@@ -1,4 +1,4 @@
-"""What the buttons do and the indicators say: joins the window, the ROS link and the terminal."""
+"""What the buttons do and the indicators show: connects one robot's page with its ROS link and its terminal."""
 
 from __future__ import annotations
 
@@ -9,43 +9,41 @@ from PyQt5.QtCore import QObject
 
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
-from gui.driving.coordinator import Driving
 from gui.driving.drive_controls import DriveControls
+from gui.driving.drive_coordinator import DriveCoordinator
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import GamepadView
-from gui.driving.lease_client import DriveAccess
-from gui.profiles import PROFILES, Profile
-from gui.robots import ROBOTS
+from gui.driving.lease_client import LeaseClient
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
+from gui.styling import set_property
 from gui.terminal import commands
 from telepresence.teleop.drive_lease import Account
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
-    from gui.terminal.terminal import TerminalView
+    from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
 
 
 class Attach(enum.Enum):
-    """Whether to join programs that run already: show the camera, and start the keyboard in the terminal."""
+    """Whether to attach to programs that run already: show the camera, and start the keyboard in the terminal."""
 
     AUTO = "auto"
-    """When a driver is found before any button was pressed."""
+    """When a driver is found before any button is pressed."""
     ALWAYS = "always"
     """As soon as there is a ROS master."""
     NEVER = "never"
 
 
 class Controller(QObject):
-    """The window's behaviour.
+    """The behaviour of one robot's page.
 
     Args:
-        window, link, terminal: What it joins. `link` and `terminal` are started by the caller.
-        attach: Whether to join programs that run already.
-        profile: The robot.
+        window, link, terminal: What it connects. The caller starts `link` and `terminal`.
+        attach: Whether to attach to programs that run already.
         sign_in: Whether people sign in; otherwise the robot's programs are started for everybody.
-        gamepad: Hand on the robot.
+        gamepad: An input device beside pad and picture; by default one that never drives.
     """
 
     def __init__(
@@ -54,20 +52,18 @@ class Controller(QObject):
         link: RosLink,
         terminal: TerminalView,
         attach: Attach = Attach.AUTO,
-        profile: Profile = PROFILES["pepper"],
         sign_in: bool = False,
         gamepad: Gamepad | None = None,
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
-        self._profile = profile
         self._sign_in = sign_in
-        self.access = DriveAccess(link)
+        self.access = LeaseClient(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
         self.bar = AccessBar(self.access, sign_in)
-        self.driving = Driving(window, link, self.access, self.gamepad, self.controls)
+        self.driving = DriveCoordinator(window, link, self.access, self.gamepad, self.controls)
         self._mount()
 
         window.roscoreButton.clicked.connect(self.start_roscore)
@@ -101,7 +97,7 @@ class Controller(QObject):
         self._advise()
 
     def _mount(self) -> None:
-        """Put the parts of driving into the places that the window has for them."""
+        """Add the widgets for driving to the window."""
         window = self._window
         window.accessSlot.addWidget(self.bar)
         window.driveSlot.addWidget(self.controls)
@@ -109,12 +105,12 @@ class Controller(QObject):
         window.deck.addTab(self.pad_view, "Gamepad")
         self.gamepad.changed.connect(self.pad_view.show_state)
         self.controls.pad_wanted.connect(lambda: window.show_page(self.pad_view))
-        robot = ROBOTS[self._profile.name]
+        robot = self._link.robot
         self.controls.set_limits(robot.top_speed, robot.top_turn)
         self.gamepad.top_speed = robot.top_speed
 
     def admit(self, account: Account) -> None:
-        """Somebody has signed in."""
+        """Connect to the robot for somebody who has signed in."""
         self._link.set_open(True)
         self.access.sign_in(account)
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
@@ -122,7 +118,7 @@ class Controller(QObject):
         self._on_state(self._link.state)
 
     def dismiss(self) -> None:
-        """Nobody is signed in any more: nothing is heard, nothing is sent."""
+        """Nobody is signed in any more: receive nothing, send nothing."""
         self.driving.mux.release_all()
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
@@ -131,7 +127,7 @@ class Controller(QObject):
     # --- buttons ---
 
     def start_roscore(self) -> None:
-        """Type roscore into a window of its own."""
+        """Type roscore into a tmux window of its own."""
         self._attach = Attach.NEVER
         if self._link.state.master:
             self._say(f"A ROS master answers at {self._link.state.master_uri} already. Go on with Session start.")
@@ -140,7 +136,7 @@ class Controller(QObject):
         self._terminal.type_line(commands.roscore(self._link.state.master_uri), commands.ROSCORE_WINDOW)
 
     def start_session(self) -> None:
-        """Type the launch of the robot's programs, or only of the keyboard when they run already."""
+        """Type the command that launches the robot's programs, or only the keyboard when they run already."""
         self._attach = Attach.NEVER
         self._window.show_terminal()
         if self._link.state.driver:
@@ -155,12 +151,12 @@ class Controller(QObject):
             return
         open_to_all = "" if self._sign_in else f" {commands.OPEN_TO_ALL}"
         self._terminal.type_line(
-            lambda: self._profile.session(address, commands.own_address_towards(address.host)) + open_to_all
+            lambda: self._link.robot.session(address, commands.own_address_towards(address.host)) + open_to_all
         )
         self._terminal.take_keyboard()
 
     def _start_keyboard(self, state: LinkState) -> None:
-        keyboard = self._profile.keyboard
+        keyboard = self._link.robot.keyboard
         self._terminal.type_line(f"{keyboard} {commands.SECOND_NAME}" if state.keyboard else keyboard)
 
     def show_feed(self, wanted: bool) -> None:
@@ -188,7 +184,7 @@ class Controller(QObject):
         self._advise()
 
     def _on_access(self) -> None:
-        """Who may drive again reads no longer why not."""
+        """Whoever may drive again no longer sees why they could not."""
         if self.access.mine and not self._drove:
             self._advise()
         self._drove = self.access.mine
@@ -274,18 +270,10 @@ class Controller(QObject):
             chip, label = ("Keys: elsewhere", "off"), "click to type here"
         self._window.status.set_chip("keys", *chip, "Click into the terminal, or beside it, to change this")
         self._window.terminalLabel.setText(label)
-        frame = self._window.terminalFrame
-        if frame.property("active") != self._terminal.has_keyboard:
-            frame.setProperty("active", self._terminal.has_keyboard)
-            frame.style().unpolish(frame)
-            frame.style().polish(frame)
+        set_property(self._window.terminalFrame, "active", self._terminal.has_keyboard)
 
     def _mark_address(self, valid: bool) -> None:
-        field = self._window.address
-        if field.property("invalid") != (not valid):
-            field.setProperty("invalid", not valid)
-            field.style().unpolish(field)
-            field.style().polish(field)
+        set_property(self._window.address, "invalid", not valid)
 
     def _say(self, text: str, level: str = "info") -> None:
         self._window.status.say(text, level)

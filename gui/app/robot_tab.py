@@ -1,4 +1,4 @@
-"""Everything the window has for one robot, joined: link, page, terminal, hands, keeping."""
+"""One robot's part of the window: link, page, terminal, input devices, snapshots and recordings."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from PyQt5.QtCore import QObject
 from gui.app.capture import Capture
 from gui.app.controller import Controller
 from gui.driving.gamepad import Gamepad
-from gui.profiles import Profile
-from gui.robots import ROBOTS
+from gui.robots import Robot
 from gui.ros.link import RosLink, RosNode
 from gui.settings import Settings
-from gui.terminal.terminal import TerminalView
+from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow
 
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
@@ -24,24 +23,24 @@ class RobotTab(QObject):
 
     Args:
         node: The window's node, shared by all robots.
-        profile: The robot.
+        robot: What it is.
         address: Where it is.
-        arguments: Of the command line, see gui/__main__.py.
-        alone: There is no other.
+        arguments: The command line's, see gui/__main__.py.
+        alone: There is no other robot.
     """
 
     def __init__(
-        self, node: RosNode, profile: Profile, address: str, arguments: argparse.Namespace, alone: bool = True
+        self, node: RosNode, robot: Robot, address: str, arguments: argparse.Namespace, alone: bool = True
     ) -> None:
         super().__init__()
-        self.title = ROBOTS[profile.name].title
-        self.terminal = TerminalView("" if alone else profile.name)
+        self.title = robot.title
+        self.terminal = TerminalView("" if alone else robot.name)
         self.window = OperatorWindow(self.terminal)
         self.window.address.setText(address)
-        self.link = RosLink(node, profile)
+        self.link = RosLink(node, robot)
         self.gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)
         self.controller = Controller(
-            self.window, self.link, self.terminal, arguments.attach, profile, arguments.sign_in, self.gamepad
+            self.window, self.link, self.terminal, arguments.attach, arguments.sign_in, self.gamepad
         )
         if arguments.gamepad == "joy":
             self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.receive(*joy))
@@ -53,7 +52,8 @@ class RobotTab(QObject):
         self.window.feedButton.toggled.connect(self._on_feed)
 
     def set_in_front(self, in_front: bool) -> None:
-        """Only the robot in front is driven and looked at; the others keep running, and keep their terminals."""
+        """Drive and show this robot, or stop doing so: only the one in front is driven and seen. Its programs and its
+        terminal keep running."""
         self._in_front = in_front
         self.controller.driving.set_away("" if in_front else AWAY)
         feed = self.window.feedButton
@@ -64,23 +64,23 @@ class RobotTab(QObject):
             feed.setChecked(False)
 
     def _on_feed(self, wanted: bool) -> None:
-        """Pictures that nobody sees are not asked for, also when the robot's programs are joined out of sight."""
+        """Ask for no pictures that nobody sees, even when the robot's programs are found while it is not in front."""
         if wanted and not self._in_front:
             self._had_feed = True
             self.window.feedButton.setChecked(False)
 
     def restore(self, settings: Settings) -> None:
-        """Be as at the last time."""
+        """Restore the settings of the last session."""
         controls = self.controller.controls
-        controls.set_speed(settings.number(f"{self.link.profile.name}/speed", controls.speed))
+        controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
 
-    def keep(self, settings: Settings) -> None:
-        """For the next time."""
-        settings.keep(f"{self.link.profile.name}/speed", self.controller.controls.speed)
-        settings.keep(f"{self.link.profile.name}/address", self.window.address.text())
+    def save(self, settings: Settings) -> None:
+        """Save the settings for the next session."""
+        settings.save(f"{self.link.robot.name}/speed", self.controller.controls.speed)
+        settings.save(f"{self.link.robot.name}/address", self.window.address.text())
 
     def start(self) -> None:
-        """The window is on the screen."""
+        """Look for the gamepad from now on; to be called when the window is on the screen."""
         self.gamepad.start()
 
     def close(self) -> None:
@@ -90,7 +90,7 @@ class RobotTab(QObject):
 
 
 class Terminals:
-    """All terminals at once, for whoever lets people in."""
+    """The terminals of all robots, which are opened and denied together (`gui.app.authorization.Lockable`)."""
 
     def __init__(self, tabs: list[RobotTab]) -> None:
         self._terminals = [tab.terminal for tab in tabs]

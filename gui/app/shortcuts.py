@@ -1,4 +1,4 @@
-"""Keys of the whole window besides those that drive. Keys typed into the terminal stay there, but for F6 and Pause."""
+"""Keys of the whole window besides those that drive. Keys typed into the terminal stay there, except F6 and Pause."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[], RobotTab]) -> HelpOverlay:
-    """Bind them, and the page that lists them for people.
+    """Bind the keys, and return the page that lists them.
 
     Args:
-        seats: The robots; the red stop stops all of them.
-        front: The one that is driven.
+        tabs: The robots; the red stop stops all of them.
+        front: Returns the one that is driven.
     """
 
     def stop_all() -> None:
@@ -42,7 +42,9 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
         ("F1", help_overlay.toggle),
         ("F6", type_in_terminal),
     ):
-        QShortcut(QKeySequence(keys), window, activated=action).setContext(Qt.WindowShortcut)
+        shortcut = QShortcut(QKeySequence(keys), window)
+        shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+        shortcut.activated.connect(action)
     for tab in tabs:
         tab.terminal.stop_typed.connect(stop_all)
         tab.controller.bar.help_wanted.connect(help_overlay.open)

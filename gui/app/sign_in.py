@@ -1,4 +1,4 @@
-"""The page that is there as long as nobody has signed in."""
+"""The page that is shown until somebody has signed in."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_ACCOUNTS = (
 
 
 class SignInPage(QWidget):
-    """Name and password; the check takes a tenth of a second and has a thread of its own.
+    """Asks for name and password. The check takes a tenth of a second and runs on a thread of its own.
 
     Args:
         users: The accounts.
@@ -39,15 +39,15 @@ class SignInPage(QWidget):
     def __init__(self, users: Users, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         uic.loadUi(str(Path(__file__).resolve().with_name("sign_in.ui")), self)
-        self.setAttribute(Qt.WA_StyledBackground)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._users = users
         self.nameField.returnPressed.connect(self.passwordField.setFocus)
-        self.passwordField.returnPressed.connect(self.try_in)
-        self.signInButton.clicked.connect(self.try_in)
+        self.passwordField.returnPressed.connect(self.try_sign_in)
+        self.signInButton.clicked.connect(self.try_sign_in)
         self._checked.connect(self._on_checked)
 
-    def try_in(self) -> None:
-        """Check what is in the fields."""
+    def try_sign_in(self) -> None:
+        """Check the name and password in the fields."""
         name, password = self.nameField.text(), self.passwordField.text()
         if not self.signInButton.isEnabled():
             return
@@ -58,7 +58,7 @@ class SignInPage(QWidget):
         threading.Thread(target=self._check, args=(name, password), name="sign-in", daemon=True).start()
 
     def say(self, text: str) -> None:
-        """A sentence under the fields."""
+        """Show a sentence under the fields."""
         self.signInMessage.setText(text)
 
     def showEvent(self, event: QShowEvent) -> None:

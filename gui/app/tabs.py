@@ -1,4 +1,4 @@
-"""One window for several robots: a page for each, tabs to change between them."""
+"""One window for several robots: a page for each, and tabs to switch between them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from gui.window import OperatorWindow, place_on_screen
 
 
 class RobotTabs(QMainWindow):
-    """Holds pages; looks from outside like one `OperatorWindow`.
+    """Holds one page for each robot, and can be used like a single `OperatorWindow`.
 
     Args:
         pages: (title, page) of each robot.
     """
 
     changed = pyqtSignal(int)
-    """This page is in front now."""
+    """The page of this index is in front now."""
 
     def __init__(self, pages: Sequence[tuple[str, OperatorWindow]]) -> None:
         super().__init__()
@@ -28,11 +28,11 @@ class RobotTabs(QMainWindow):
         self._stack = QStackedWidget()
         self._tabs: list[QTabBar] = []
         for title, page in pages:
-            page.setWindowFlags(Qt.Widget)
+            page.setWindowFlags(Qt.WindowType.Widget)
             self._stack.addWidget(page)
             page.exitButton.clicked.disconnect()
-            page.exitButton.clicked.connect(self.close)
-            page.closed_by_key.connect(self.close)
+            page.exitButton.clicked.connect(self.close)  # type: ignore[arg-type]  # PyQt5's stub: a slot returns None
+            page.closed_by_key.connect(self.close)  # type: ignore[arg-type]
             page.addressLabel.hide()
             page.address.setAccessibleName(f"Address of {title}")
             self._tabs.append(self._make_tabs([title for title, _ in pages]))
@@ -43,7 +43,7 @@ class RobotTabs(QMainWindow):
 
     @property
     def current(self) -> int:
-        """Which page is in front."""
+        """The index of the page in front."""
         return self._stack.currentIndex()
 
     @property
@@ -67,15 +67,15 @@ class RobotTabs(QMainWindow):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() == QEvent.ActivationChange:
+        if event.type() == QEvent.Type.ActivationChange:
             for page in self.pages:
                 page.activation_changed.emit(self.isActiveWindow())
 
     def _make_tabs(self, titles: Sequence[str]) -> QTabBar:
-        """A page shows all tabs, its own chosen; a click on another changes the page."""
+        """Make the tabs shown on one page: one for each robot; a click on another one brings its page to the front."""
         bar = QTabBar()
         bar.setObjectName("robotTabs")
-        bar.setFocusPolicy(Qt.TabFocus)
+        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         bar.setExpanding(False)
         for number, title in enumerate(titles, 1):
             bar.setTabToolTip(bar.addTab(title), f"{title} (Ctrl+{number})")
@@ -83,7 +83,7 @@ class RobotTabs(QMainWindow):
         return bar
 
     def _on_tab(self, index: int) -> None:
-        # The bar of a page that is not in front is set by us.
+        # `_show_tabs` sets the bars of the other pages.
         if self.sender() is self._tabs[self.current]:
             self.choose(index)
 

@@ -1,22 +1,23 @@
-"""What the robot tells, shown: joins one robot's channels to the widgets that paint them, and the picture to the floor
-that it shows."""
+"""Connects one robot's channels to the widgets that show them, and clicks on the picture to driving on the floor."""
 
 from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QPainter
 
-from gui.driving.delay_speed_limit import HALF_FROM, DelayCap
+from gui.driving.delay_speed_limit import HALF_FROM, DelaySpeedLimit
 from gui.driving.floor_drive import FloorDrive
-from gui.driving.floor_overlay import Place, paint_way
+from gui.driving.floor_overlay import PixelToWidget, paint_path
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
-from gui.profiles import camera_info_of
-from gui.robots import ROBOTS
+from gui.periodic_timer import PeriodicTimer
+from gui.robots import camera_info_of
+from gui.ros.channels import Answer
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
 
@@ -28,32 +29,32 @@ READINGS = (
     "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
     "voice_levels", "voice_state", "voice_settings", "posture",
 )  # fmt: skip
-"""Channels whose readings go to widgets as they are."""
-STALE_PERIOD = 250  # ms
-CAP_PERIOD = 100  # ms
+"""Channels whose readings are passed to the widgets unchanged."""
+AGE_PERIOD = 250  # ms
+LIMIT_PERIOD = 100  # ms
 CLOCKS_DIFFER = 5.0
-"""Seconds; an age beyond this, or below nothing, says that the robot's clock is wrong, not that the picture is old."""
+"""[s]; an age above this, or below zero, means that the clocks disagree, not that the picture is old."""
 
 
 class Views(QObject):
-    """Shows one robot.
+    """Shows what one robot publishes.
 
     Attributes:
-        floor_drive: Source of velocities; to be given to whatever sends them.
+        floor_drive: Input device that drives to the place the pilot points at; to be added to the `InputMux`.
     """
 
     said = pyqtSignal(str, str)
-    """A sentence for the pilot, and its level."""
+    """A message for the pilot, and its level."""
     share_changed = pyqtSignal(float)
-    """How much of the speed the link's delay leaves, 0 to 1."""
+    """The share of the speed that the link's delay allows, 0 to 1."""
 
     def __init__(self, window: OperatorWindow, link: RosLink) -> None:
         super().__init__(window)
         self._window, self._link = window, link
-        self.robot = ROBOTS[link.profile.name]
+        self.robot = link.robot
         self._lens: Lens | None = None
         self._body: BodyState | None = None
-        self._round_trip, self._cap, self._share = RoundTrip(), DelayCap(), 1.0
+        self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
         self._voice = False
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
         self._readers = (
@@ -62,7 +63,7 @@ class Views(QObject):
         window.around.set_robot(self.robot.outline, self.robot.top_speed, self.robot.reach)
         window.robotPanel.set_robot(self.robot.speaks, self.robot.postures)
         for page, wanted in (
-            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, self.robot.tablet),
+            (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, link.has("tablet")),
         ):  # fmt: skip
             if not wanted:
                 window.deck.removeTab(window.deck.indexOf(page))
@@ -70,36 +71,34 @@ class Views(QObject):
             if link.has(name):
                 link.channel(name).arrived.connect(self.show_reading)
         if link.has("lens"):
-            link.channel("lens").arrived.connect(self._keep_lens)
+            link.channel("lens").arrived.connect(self._on_lens)
         if link.has("page"):
             link.channel("page").arrived.connect(self._show_page)
         if link.has("tablet"):
             link.channel("tablet").arrived.connect(self._show_tablet)
             window.deck.currentChanged.connect(lambda _index: self._watch_tablet())
         link.channel("picture").arrived.connect(self._on_picture)
-        self._stale_clock = QTimer(self, interval=STALE_PERIOD)
-        self._stale_clock.timeout.connect(lambda: window.health.show_picture(window.video.age(), 0.0))
+        self._age_timer = PeriodicTimer(AGE_PERIOD, self._show_age, self)
         window.video.stale_changed.connect(self._on_stale)
-        self._cap_clock = QTimer(self, interval=CAP_PERIOD)
-        self._cap_clock.timeout.connect(self._weigh_delay)
-        self._cap_clock.start()
+        self._limit_timer = PeriodicTimer(LIMIT_PERIOD, self._update_share, self)
+        self._limit_timer.start()
         self._offer_cameras()
         self._join_panels()
         self._join_picture()
 
     def watch_picture(self, wanted: bool) -> None:
-        """Somebody looks, or not any more."""
+        """Receive the calibration that belongs to the picture, or stop doing so."""
         if self._link.has("lens"):
             self._link.watch("lens", wanted)
         if not wanted:
             self._window.health.clear_picture()
 
     def note_sent(self) -> None:
-        """A command that moves the robot has left."""
+        """Note that a command that moves the robot has been sent."""
         self._round_trip.sent(time.monotonic())
 
     def show_reading(self, reading: object) -> None:
-        """Hand a reading to every widget that paints its kind."""
+        """Pass a reading to every widget that shows its kind."""
         for reader in self._readers:
             reader.show_reading(reading)
         if isinstance(reading, BodyState):
@@ -109,10 +108,10 @@ class Views(QObject):
             if self.floor_drive.target is not None:
                 self._window.video.update()
         elif isinstance(reading, DriveState):
-            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # a sentence would widen the column
+            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # the whole text would widen the column
             self._window.aroundLabel.setToolTip(reading.text)
         elif isinstance(reading, PostureResult):
-            text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'no reason was told'}."
+            text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'it gave no reason'}."
             self._window.robotPanel.answer(text)
         elif isinstance(reading, VoiceState):
             self._voice = True
@@ -121,17 +120,17 @@ class Views(QObject):
         taken = self._round_trip.answered(safety.command_age, safety.arrived)
         waiting = self._round_trip.waiting(safety.arrived)
         if taken is None and waiting > HALF_FROM:
-            taken = waiting  # at least
+            taken = waiting  # the round trip takes at least that long
         if taken is not None:
-            self._cap.note_command(taken, safety.arrived)
+            self._delay_limit.note_command(taken, safety.arrived)
             self._window.health.show_round_trip(taken)
 
-    def _weigh_delay(self) -> None:
-        share = self._cap.share(time.monotonic())
+    def _update_share(self) -> None:
+        share = self._delay_limit.share(time.monotonic())
         if share != self._share:
             self._share = share
             if not share:
-                self._round_trip.forget()  # nothing is sent from now on
+                self._round_trip.forget()  # no commands are sent from now on
             self._window.health.show_share(share)
             self.share_changed.emit(share)
 
@@ -148,11 +147,11 @@ class Views(QObject):
                 signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._show_refusal))
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
-                signal.connect(lambda device, name=name: link.send(name, device))
+                signal.connect(partial(self._choose_device, name))
 
     def _say(self, text: str) -> None:
         if not self._link.send("say", text):
-            self._window.robotPanel.answer("There is no ROS master, so nobody hears this. Press Roscore start.")
+            self._window.robotPanel.answer("There is no ROS master, so the robot cannot say this. Press Roscore start.")
 
     def _take_posture(self, name: str) -> None:
         panel = self._window.robotPanel
@@ -163,7 +162,10 @@ class Views(QObject):
         elif not self._link.send("posture", name):
             panel.answer("There is no ROS master. Press Roscore start.")
 
-    def _show_refusal(self, answer: object) -> None:
+    def _choose_device(self, name: str, device: str) -> None:
+        self._link.send(name, device)
+
+    def _show_refusal(self, answer: Answer) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 
@@ -174,13 +176,13 @@ class Views(QObject):
         video.pressed.connect(drive.press)
         video.dragged.connect(drive.drag)
         video.released.connect(drive.release_all)
-        video.set_overlay(self._paint_way)
-        video.setCursor(Qt.CrossCursor)
+        video.set_overlay(self._paint_path)
+        video.setCursor(Qt.CursorShape.CrossCursor)
         video.setToolTip("Hold the left button on the floor to drive there")
         drive.target_changed.connect(self._window.around.show_target)
         drive.target_changed.connect(lambda _target: video.update())
         drive.refused.connect(lambda reason: self.said.emit(reason, "warn"))
-        drive.resumed.connect(lambda: self.said.emit("On the way again to where you point.", "good"))
+        drive.resumed.connect(lambda: self.said.emit("Driving on to where you point.", "good"))
 
     def _offer_cameras(self) -> None:
         choice = self._window.cameraChoice
@@ -189,7 +191,7 @@ class Views(QObject):
         self._window.feedLabel.setVisible(not self.robot.cameras)
         for name, topic in self.robot.cameras:
             choice.addItem(name, topic)
-            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ToolTipRole)
+            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
         if self.robot.cameras and self._link.feed not in [self._link.resolve(topic) for _, topic in self.robot.cameras]:
             choice.insertItem(0, "Other", self._link.feed)
         choice.setCurrentIndex(0)
@@ -207,24 +209,27 @@ class Views(QObject):
     def _on_picture(self, picture: Picture) -> None:
         age = time.time() - picture.stamp
         age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
-        self._cap.note_picture(age, time.monotonic())
+        self._delay_limit.note_picture(age, time.monotonic())
         self._window.health.show_picture(age, self._window.video.rate())
 
     def _on_stale(self, stale: bool) -> None:
-        """What is told of the link grows old with the picture."""
+        """Show the age of the last picture as it grows."""
         if stale:
-            self._stale_clock.start()
+            self._age_timer.start()
         else:
-            self._stale_clock.stop()
+            self._age_timer.stop()
+
+    def _show_age(self) -> None:
+        self._window.health.show_picture(self._window.video.age(), 0.0)
 
     def _watch_tablet(self) -> None:
         self._link.watch("tablet", self._window.deck.currentWidget() is self._window.tabletPage)
 
     def _show_page(self, state: PageState) -> None:
-        """A real tablet tells no picture of itself; the program that feeds it knows at least how it is."""
+        """Show the state of the tablet's page where there is no picture of it: a real tablet publishes none."""
         if self._window.tablet.image is None:
             text = f"{state.text[:1].upper()}{state.text[1:]}. The page: {state.page}"
-            self._window.tablet.clear("The tablet sends no picture of itself", text)
+            self._window.tablet.clear("The tablet publishes no picture of its screen", text)
 
     def _show_tablet(self, picture: Picture) -> None:
         try:
@@ -232,25 +237,25 @@ class Views(QObject):
         except ValueError as error:
             self._window.tablet.clear("The tablet cannot be shown", f"{error}.")
 
-    def _keep_lens(self, lens: Lens) -> None:
+    def _on_lens(self, lens: Lens) -> None:
         self._lens = lens
 
     def _view(self) -> CameraView | str:
-        """The camera's view as the picture that is shown was taken, in the odometry's frame; or why there is none."""
+        """Return the camera's view, in the odometry frame, when the shown picture was taken; or why it is unknown."""
         image = self._window.video.image
         if image is None:
             return "There is no picture to point at."
         if self._lens is None:
-            return "The camera does not tell its calibration (camera_info), so places in it are unknown."
+            return "The camera publishes no calibration (camera_info), so positions in its picture are unknown."
         if self._body is None:
-            return "The robot tells no odometry, so it would not find the way there."
+            return "The robot publishes no odometry, so it could not find the way there."
         try:
             rotation, place = self._link.place_of(self._lens.frame, self._body.frame, self._window.video.stamp)
         except LookupError as error:
-            return f"Where the camera looks is unknown: {error}."
+            return f"The direction of the camera is unknown: {error}."
         return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
 
-    def _paint_way(self, painter: QPainter, place: Place) -> None:
+    def _paint_path(self, painter: QPainter, to_widget: PixelToWidget) -> None:
         target = self.floor_drive.target
         if target is None or self._body is None:
             return
@@ -258,4 +263,4 @@ class Views(QObject):
         if isinstance(view, CameraView):
             radius = self.robot.outline.outer_radius
             start = (self._body.x, self._body.y)
-            paint_way(painter, place, view, start, target, radius, self.floor_drive.tone())
+            paint_path(painter, to_widget, view, start, target, radius, self.floor_drive.tone())

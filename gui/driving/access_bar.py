@@ -1,4 +1,4 @@
-"""Who drives, and what can be done about it: take, ask, hand over, leave, sign out."""
+"""Shows who drives, and lets people take, ask for, hand over and release the robot, and sign out."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
-from gui.driving.lease_client import DriveAccess
+from gui.driving.lease_client import LeaseClient
+from gui.styling import set_property
 
 
 class AccessBar(QWidget):
-    """Shows a `DriveAccess` and asks it for things.
+    """Buttons and menu for a `LeaseClient`.
 
     Args:
-        access: Of the robot that this bar is about.
-        can_sign_out: There are accounts; without them nobody signs in or out.
+        access: The lease of the robot that this bar is about.
+        can_sign_out: Whether there are accounts; without them nobody signs in or out.
     """
 
     sign_out_wanted = pyqtSignal()
@@ -26,7 +27,7 @@ class AccessBar(QWidget):
     keepButton: QPushButton
     menuButton: QToolButton
 
-    def __init__(self, access: DriveAccess, can_sign_out: bool, parent: QWidget | None = None) -> None:
+    def __init__(self, access: LeaseClient, can_sign_out: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         uic.loadUi(str(Path(__file__).resolve().with_name("access_bar.ui")), self)
         self._access, self._can_sign_out = access, can_sign_out
@@ -40,13 +41,13 @@ class AccessBar(QWidget):
         self.show_access()
 
     def show_access(self) -> None:
-        """Show how things are now."""
+        """Show the current state of the lease."""
         access, state = self._access, self._access.state
-        asking = access.mine and bool(state.asking)
+        asking = state.asking if state is not None and access.mine else ""
         if state is None:
             text, level = "Not connected", "off"
         elif access.mine:
-            text, level = ("You drive" if not asking else f"{state.asking} asks to drive"), "warn" if asking else "good"
+            text, level = (f"{asking} asks to drive", "warn") if asking else ("You drive", "good")
         elif state.pilot:
             text, level = f"{state.pilot} drives", "warn"
         else:
@@ -57,17 +58,15 @@ class AccessBar(QWidget):
         who = f"You are {account.name}, {account.role}. " if account else ""
         here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""
         button.setText(f"●  {text}")
-        button.setShortcut("F2")  # a new text drops it
+        button.setShortcut("F2")  # setText removes it
         button.setToolTip(f"{who}{here}Hand over, sign out: F2")
-        button.setProperty("level", level)
-        button.style().unpolish(button)
-        button.style().polish(button)
-        self.takeButton.setVisible(asking or (state is not None and access.is_pilot and not access.mine))
+        set_property(button, "level", level)
+        self.takeButton.setVisible(bool(asking) or (state is not None and access.is_pilot and not access.mine))
         text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
         if text != self.takeButton.text():
             self.takeButton.setText(text)
-            self.takeButton.setShortcut("F3")  # a new text drops it
-        self.keepButton.setVisible(asking)
+            self.takeButton.setShortcut("F3")  # setText removes it
+        self.keepButton.setVisible(bool(asking))
 
     def _on_take(self) -> None:
         if self._access.mine:
@@ -80,7 +79,7 @@ class AccessBar(QWidget):
         self._menu.clear()
         if access.account is not None:
             self._menu.addSection(f"{access.account.name}, {access.account.role}")
-        if access.mine:
+        if state is not None and access.mine:
             for name, window in state.present:
                 if window != state.window and name.endswith("(pilot)"):
                     self._menu.addAction(f"Hand over to {name}", lambda window=window: access.ask("give", window))

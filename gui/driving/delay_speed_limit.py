@@ -1,7 +1,8 @@
-"""How much of the speed a slow link leaves. No ROS, no Qt.
+"""Limits the speed when the link is slow. No ROS, no Qt.
 
-From 200 to 300 ms on people drive clearly worse, beyond 400 ms it gets no worse but they drive by what was
-(arXiv 2508.18074). So the window lets a robot drive at half speed above half a second, and not at all above one.
+From 200 to 300 ms of delay on people drive clearly worse; beyond 400 ms it gets no worse, but what they see is no
+longer where the robot is (arXiv 2508.18074). So the window lets a robot drive at half speed above half a second, and
+not at all above one.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from collections import deque
 HALF_FROM, STOP_FROM = 0.5, 1.0
 """[s]"""
 WINDOW = 0.5
-"""Seconds whose least delay counts: one late message on a busy machine is not a slow link."""
+"""[s]; the least delay in this time counts: one late message on a busy machine is not a slow link."""
 FORGET_AFTER = 2.0
-"""Seconds after which a delay says nothing about now."""
+"""[s] after which a measured delay is no longer valid."""
 
 
-class DelayCap:
-    """The share of the speed that may be asked for. Times are monotonic [s]."""
+class DelaySpeedLimit:
+    """Computes the share of the speed that may be asked for. Times are monotonic [s]."""
 
     def __init__(self) -> None:
         self._commands: deque[tuple[float, float]] = deque()
@@ -26,21 +27,21 @@ class DelayCap:
         self._unproven = False
 
     def note_command(self, delay: float, now: float) -> None:
-        """A command needed this long there and back, or waits as long for its answer already [s]."""
+        """Note the round trip of a command, or for how long one has been waiting for its answer [s]."""
         _note(self._commands, delay, now)
 
     def note_picture(self, age: float, now: float) -> None:
-        """A picture was this old when it was shown [s]; NaN, for clocks that disagree, says nothing."""
+        """Note how old a picture was when it was shown [s]; NaN, when the clocks disagree, is ignored."""
         if math.isfinite(age):
             _note(self._pictures, age, now)
 
     def delay(self, now: float) -> float:
-        """The greater of the two delays [s]; 0 when neither is known."""
+        """Return the greater of the two delays [s]; 0 when neither is known."""
         return max(_least(self._commands, now), _least(self._pictures, now))
 
     def share(self, now: float) -> float:
-        """1, 0.5 or 0. After commands were too late there are none to measure: their next ones go at half speed until
-        one was answered in time."""
+        """Return 1, 0.5 or 0. When commands are too late none are sent, so there is nothing to measure: the next ones
+        go at half speed until one is answered in time."""
         delay, command = self.delay(now), _least(self._commands, now)
         if command > STOP_FROM:
             self._unproven = True

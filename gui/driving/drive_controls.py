@@ -1,4 +1,4 @@
-"""Beside the pad: how fast, the red stop, and what the gamepad does."""
+"""Beside the pad: the speed limit, the red stop, and what the gamepad does."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
 
 from gui.driving.gamepad import JoystickState
+from gui.styling import set_property
 
 STEP = 0.05
-"""[m/s] between two places of the slider."""
+"""[m/s] between two positions of the slider."""
 USUAL_SPEED = 0.2
-"""[m/s]; the keyboard node begins with the same."""
+"""[m/s]; the keyboard node starts with the same speed."""
 TURN_PER_SPEED = 2.5
 """[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
 PANIC_TIME = 1.0
-"""Seconds after a stop in which another press does not let go: who is afraid presses twice."""
+"""[s] after a stop in which another press does not release it: people in a panic press twice."""
 
 
 class DriveControls(QWidget):
@@ -29,9 +30,9 @@ class DriveControls(QWidget):
     """[m/s], [rad/s] that inputs may ask for."""
     stop_wanted = pyqtSignal()
     release_wanted = pyqtSignal()
-    """The red stop is pressed, and was clicked to let go."""
+    """The red stop was clicked to release it."""
     pad_wanted = pyqtSignal()
-    """Show the gamepad."""
+    """The gamepad's page should be shown."""
 
     speedSlider: QSlider
     speedLabel: QLabel
@@ -61,23 +62,23 @@ class DriveControls(QWidget):
         return min(self._top_turn, self.speed * TURN_PER_SPEED)
 
     def set_limits(self, top_speed: float, top_turn: float, speed: float = USUAL_SPEED) -> None:
-        """What the robot can do [m/s, rad/s], and what to begin with [m/s]."""
+        """Set the robot's limits [m/s, rad/s] and the speed to start with [m/s]."""
         self._top_turn = top_turn
         self.speedSlider.setMaximum(max(1, int(top_speed / STEP + 1e-6)))
         self.set_speed(speed)
         self._show_speeds()
 
     def set_speed(self, speed: float) -> None:
-        """As near to this as the robot and the slider can [m/s]."""
+        """Set the speed, as near to this as the robot and the slider allow [m/s]."""
         if math.isfinite(speed):
             self.speedSlider.setValue(round(speed / STEP))
 
     def step_speed(self, steps: int) -> None:
-        """Faster or slower."""
+        """Move the slider by this many steps."""
         self.speedSlider.setValue(self.speedSlider.value() + steps)
 
     def show_stopped(self, who: str) -> None:
-        """Who has stopped the robot; empty: it is not stopped."""
+        """Show who has stopped the robot; empty when it is not stopped."""
         if who == self._stopped_by:
             return
         self._stopped_by, self._stopped_at = who, time.monotonic()
@@ -85,19 +86,15 @@ class DriveControls(QWidget):
         self.redStop.setToolTip(
             "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
         )
-        self.redStop.setProperty("stopped", bool(who))
-        self.redStop.style().unpolish(self.redStop)
-        self.redStop.style().polish(self.redStop)
+        set_property(self.redStop, "stopped", bool(who))
 
     def show_pad(self, state: JoystickState | None) -> None:
-        """What the gamepad does; None when there is none."""
+        """Show what the gamepad does; None when there is none."""
         if state is None:
             self.padChip.setText("No gamepad")
         else:
             self.padChip.setText("Gamepad drives" if state.driving else "Gamepad ready: hold LB")
-        self.padChip.setProperty("on", state is not None and state.driving)
-        self.padChip.style().unpolish(self.padChip)
-        self.padChip.style().polish(self.padChip)
+        set_property(self.padChip, "on", state is not None and state.driving)
 
     def _on_red(self) -> None:
         if not self._stopped_by:

@@ -1,7 +1,7 @@
 """Driving by held keys and buttons, for mouse and keyboard.
 
 While anything is held the velocity is sent twenty times a second; on the last release zero is sent once, and then
-nothing, so that another input can drive. Losing the keyboard counts as releasing everything.
+nothing, so that another input device can drive. Losing the keyboard focus counts as releasing everything.
 """
 
 from __future__ import annotations
@@ -24,20 +24,24 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from gui.periodic_timer import PeriodicTimer
+from gui.styling import set_property
+from gui.theme import application
+
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
-KEEPS_KEYS = "keepsKeys"
-"""Property of a widget that wants letters for itself while it has the focus."""
+WANTS_LETTERS = "wantsLetters"
+"""Property of a widget that needs letters itself while it has the focus, so that they do not drive."""
 SEND_PERIOD = 50  # ms
 BOUNCE = 30
-"""ms. X11 repeats a held key as releases and presses; a pair torn apart on its way looks like a real release."""
+"""[ms]. X11 repeats a held key as pairs of release and press; a pair whose halves arrive apart looks like a release."""
 SPEED = 0.2
-"""m/s; the keyboard node begins with the same."""
+"""[m/s]; the keyboard node starts with the same speed."""
 TURN = 0.5
-"""rad/s"""
+"""[rad/s]"""
 
 
 class Move(NamedTuple):
-    """A cap of the pad: where it lies, what it shows and does."""
+    """A key of the pad: its position, its label, and the direction it drives in."""
 
     row: int
     column: int
@@ -60,22 +64,22 @@ MOVES: dict[str, Move] = {
 }
 
 KEYS: dict[int, str] = {
-    Qt.Key_Q: "turn_left",
-    Qt.Key_W: "forward",
-    Qt.Key_E: "turn_right",
-    Qt.Key_A: "left",
-    Qt.Key_S: "backward",
-    Qt.Key_D: "right",
-    Qt.Key_Up: "forward",
-    Qt.Key_Down: "backward",
-    Qt.Key_Left: "turn_left",
-    Qt.Key_Right: "turn_right",
+    Qt.Key.Key_Q: "turn_left",
+    Qt.Key.Key_W: "forward",
+    Qt.Key.Key_E: "turn_right",
+    Qt.Key.Key_A: "left",
+    Qt.Key.Key_S: "backward",
+    Qt.Key.Key_D: "right",
+    Qt.Key.Key_Up: "forward",
+    Qt.Key.Key_Down: "backward",
+    Qt.Key.Key_Left: "turn_left",
+    Qt.Key.Key_Right: "turn_right",
 }
 
 
 def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tuple[float, float, float]:
-    """Forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a diagonal is
-    no faster than a straight."""
+    """Return forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a
+    diagonal is no faster than a straight line."""
     x = sum(MOVES[name].x for name in held)
     y = sum(MOVES[name].y for name in held)
     theta = sum(MOVES[name].theta for name in held)
@@ -85,18 +89,18 @@ def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tup
 
 
 class DrivePad(QFrame):
-    """The pad. Keys of the whole window drive, except while text is edited; see `eventFilter`."""
+    """The drive pad. The keys of the whole window drive, except while text is edited."""
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held."""
     blocked = pyqtSignal(str)
-    """Somebody tried to drive while that is not possible; why."""
+    """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
-    """The space bar, or the pad's stop."""
+    """The space bar, or the pad's stop button, was pressed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setFocusPolicy(Qt.ClickFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.speed, self.turn = SPEED, TURN
         self._pressed: dict[object, str] = {}
         self._lifted: set[int] = set()
@@ -117,21 +121,21 @@ class DrivePad(QFrame):
         stop.setObjectName("padStop")
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
-        self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
-        self._timer.timeout.connect(self._send)
-        self._bounce = QTimer(self, interval=BOUNCE, singleShot=True)
+        self._timer = PeriodicTimer(SEND_PERIOD, self._send, self, precise=True)
+        self._bounce = QTimer(self)
+        self._bounce.setInterval(BOUNCE)
+        self._bounce.setSingleShot(True)
         self._bounce.timeout.connect(self._release_lifted)
-        QApplication.instance().installEventFilter(self)
-        QApplication.instance().focusChanged.connect(self._on_focus)
+        application().installEventFilter(self)
+        application().focusChanged.connect(self._on_focus)
 
     @property
     def held(self) -> set[str]:
-        """Names of the moves that are held now."""
+        """The names of the moves that are held now."""
         return set(self._pressed.values())
 
     def stop(self) -> None:
-        """Let go of everything and send zero, whether anything was held or not."""
+        """Release everything and send zero, whether anything was held or not."""
         self._pressed.clear()
         self._lifted.clear()
         self._timer.stop()
@@ -139,42 +143,50 @@ class DrivePad(QFrame):
         self.velocity.emit(0.0, 0.0, 0.0)
 
     def release_all(self) -> None:
-        """As if everything that is held had been released."""
+        """Act as if everything that is held had been released."""
         if self._pressed:
             self.stop()
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
+    @property
+    def keeps_control(self) -> bool:
+        """Whether anything is held: opposite moves together give zero."""
+        return bool(self._pressed)
+
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again, and then only when pressed anew."""
         self._block = reason
         if reason:
             self.release_all()
         for cap in self._caps.values():
-            _set_property(cap, "blocked", bool(reason))
+            set_property(cap, "blocked", bool(reason))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
-        if kind in (QEvent.KeyPress, QEvent.KeyRelease):
-            # The release of a held key counts wherever the keyboard has gone meanwhile.
-            ends = kind == QEvent.KeyRelease and event.key() in self._pressed
+        if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
+            # The release of a held key counts wherever the keyboard focus is by then.
+            ends = kind == QEvent.Type.KeyRelease and event.key() in self._pressed
             return (self._is_for_us(watched) or ends) and self._take_key(event)
-        if kind in (QEvent.WindowDeactivate, QEvent.WindowBlocked, QEvent.Hide) and watched is self.window():
+        if (
+            kind in (QEvent.Type.WindowDeactivate, QEvent.Type.WindowBlocked, QEvent.Type.Hide)
+            and watched is self.window()
+        ):
             self.release_all()
         return False
 
     def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:
-        if _keeps_keys(now):
+        if _wants_letters(now):
             self.release_all()
 
     def _is_for_us(self, watched: QObject) -> bool:
-        """Key events pass the filter for the window and again for the widget: the second time counts."""
+        """Whether a key event is for the pad. Qt filters it for the native window first, then for the widget: here."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
-        return not _keeps_keys(QApplication.focusWidget())
+        return not _wants_letters(QApplication.focusWidget())
 
     def _take_key(self, event: QKeyEvent) -> bool:
-        """True when the key means something here, and so nothing elsewhere."""
-        if event.key() == Qt.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
-            if event.type() == QEvent.KeyPress and not event.isAutoRepeat():
+        """Return True when the key is used here, so that no other widget gets it."""
+        if event.key() == Qt.Key.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
+            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._press_stop()
             return True
         name = KEYS.get(event.key())
@@ -182,12 +194,14 @@ class DrivePad(QFrame):
             return False
         if event.isAutoRepeat():
             return True
-        if event.type() == QEvent.KeyRelease:
+        if event.type() == QEvent.Type.KeyRelease:
             self._lifted.add(event.key())
             self._bounce.start()
         elif event.key() in self._lifted:
             self._lifted.remove(event.key())
-        elif not event.modifiers() & (Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier):
+        elif not event.modifiers() & (
+            Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.MetaModifier
+        ):
             self._press(event.key(), name)
         return True
 
@@ -223,24 +237,16 @@ class DrivePad(QFrame):
     def _show_held(self) -> None:
         held = self.held
         for name, cap in self._caps.items():
-            _set_property(cap, "held", name in held)
+            set_property(cap, "held", name in held)
 
     def _make_cap(self, text: str, tip: str) -> QPushButton:
         cap = QPushButton(text, self)
         cap.setToolTip(tip)
-        cap.setFocusPolicy(Qt.NoFocus)
+        cap.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         cap.setProperty("kind", "cap")
         return cap
 
 
-def _keeps_keys(widget: QWidget | None) -> bool:
-    """Whether letters are meant for this widget."""
-    return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(KEEPS_KEYS)))
-
-
-def _set_property(widget: QWidget, name: str, value: bool) -> None:
-    """A property that the style sheet looks at; Qt reads it again only when told to."""
-    if widget.property(name) != value:
-        widget.setProperty(name, value)
-        widget.style().unpolish(widget)
-        widget.style().polish(widget)
+def _wants_letters(widget: QWidget | None) -> bool:
+    """Whether this widget needs letters itself."""
+    return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(WANTS_LETTERS)))

@@ -1,8 +1,8 @@
 """Driving to the place on the floor that the pilot points at in the picture, for as long as the button is held.
 
-The place is kept in the odometry frame at the picture's own time, so the delay of the picture does not move it. Letting
-go stops for good. What passes by itself (a picture, odometry or a transform that came late) stops the robot until it is
-there again, and the drive goes on as long as the button is held.
+The place is computed in the odometry frame at the time when the picture was taken, so the delay of the picture does
+not move it. Releasing the button ends the drive. A late picture, odometry or transform stops the robot only until it
+has come: then the drive goes on if the button is still held.
 """
 
 from __future__ import annotations
@@ -11,20 +11,21 @@ import math
 import time
 from collections.abc import Callable
 
-from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.driving.floor_projection import floor_place
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState, CameraView, Safety
 
 SEND_PERIOD = 50  # ms
 ARRIVED = 0.15
-"""[m] from the place: near enough."""
+"""[m]; as near to the place as the robot drives."""
 HOLD = 0.2
-"""Seconds that the button must be down before the robot moves: a click that only takes the keyboard moves nothing."""
+"""[s] that the button must be held before the robot moves: a click that only moves the focus drives nothing."""
 SLOWEST = 0.06
-"""[m/s]; slower commands would be lost in the wheels' friction."""
+"""[m/s]; friction would swallow slower commands."""
 NEARING = 1.0
-"""[1/s]: speed per metre that is left."""
+"""[1/s]: speed per metre that is left to drive."""
 TURNING = 1.5
 """[1/s]: rad/s per radian to turn."""
 POSE_MAX_AGE = 0.5
@@ -36,12 +37,12 @@ NO_FLOOR = "There is no floor there. Point at the floor, below the horizon."
 
 
 class FloorDrive(QObject):
-    """A source of velocities like the drive pad.
+    """An input device that drives to a place.
 
     Args:
-        view_of: The view of the camera as the picture that is shown was taken, in odom; or a sentence why there is
-            none.
-        picture_age: How old that picture is [s].
+        view_of: Returns the view of the camera, in odom, when the shown picture was taken; or a sentence that says why
+            it is unknown.
+        picture_age: Returns how old that picture is [s].
         farthest: Places farther away than this are moved nearer [m].
     """
 
@@ -50,12 +51,12 @@ class FloorDrive(QObject):
     target_changed = pyqtSignal(object)
     """(x, y) in odom [m], or None."""
     refused = pyqtSignal(str)
-    """Why the robot does not go there, or not yet."""
+    """Why the robot does not drive there, or not yet."""
     resumed = pyqtSignal()
-    """It goes on after what `refused` told."""
+    """The drive goes on: what `refused` reported is over."""
     arrived = pyqtSignal()
-    waits = True
-    """A block that passes by itself does not end it, see `InputMux`."""
+    keeps_control = False
+    """The zero that it sends ends its control of the robot, see `InputMux`."""
 
     def __init__(
         self,
@@ -72,16 +73,14 @@ class FloorDrive(QObject):
         self._pixel: tuple[float, float] | None = None
         self._target: tuple[float, float] | None = None
         self._sought = False
-        """The place under the pointer is still to be found."""
+        """Whether the place under the pointer still has to be found."""
         self._driving = self._arrived = self._waiting = False
         self._pressed_at = 0.0
         self._body: BodyState | None = None
         self._safety: Safety | None = None
         self._blocked_since = math.inf
-        self._blocked_told = False
-        self._timer = QTimer(self, interval=SEND_PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
-        self._timer.timeout.connect(self._step)
+        self._blocked_reported = False
+        self._timer = PeriodicTimer(SEND_PERIOD, self._step, self, precise=True)
 
     @property
     def target(self) -> tuple[float, float] | None:
@@ -103,7 +102,7 @@ class FloorDrive(QObject):
         """Do not drive until the reason is an empty string again.
 
         Args:
-            passing: It passes by itself: a button that is held meanwhile counts again afterwards.
+            passing: It will pass by itself: a button that is still held then drives on.
         """
         self._block, self._block_passes = reason, passing
         if reason and self._pixel is not None:
@@ -113,7 +112,7 @@ class FloorDrive(QObject):
                 self._end(reason)
 
     def press(self, u: float, v: float) -> None:
-        """The button went down on this pixel of the picture."""
+        """Start: the button was pressed on this pixel of the picture."""
         if self._block and not self._block_passes:
             self.refused.emit(self._block)
             return
@@ -122,18 +121,18 @@ class FloorDrive(QObject):
         self._check_again()
 
     def drag(self, u: float, v: float) -> None:
-        """The pointer moved with the button down."""
+        """Change the place: the pointer was moved with the button held."""
         if self._pixel is not None:
             self._pixel = (u, v)
             self._check_again()
 
     def release_all(self) -> None:
-        """The button went up, or whatever counts as that."""
+        """End the drive: the button was released, or something that counts as that."""
         if self._pixel is not None:
             self._end("")
 
     def tone(self) -> str:
-        """How the way is to be painted: free, slow or blocked."""
+        """Return the colour of the path to the place: free, slow or blocked."""
         distance, bearing = self.way() or (0.0, 0.0)
         safety = self._safety
         if safety is None or time.monotonic() - safety.arrived > 1.0:
@@ -143,7 +142,7 @@ class FloorDrive(QObject):
         return "blocked" if allowed < 0.02 else "slow" if allowed < 0.9 * wanted else "free"
 
     def way(self) -> tuple[float, float] | None:
-        """Distance [m] and bearing [rad] of the place from where the robot is; None when one is unknown."""
+        """Return distance [m] and bearing [rad] of the place as seen from the robot; None when either is unknown."""
         body = self._body
         if body is None or self._target is None:
             return None
@@ -151,24 +150,25 @@ class FloorDrive(QObject):
         return math.hypot(dx, dy), math.remainder(math.atan2(dy, dx) - body.yaw, math.tau)
 
     def _check_again(self) -> None:
-        """The pointer is somewhere else: find the place under it."""
+        """Find the place under the pointer, which has moved."""
         self._sought, self._arrived = True, False
-        if not self._timer.isActive():  # started anew with every move of the pointer it would never end
+        if not self._timer.isActive():  # restarted by every move of the pointer it would never fire
             self._timer.start()
             self._step()
         else:
             self._find_place()
 
     def _find_place(self) -> str:
-        """Find the place under the pointer, unless it is known; why it is not."""
-        if not self._sought:
+        """Find the place under the pointer unless it is known already; return why it cannot be found, else nothing."""
+        if self._pixel is None or not self._sought:
             return ""
         if self._picture_age() > OLDEST_PICTURE:
             return "The picture is too old to drive by."
         view = self._view_of()
         if isinstance(view, str):
             return view
-        place = floor_place(view, *self._pixel, self.farthest)
+        u, v = self._pixel
+        place = floor_place(view, u, v, self.farthest)
         if place is None:
             self._end(NO_FLOOR)
             return NO_FLOOR
@@ -177,7 +177,7 @@ class FloorDrive(QObject):
         return ""
 
     def _obstacle(self) -> str:
-        """What keeps the robot from driving there now, and will pass; empty when nothing does."""
+        """Return what keeps the robot from driving there for the moment; empty when nothing does."""
         if self._block:
             return self._block
         if self._body is None or time.monotonic() - self._body.arrived > POSE_MAX_AGE:
@@ -191,7 +191,10 @@ class FloorDrive(QObject):
         if obstacle:
             self._wait_for(obstacle)
             return
-        distance, bearing = self.way()
+        way = self.way()
+        if way is None:
+            return
+        distance, bearing = way
         if distance < ARRIVED:
             self._timer.stop()
             self._send_zero()
@@ -205,7 +208,7 @@ class FloorDrive(QObject):
             self._waiting = False
             self.resumed.emit()
         self._report_blocked()
-        # Sensors look ahead best: turn first, drive as the robot comes to face the place.
+        # The sensors see best ahead: turn first, and drive as the robot comes to face the place.
         speed = self._speed_for(distance) * max(0.0, math.cos(bearing))
         turn = max(-self.turn, min(self.turn, TURNING * bearing))
         self._driving = True
@@ -215,18 +218,18 @@ class FloorDrive(QObject):
         return min(self.speed, max(SLOWEST, NEARING * distance))
 
     def _report_blocked(self) -> None:
-        """Say once why the safety gate lets nothing pass. It is asked on: it gives way when the way is free again."""
+        """Say once why the safety gate blocks. Commands are still sent: it passes them as soon as the path is free."""
         safety, now = self._safety, time.monotonic()
         if safety is None or safety.state != "blocked" or now - safety.arrived > 1.0:
-            self._blocked_since, self._blocked_told = math.inf, False
+            self._blocked_since, self._blocked_reported = math.inf, False
         elif self._blocked_since == math.inf:
             self._blocked_since = now
-        elif now - self._blocked_since > BLOCKED_PATIENCE and not self._blocked_told:
-            self._blocked_told = True
+        elif now - self._blocked_since > BLOCKED_PATIENCE and not self._blocked_reported:
+            self._blocked_reported = True
             self.refused.emit(f"The way is blocked: {safety.reason}")
 
     def _wait_for(self, reason: str) -> None:
-        """Stand until it has passed; tell why, once."""
+        """Stop until this reason has passed; report it once."""
         self._send_zero()
         if not self._waiting:
             self._waiting = True
@@ -238,7 +241,7 @@ class FloorDrive(QObject):
             self.velocity.emit(0.0, 0.0, 0.0)
 
     def _end(self, reason: str) -> None:
-        """Stop, once; tell why unless the pilot let go."""
+        """End the drive; report the reason unless the pilot released the button."""
         self._timer.stop()
         known = self._target is not None
         self._pixel = self._target = None

@@ -1,4 +1,4 @@
-"""The way to the place that the pilot points at, painted on the picture."""
+"""Paints the path to the place that the pilot points at on the picture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from gui.ros.readings import CameraView
 
 STEP = 0.05
 """[m] between two points of the band's edges."""
-Place = Callable[[float, float], QPointF]
+PixelToWidget = Callable[[float, float], QPointF]
+"""Pixel (u, v) of the picture -> point of the widget that shows it."""
 
 
-def paint_way(
+def paint_path(
     painter: QPainter,
-    place: Place,
+    to_widget: PixelToWidget,
     view: CameraView,
     start: tuple[float, float],
     target: tuple[float, float],
@@ -31,12 +32,12 @@ def paint_way(
     """Paint the band that the robot's body sweeps, and the place it ends at.
 
     Args:
-        place: Pixel of the picture -> point of the widget.
+        to_widget: Where the widget shows a pixel of the picture.
         start, target: In the frame of `view` [m].
-        radius: Of the robot [m].
+        radius: The robot's [m].
         tone: Name of the theme's colour.
     """
-    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     here, there = np.array(start, float), np.array(target, float)
     length = float(np.linalg.norm(there - here))
     if length > 1e-3:
@@ -45,7 +46,9 @@ def paint_way(
         steps = [here + along * min(length, STEP * number) for number in range(math.ceil(length / STEP) + 1)]
         left = [pixel_of(view, *(point + aside)) for point in steps]
         right = [pixel_of(view, *(point - aside)) for point in steps]
-        edge = [place(*pixel) for pixel in left if pixel] + [place(*pixel) for pixel in reversed(right) if pixel]
+        edge = [to_widget(*pixel) for pixel in left if pixel] + [
+            to_widget(*pixel) for pixel in reversed(right) if pixel
+        ]
         painter.setPen(QPen(theme.colour(tone, 0.9), 2.0))
         painter.setBrush(theme.colour(tone, 0.28))
         painter.drawPolygon(QPolygonF(edge))
@@ -53,6 +56,6 @@ def paint_way(
         pixel_of(view, *(there + ARRIVED * np.array((math.cos(turn), math.sin(turn)))))
         for turn in np.linspace(0.0, math.tau, 32)
     ]
-    painter.setPen(QPen(Qt.white, 2.0))
+    painter.setPen(QPen(Qt.GlobalColor.white, 2.0))
     painter.setBrush(theme.colour(tone, 0.55))
-    painter.drawPolygon(QPolygonF([place(*pixel) for pixel in ring if pixel]))
+    painter.drawPolygon(QPolygonF([to_widget(*pixel) for pixel in ring if pixel]))

@@ -1,4 +1,4 @@
-"""From a pixel of the picture to the place on the floor that it shows, and back. No ROS, no Qt."""
+"""Converts a pixel of the picture to the place on the floor that it shows, and back. No ROS, no Qt."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from gui.ros.readings import CameraView
 
 LOWEST_SLOPE = math.sin(math.radians(2.0))
-"""Rays flatter than this are no floor: a degree of error in the head's angle would move the place by metres."""
+"""Sine of the smallest slope of a usable ray: below 2 degrees an error of one degree in the head's angle would move the
+place by metres."""
 NEAREST_DEPTH = 0.05
-"""[m] before the lens; what is nearer is not drawn."""
+"""[m] in front of the lens; what is nearer is not drawn."""
 
 
 class FloorPlace(NamedTuple):
-    """A place on the floor [m], in the frame of the `CameraView`; `clamped`: the pixel shows one farther away."""
+    """A place on the floor [m] in the frame of the `CameraView`; `clamped` when the pixel shows one farther away."""
 
     x: float
     y: float
@@ -24,10 +25,10 @@ class FloorPlace(NamedTuple):
 
 
 def floor_place(view: CameraView, u: float, v: float, farthest: float) -> FloorPlace | None:
-    """Where the floor is that pixel (u, v) shows, at most `farthest` [m] from under the camera; None above the
-    horizon.
+    """Return the place on the floor that pixel (u, v) shows; None above the horizon.
 
-    The ray through the pixel is cut with z = 0. An error of the pitch moves the place by h / sin^2(slope) per radian.
+    The ray through the pixel is intersected with z = 0. An error of the pitch moves the place by h / sin^2(slope) per
+    radian, so a place more than `farthest` [m] from the point below the camera is moved to that distance.
     """
     lens = view.lens
     ray = view.rotation @ ((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy, 1.0)
@@ -42,7 +43,7 @@ def floor_place(view: CameraView, u: float, v: float, farthest: float) -> FloorP
 
 
 def pixel_of(view: CameraView, x: float, y: float, z: float = 0.0) -> tuple[float, float] | None:
-    """The pixel that shows a place [m]; None when it is behind the lens. May lie outside the picture."""
+    """Return the pixel that shows a place [m]; None when it is behind the lens. It may lie outside the picture."""
     ahead = view.rotation.T @ (np.array((x, y, z)) - view.place)
     if ahead[2] < NEAREST_DEPTH:
         return None
@@ -51,7 +52,7 @@ def pixel_of(view: CameraView, x: float, y: float, z: float = 0.0) -> tuple[floa
 
 
 def scaled_to(view: CameraView, width: int, height: int) -> CameraView:
-    """The same view for a picture of another size of the same camera [px]."""
+    """Return the same view for a picture of another size [px] of the same camera."""
     lens = view.lens
     if (width, height) == (lens.width, lens.height):
         return view

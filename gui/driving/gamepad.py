@@ -1,7 +1,7 @@
-"""Driving by gamepad: hold LB and move. A pad that is unplugged, or a window that loses the keyboard, stops the robot.
+"""Driving by gamepad: hold LB and move. The robot stops when the pad is unplugged or the window loses the keyboard.
 
-The pad is read from Linux's joystick interface on Qt's thread; it tells only changes, so its state is taken anew every
-50 ms. `receive` takes a pad from elsewhere in its place: the topic joy.
+The pad is read from Linux's joystick interface on Qt's thread. That reports only changes, so the state is evaluated
+again every 50 ms. `receive` takes the state of a remote pad instead, from the topic joy.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, QSocketNotifier, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping
@@ -21,21 +22,21 @@ from telepresence.teleop.joystick_mapping import JoystickMapping
 log = logging.getLogger(__name__)
 
 PERIOD = 50  # ms
-LOOK_PERIOD = 1000  # ms between two looks for a pad that is not there
+SEARCH_PERIOD = 1000  # ms between two attempts to find a pad
 RESTART_HOLD = 1.0
-"""Seconds that button 0 must be held: the thumb's first button is pressed by accident, too."""
+"""[s] that button 0 must be held: it lies under the thumb and is pressed by accident, too."""
 FAST = 2.0
-"""Factor of RB."""
+"""Factor of the speed while RB is held."""
 SILENCE = 1.0
-"""Seconds without word from a pad elsewhere after which it counts as gone."""
+"""[s] without a message from a remote pad after which it counts as lost."""
 
 
 @dataclass(frozen=True)
 class JoystickState:
-    """A pad at one moment; axes -1 to 1, left and up positive, as in sensor_msgs/Joy.
+    """The state of a pad; axes from -1 to 1, left and up positive, as in sensor_msgs/Joy.
 
     Args:
-        driving: LB is held and lets it drive.
+        driving: Whether it drives: LB is held.
         restart: How far button 0 has been held towards a restart, 0 to 1.
         note: What to do next, for the pilot.
     """
@@ -50,46 +51,43 @@ class JoystickState:
 
 
 class Gamepad(QObject):
-    """A source of velocities.
+    """An input device: a gamepad.
 
     Args:
-        path: The device; empty: the first joystick there is; None: no device, only `receive`.
+        path: The device; empty for the first joystick that is found; None for no device, only `receive`.
     """
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while LB is held, then a few zeros."""
     blocked = pyqtSignal(str)
-    """Somebody tried to drive while that is not possible; why."""
+    """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
     restart_wanted = pyqtSignal()
     """Button 0 was held for a second."""
     changed = pyqtSignal(object)
     """JoystickState, or None when there is no pad."""
     lost = pyqtSignal()
-    """The pad is gone."""
+    """The pad was unplugged or fell silent."""
 
     def __init__(self, path: str | None = "", parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.top_speed = 1.0
-        """What RB can reach at most [m/s]."""
+        """The highest speed with RB [m/s]."""
         self._path = path
         self._speed, self._turn = 0.2, 0.5
         self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX
-        self._sticks = JoystickMapping(XBOX.sticks())
+        self._mapping = JoystickMapping(XBOX.sticks())
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
-        self._heard: float | None = None
+        self._received_at: float | None = None
         self._block = ""
         self._driving = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
-        self._timer = QTimer(self, interval=PERIOD)
-        self._timer.setTimerType(Qt.PreciseTimer)
-        self._timer.timeout.connect(self._tick)
-        self._search = QTimer(self, interval=LOOK_PERIOD)
-        self._search.timeout.connect(self._poll)
+        self._timer = PeriodicTimer(PERIOD, self._tick, self, precise=True)
+        self._search = PeriodicTimer(SEARCH_PERIOD, self._poll, self)
         self._rescale()
 
     @property
@@ -113,17 +111,17 @@ class Gamepad(QObject):
         self._rescale()
 
     @property
-    def held(self) -> bool:
-        """Whether it drives, be it with zero."""
+    def keeps_control(self) -> bool:
+        """Whether LB is held and lets it drive, even with the sticks at rest."""
         return self._driving
 
     @property
     def state(self) -> JoystickState | None:
-        """What it looks like; None without a pad."""
+        """The state of the pad; None without one."""
         return self._state
 
     def start(self) -> None:
-        """Look for the device from now on."""
+        """Search for the device from now on."""
         if self._path is not None:
             self._search.start()
             self._poll()
@@ -133,20 +131,20 @@ class Gamepad(QObject):
         self._lose()
 
     def receive(self, axes: Sequence[float], buttons: Sequence[int]) -> None:
-        """The state of a pad that is elsewhere, in an Xbox pad's order; to be repeated ten times a second."""
-        if self._heard is None:
+        """Take the state of a remote pad, in the order of an Xbox pad; to be repeated ten times a second."""
+        if self._received_at is None:
             self._begin("joy", XBOX)
-        self._heard = time.monotonic()
+        self._received_at = time.monotonic()
         self._axes, self._buttons = tuple(axes), tuple(buttons)
         self._tick()
 
     def release_all(self) -> None:
-        """Do not drive until LB has been let go."""
-        self._sticks.lose()
+        """Do not drive until LB has been released."""
+        self._mapping.lose()
         self._tick()
 
-    def set_block(self, reason: str) -> None:
-        """Do not drive until the reason is an empty string again."""
+    def set_block(self, reason: str, passing: bool = False) -> None:
+        """Do not drive until the reason is an empty string again, and then only when LB is pressed anew."""
         self._block = reason
         if reason:
             self.release_all()
@@ -160,7 +158,7 @@ class Gamepad(QObject):
                 log.debug("no gamepad at %s: %s", path, error)
                 continue
             self._search.stop()
-            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Read, self)
+            self._notifier = QSocketNotifier(self._device.fileno(), QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
             self._notifier.activated.connect(self._on_events)
             layout = layout_of(self._device.axis_codes, self._device.button_codes)
             self._begin(self._device.name or "Gamepad", layout)
@@ -169,13 +167,15 @@ class Gamepad(QObject):
     def _begin(self, name: str, layout: JoystickLayout) -> None:
         log.info("gamepad: %s", name)
         self._name, self._layout = name, layout
-        self._sticks = JoystickMapping(layout.sticks())
+        self._mapping = JoystickMapping(layout.sticks())
         self._rescale()
         self._axes, self._buttons = (), ()
         self._timer.start()
         self._tick()
 
     def _on_events(self) -> None:
+        if self._device is None:
+            return
         try:
             self._device.wait(0.0)
         except OSError as error:
@@ -190,12 +190,15 @@ class Gamepad(QObject):
         if not self._timer.isActive():
             return
         self._timer.stop()
-        if self._device is not None:
+        if self._notifier is not None:
             self._notifier.setEnabled(False)
+            self._notifier.deleteLater()
+            self._notifier = None
+        if self._device is not None:
             self._device.close()
             self._device = None
-        self._heard = None
-        self._sticks.lose()
+        self._received_at = None
+        self._mapping.lose()
         self._axes, self._buttons, self._pressed_at = (), (), None
         if self._driving:
             self._driving = False
@@ -208,17 +211,17 @@ class Gamepad(QObject):
         now = time.monotonic()
         if not self._timer.isActive():
             return
-        if self._heard is not None and now - self._heard > SILENCE:
+        if self._received_at is not None and now - self._received_at > SILENCE:
             self._lose()
             return
-        if self._heard is None or now - self._heard < PERIOD / 1000.0:
-            self._sticks.update(self._axes, self._buttons, now)
-        velocity = self._sticks.command(now)
+        if self._received_at is None or now - self._received_at < PERIOD / 1000.0:
+            self._mapping.update(self._axes, self._buttons, now)
+        velocity = self._mapping.command(now)
         held = self._is_down(self._layout.LB)
         if self._block and held:
-            self._sticks.lose()
+            self._mapping.lose()
             velocity = None
-        driving = velocity is not None and held and self._sticks.armed
+        driving = velocity is not None and held and self._mapping.armed
         if driving or self._driving:
             self._driving = driving
             self.velocity.emit(*(velocity or (0.0, 0.0, 0.0)))
@@ -234,7 +237,7 @@ class Gamepad(QObject):
         if not self._is_down(0):
             self._pressed_at = None
         elif self._pressed_at is None:
-            # Down since before we looked: that is not a press.
+            # It was down when the pad was found: that is not a press.
             self._pressed_at = now if not _at(before, 0) else float("inf")
         elif now - self._pressed_at >= RESTART_HOLD:
             self._pressed_at = float("inf")
@@ -262,7 +265,7 @@ class Gamepad(QObject):
 
     def _rescale(self) -> None:
         turbo = max(1.0, min(FAST, self.top_speed / self._speed))
-        self._sticks.rescale(self._speed, self._turn, turbo)
+        self._mapping.rescale(self._speed, self._turn, turbo)
 
 
 def _at(values: Sequence[int], index: int) -> int:

@@ -1,7 +1,7 @@
-"""This window's part in deciding who drives: joins drive_lease, renews the lease, sends signed commands.
+"""The window's client of drive_lease: joins it, renews the lease, and sends signed commands.
 
-The other side is `telepresence.teleop.drive_lease`. Signs of life come from Qt's thread: a window that
-hangs loses the robot.
+The other side is `telepresence.teleop.drive_lease`. The lease is renewed on Qt's thread, so a window that hangs loses
+the robot.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import secrets
 import time
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 from gui.ros.topics.drive import LeaseState
 from telepresence.teleop.drive_lease import (
@@ -30,31 +31,31 @@ from telepresence.teleop.drive_lease import (
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
 
-LIFE_PERIOD = 250  # ms between two signs of life; four of them fit into a lease
+LIFE_PERIOD = 250  # ms between two renewals; a lease lasts four of them
 SILENCE = 1.5
-"""Seconds without a word from drive_lease after which it counts as gone."""
+"""[s] without a message from drive_lease after which it counts as gone."""
 JOIN_PERIOD = 2.0
-"""Seconds between two attempts to join."""
+"""[s] between two attempts to join."""
 
 
-class DriveAccess(QObject):
-    """Whether this window has the robot, and the way to it.
+class LeaseClient(QObject):
+    """Whether this window has the robot, and how it gets it.
 
     Args:
-        link: The robot in the graph.
+        link: The robot.
     """
 
     changed = pyqtSignal()
-    """Anything that `state`, `mine` or `obstacle` tell has changed."""
+    """Something in `state`, `mine` or `obstacle` has changed."""
     refused = pyqtSignal(str)
-    """Something was asked for and not done; a sentence."""
+    """A request was refused; a sentence that says why."""
 
     def __init__(self, link: RosLink) -> None:
         super().__init__()
         self._link = link
         self.account: Account | None = None
         self.state: LeaseState | None = None
-        """What drive_lease said last; None when it is silent."""
+        """The newest state from drive_lease; None when it is silent."""
         self._session, self._key, self._epoch = "", b"", ""
         self._number = self._asked = 0
         self._hold = ""
@@ -62,8 +63,7 @@ class DriveAccess(QObject):
         self._sent_at = self._tried_at = self._taken_at = -math.inf
         self._join_problem = ""
         link.channel("lease").arrived.connect(self._on_state)
-        self._life = QTimer(self, interval=LIFE_PERIOD)
-        self._life.timeout.connect(self._live)
+        self._life = PeriodicTimer(LIFE_PERIOD, self._live, self)
         self._life.start()
 
     @property
@@ -73,8 +73,8 @@ class DriveAccess(QObject):
 
     @property
     def comes_back(self) -> bool:
-        """Whether this window has lost a robot that nobody else has, and takes it again by itself: it was silent for
-        longer than a lease lasts, as on a machine that is busy."""
+        """Whether this window has lost a robot that nobody else has, and takes it back: on a busy machine it may have
+        been silent for longer than a lease lasts."""
         return self._wants and (self.state is None or not (self.state.pilot or self.state.stopped_by))
 
     @property
@@ -82,7 +82,7 @@ class DriveAccess(QObject):
         return self.account is not None and self.account.role == PILOT
 
     def obstacle(self) -> str:
-        """Why this window may not drive, and what to do about it; empty when it may."""
+        """Return why this window may not drive and what to do about it; empty when it may."""
         if self.account is None:
             return "Sign in to drive."
         if self.state is None:
@@ -99,7 +99,7 @@ class DriveAccess(QObject):
         return ""
 
     def sign_in(self, account: Account) -> None:
-        """From now on this window acts for this person; a pilot takes a robot that is free."""
+        """Act for this person from now on; a pilot takes the robot if it is free."""
         self.sign_out()
         self.account = account
         self._wants = account.role == PILOT
@@ -107,7 +107,7 @@ class DriveAccess(QObject):
         self.changed.emit()
 
     def sign_out(self) -> None:
-        """Give the robot up."""
+        """Give up the robot, and act for nobody."""
         if self._session:
             self.ask("leave", quiet=True)
         self.account = None
@@ -116,13 +116,14 @@ class DriveAccess(QObject):
         self.changed.emit()
 
     def set_hold(self, reason: str) -> None:
-        """Let nobody drive for this reason while this window has the robot, keyboards in terminals included."""
+        """Let nobody drive for this reason while this window has the robot, not even a keyboard node."""
         if reason != self._hold:
             self._hold = reason
             self._send(None)
 
     def drive(self, vx: float, vy: float, wz: float) -> None:
-        """Forward, left [m/s], counter-clockwise [rad/s]; to be repeated, see `telepresence.teleop.drive_lease`."""
+        """Send a velocity: forward, left [m/s], counter-clockwise [rad/s]. It has to be repeated, see
+        `telepresence.teleop.drive_lease`."""
         self._send(Velocity(vx, vy, wz))
 
     def take(self) -> None:
@@ -131,12 +132,12 @@ class DriveAccess(QObject):
         self.ask("take")
 
     def release(self) -> None:
-        """Leave the robot to whoever wants it."""
+        """Release the robot for others."""
         self._wants = False
         self.ask("release")
 
     def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
-        """See `DriveLease.ask`; a refusal comes with `refused`."""
+        """Send a request, see `DriveLease.ask`; a refusal is reported by `refused`."""
         if not self._session:
             if not quiet:
                 self.refused.emit(self.obstacle() or "This window has not joined yet; try again in a moment.")
@@ -159,7 +160,7 @@ class DriveAccess(QObject):
         if self.account is not None and not self._session:
             self._join()
         if was_mine and state.pilot and not self.mine:
-            self._wants = False  # it was handed over or taken: not to be taken back as soon as it is free
+            self._wants = False  # it was handed over or taken: do not take it back as soon as it is free
             self.refused.emit(f"{state.pilot} drives now.")
         if self._session and self._wants and not state.pilot:
             self._take_free()

@@ -42,9 +42,8 @@ class Recorder(QObject):
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._folder = folder
-        self._bag: Path | None = None
         self._process: QProcess | None = None
-        self._report: QProcess | None = None
+        self._reports: set[QProcess] = set()
         self._asked_to_end = False
 
     @property
@@ -64,21 +63,21 @@ class Recorder(QObject):
         if free < LEAST_FREE:
             self.failed.emit(f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Make room.")
             return
-        self._bag = self._folder / f"{name}.bag"
         self._asked_to_end = False
-        self._process = QProcess(self)
-        self._process.setProcessChannelMode(QProcess.MergedChannels)
-        self._process.finished.connect(self._on_recorded)
+        bag = self._folder / f"{name}.bag"
+        self._process = process = QProcess(self)
+        process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
+        process.finished.connect(lambda _code: self._on_recorded(process, bag))
         # The kernel asks it to end when this process dies, however that happens.
         words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
-        self._process.start("setpriv", [*words, "-O", str(self._bag), *topics])
-        self.started.emit(str(self._bag))
+        process.start("setpriv", [*words, "-O", str(bag), *topics])
+        self.started.emit(str(bag))
 
     def stop(self) -> None:
         """Close the bag; `finished` and `reported` follow."""
         if self._process is not None and not self._asked_to_end:
             self._asked_to_end = True
-            if self._process.state() == QProcess.Running:
+            if self._process.state() == QProcess.ProcessState.Running:
                 os.kill(self._process.processId(), signal.SIGINT)
 
     def close(self) -> None:
@@ -87,33 +86,34 @@ class Recorder(QObject):
         if self._process is not None and not self._process.waitForFinished(PATIENCE):
             self._process.kill()
             self._process.waitForFinished(1000)
-        if self._report is not None:
-            self._report.waitForFinished(PATIENCE)
+        for report in list(self._reports):
+            report.waitForFinished(PATIENCE)
 
-    def _on_recorded(self) -> None:
-        said = bytes(self._process.readAll()).decode(errors="replace").strip()
-        self._process.deleteLater()
+    def _on_recorded(self, process: QProcess, bag: Path) -> None:
+        said = bytes(process.readAll()).decode(errors="replace").strip()
+        process.deleteLater()
         self._process = None
-        if not self._bag.exists():
+        if not bag.exists():
             reason = said.splitlines()[-1] if said else "rosbag said nothing"
             self.failed.emit(f"The recording failed: {reason}.")
             return
         if not self._asked_to_end:
-            self.failed.emit(f"The recording ended by itself; {self._bag.name} holds what came before.")
-        self.finished.emit(str(self._bag))
-        self._write_report(self._bag)
+            self.failed.emit(f"The recording ended by itself; {bag.name} holds what came before.")
+        self.finished.emit(str(bag))
+        self._write_report(bag)
 
     def _write_report(self, bag: Path) -> None:
-        self._report = QProcess(self)
-        self._report.setProcessChannelMode(QProcess.MergedChannels)
-        self._report.finished.connect(lambda code: self._on_reported(code, bag))
-        self._report.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
-        self._report.start(sys.executable, ["-m", "gui.recording.session_report", str(bag)])
+        process = QProcess(self)
+        self._reports.add(process)
+        process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
+        process.finished.connect(lambda code: self._on_reported(process, code, bag))
+        process.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
+        process.start(sys.executable, ["-m", "gui.session_report", str(bag)])
 
-    def _on_reported(self, code: int, bag: Path) -> None:
-        said = bytes(self._report.readAll()).decode(errors="replace").strip()
-        self._report.deleteLater()
-        self._report = None
+    def _on_reported(self, process: QProcess, code: int, bag: Path) -> None:
+        said = bytes(process.readAll()).decode(errors="replace").strip()
+        process.deleteLater()
+        self._reports.discard(process)
         if code == 0:
             self.reported.emit(str(bag.with_suffix(".html")))
         else:

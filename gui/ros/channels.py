@@ -1,8 +1,8 @@
-"""What goes between the window and the robot's ROS graph, as data. No ROS here: types go by their names.
+"""The topics and services between the window and a robot as tables. No ROS here: types go by their names.
 
-A profile lists its rows (`Incoming`, `Outgoing`, `Offered`); `ros_link` subscribes, advertises and calls as they say.
-Names are resolved in the profile's namespace. Messages are read and written by field name, so that the functions in the
-rows can be tested without ROS.
+An entry of `gui.robots` lists its rows (`Incoming`, `Outgoing`, `Offered`); `gui.ros.link` subscribes, advertises and
+calls as they say. Names are resolved in the robot's namespace. Messages are read and written by field name, so that the
+functions in the rows can be tested without ROS.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ class Incoming:
         channel: What the window calls it.
         topic, kind: Name, and type such as "sensor_msgs/Image".
         convert: Message and arrival [monotonic s] to what the window works with. A ValueError says why it can't.
-        on_wish: Subscribe only while `RosLink.watch(channel, True)` holds; for what is large.
+        on_request: Subscribe only while `RosLink.watch(channel, True)` holds; for what is large.
     """
 
     channel: str
     topic: str
     kind: str
     convert: Callable[[Any, float], object]
-    on_wish: bool = False
+    on_request: bool = False
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Answer:
 
     ok: bool
     text: str = ""
-    value: object = None
+    value: Any = None
 
 
 def read_trigger(response: Any) -> Answer:
@@ -92,11 +92,11 @@ class Channel(QObject):
     def __init__(self, row: Incoming) -> None:
         super().__init__()
         self.row = row
-        self.wanted = not row.on_wish
+        self.wanted = not row.on_request
         self._lock = threading.Lock()
         self._waiting: tuple[object, float] | None = None
         self._complaint = ""
-        self._posted.connect(self._deliver, Qt.QueuedConnection)
+        self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]  # PyQt5's stub
 
     def post(self, message: object) -> None:
         """A message has come; from any thread."""

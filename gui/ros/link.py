@@ -15,29 +15,33 @@ import time
 import xmlrpc.client
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import rosgraph
 import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from telepresence_ros.master_watch import MasterWatch
 
-from gui.profiles import Profile
+from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
-from gui.ros.transforms import Frames
-from telepresence.station.ros_master import MasterWatch, master_proxy
+from gui.ros.transforms import Transforms
+from telepresence.station.ros_master import master_proxy
 
 log = logging.getLogger(__name__)
 
 NODE = "gui_ros_node"
 KEYBOARD_NODE = "/teleop_twist_keyboard"
-LOOK_PERIOD = 0.5
-LOOK_TIMEOUT = 1.0
+POLL_PERIOD = 0.5
+POLL_TIMEOUT = 1.0
 FIND_TIMEOUT = 1.0
 """Seconds that a service may take to be found."""
 BUFFER = 1 << 22
 """Bytes; above one picture, or old pictures wait in the socket."""
+Graph = list[dict[str, list[str]]]
+"""Publishers, subscribers and services: name -> nodes."""
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
 
 
@@ -68,7 +72,7 @@ class RosNode(QObject):
     def start(self) -> None:
         self._thread.start()
 
-    def hurry(self) -> None:
+    def poll_now(self) -> None:
         """A wish has changed: look now."""
         self._wake.set()
 
@@ -79,7 +83,7 @@ class RosNode(QObject):
         """Leave the graph; at most a few seconds, also when the master hangs."""
         self._closing.set()
         self._wake.set()
-        self._thread.join(timeout=2.0 * LOOK_TIMEOUT)
+        self._thread.join(timeout=2.0 * POLL_TIMEOUT)
         if not self.joined:
             return
         if time.monotonic() - self._sent_at < 0.5:
@@ -100,16 +104,17 @@ class RosNode(QObject):
                     self.trouble.emit(f"The window cannot join the ROS graph: {error}. Start it again.")
                     return
             for link in self.links:
-                link.follow(graph)
-            self._wake.wait(LOOK_PERIOD)
+                link.update(graph)
+            self._wake.wait(POLL_PERIOD)
             self._wake.clear()
 
-    def _poll(self) -> list | None:
+    def _poll(self) -> Graph | None:
         """Publishers, subscribers and services as the master knows them; None without a master."""
         try:
-            code, _, graph = master_proxy(self.master_uri, LOOK_TIMEOUT).getSystemState(self.name)
+            reply: Any = master_proxy(self.master_uri, POLL_TIMEOUT).getSystemState(self.name)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return None
+        code, _, graph = reply
         return [dict(group) for group in graph] if code == 1 else None
 
     def _join(self) -> None:
@@ -117,7 +122,7 @@ class RosNode(QObject):
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        MasterWatch(rospy).start()
+        MasterWatch().start()
         for link in self.links:
             link.advertise()
         self.joined = True
@@ -125,8 +130,12 @@ class RosNode(QObject):
     def _is_taken(self) -> bool:
         """Whether a node of our name lives; a killed one may still be registered."""
         try:
-            code, _, uri = master_proxy(self.master_uri, LOOK_TIMEOUT).lookupNode(self.name, self.name)
-            return code == 1 and master_proxy(uri, LOOK_TIMEOUT).getPid(self.name)[0] == 1
+            found: Any = master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name)
+            code, _, uri = found
+            if code != 1:
+                return False
+            answer: Any = master_proxy(uri, POLL_TIMEOUT).getPid(self.name)
+            return bool(answer[0] == 1)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return False
 
@@ -140,7 +149,7 @@ class RosLink(QObject):
 
     Args:
         node: The window's node.
-        profile: The robot's topics and services.
+        robot: Its topics and services.
     """
 
     state_changed = pyqtSignal(object)
@@ -148,24 +157,25 @@ class RosLink(QObject):
     trouble = pyqtSignal(str)
     """A sentence for the pilot."""
 
-    _looked = pyqtSignal(object)
+    _polled = pyqtSignal(object)
     _answered = pyqtSignal(object, object)
 
-    def __init__(self, node: RosNode, profile: Profile) -> None:
+    def __init__(self, node: RosNode, robot: Robot) -> None:
         super().__init__()
-        self.profile = profile
+        self.robot = robot
         self.state = LinkState(node.master_uri)
         self._node = node
-        self._channels = {row.channel: Channel(row) for row in profile.incoming}
-        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in profile.outgoing}
-        self._offered: dict[str, Offered] = {row.name: row for row in profile.services}
+        self._channels = {row.channel: Channel(row) for row in robot.incoming}
+        self._outgoing: dict[str, Outgoing] = {row.channel: row for row in robot.outgoing}
+        self._offered: dict[str, Offered] = {row.name: row for row in robot.services}
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._frames = Frames(profile.namespace, _subscribe_all)
+        self._transforms = Transforms(robot.namespace, _subscribe_all)
         self._open = True
-        self._looked.connect(self._on_polled, Qt.QueuedConnection)
-        self._answered.connect(lambda then, answer: then(answer), Qt.QueuedConnection)
+        queued = Qt.ConnectionType.QueuedConnection
+        self._polled.connect(self._on_polled, queued)  # type: ignore[call-arg]  # PyQt5's stub
+        self._answered.connect(lambda then, answer: then(answer), queued)  # type: ignore[call-arg]  # PyQt5's stub
         for channel in self._channels.values():
             channel.trouble.connect(self.trouble)
         node.links.append(self)
@@ -178,7 +188,7 @@ class RosLink(QObject):
     def set_open(self, wanted: bool) -> None:
         """Hear and send, or neither: nobody has signed in."""
         self._open = wanted
-        self._node.hurry()
+        self._node.poll_now()
 
     @property
     def feed(self) -> str:
@@ -186,35 +196,35 @@ class RosLink(QObject):
         return self._resolve(self.channel("picture").row.topic)
 
     def channel(self, name: str) -> Channel:
-        """What comes in under this name of the profile's table.
+        """Return the incoming channel of this name in the robot's table.
 
         Raises:
-            KeyError: The profile has none.
+            KeyError: It has none.
         """
         return self._channels[name]
 
     def has(self, name: str) -> bool:
-        """Whether the profile's tables know a channel or service of this name."""
+        """Whether the robot's tables know a channel or service of this name."""
         return name in self._channels or name in self._outgoing or name in self._offered
 
     def watch(self, name: str, wanted: bool) -> None:
         """Subscribe to a channel as soon as possible, or stop doing so."""
         self._channels[name].wanted = wanted
-        self._node.hurry()
+        self._node.poll_now()
 
     def resolve(self, name: str) -> str:
         """The full name of a topic or service of this robot."""
         return self._resolve(name)
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
-        """See `Frames.place_of`."""
-        return self._frames.place_of(frame, seen_from, stamp)
+        """See `Transforms.place_of`."""
+        return self._transforms.place_of(frame, seen_from, stamp)
 
     def change_topic(self, name: str, topic: str) -> None:
         """Hear a channel on another topic from now on."""
         channel = self._channels[name]
         channel.row = replace(channel.row, topic=topic)
-        self._node.hurry()
+        self._node.poll_now()
 
     def send(self, name: str, *values: object) -> bool:
         """Publish; whether the graph has been joined."""
@@ -234,7 +244,7 @@ class RosLink(QObject):
     def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
         """Call a service; `then` gets the answer on Qt's thread, at the latest after the row's timeout."""
         row = self._offered[name]
-        settled = []
+        settled: list[Answer] = []
 
         def settle(answer: Answer) -> None:
             if not settled:
@@ -268,7 +278,7 @@ class RosLink(QObject):
             return Answer(False, f"Nobody offers {service}: its program does not run, or not yet.")
 
     def _resolve(self, name: str) -> str:
-        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.profile.namespace, NODE))
+        return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.robot.namespace, NODE))
 
     # --- the node's thread ---
 
@@ -279,11 +289,11 @@ class RosLink(QObject):
             if kind is not None:
                 self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
 
-    def follow(self, graph: list | None) -> None:
+    def update(self, graph: Graph | None) -> None:
         """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
         not for Qt's thread."""
         if graph is not None:
-            self._frames.listen(self._open)
+            self._transforms.listen(self._open)
             for name, channel in self._channels.items():
                 subscriber = self._subscribers.get(name)
                 if subscriber is not None and subscriber.name != self._resolve(channel.row.topic):
@@ -293,7 +303,7 @@ class RosLink(QObject):
                     self._subscribe(name, channel)
                 elif not wanted and name in self._subscribers:
                     self._subscribers.pop(name).unregister()
-        self._looked.emit(self._state_of(graph))
+        self._polled.emit(self._state_of(graph))
 
     def _subscribe(self, name: str, channel: Channel) -> None:
         row: Incoming = channel.row
@@ -310,11 +320,11 @@ class RosLink(QObject):
             log.warning("the message type %s is not built; run  ./stack build", name)
         return kind
 
-    def _state_of(self, graph: list | None) -> LinkState:
+    def _state_of(self, graph: Graph | None) -> LinkState:
         if graph is None:
             return LinkState(self._node.master_uri)
         publishers, subscribers, _ = graph
-        cmd_vel = self._resolve(self.profile.cmd_vel)
+        cmd_vel = self._resolve(self.robot.cmd_vel)
         # Keyboards listen as well, to know when another input drives; a driver only listens.
         drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
         return LinkState(

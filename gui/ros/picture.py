@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from PyQt5.QtGui import QImage
 
+from telepresence.video.displayable import as_grey
 from telepresence.video.images import read_image_message
 
 _FORMATS = {
-    "rgb8": QImage.Format_RGB888,
-    "bgr8": QImage.Format_BGR888,
-    "rgba8": QImage.Format_RGBA8888,
-    "bgra8": QImage.Format_ARGB32,  # four bytes, blue first, on a little-endian machine
-    "mono8": QImage.Format_Grayscale8,
+    "rgb8": QImage.Format.Format_RGB888,
+    "bgr8": QImage.Format.Format_BGR888,
+    "rgba8": QImage.Format.Format_RGBA8888,
+    "bgra8": QImage.Format.Format_ARGB32,  # four bytes, blue first, on a little-endian machine
+    "mono8": QImage.Format.Format_Grayscale8,
 }
 
 
@@ -50,18 +51,10 @@ def as_qimage(picture: Picture) -> QImage:
     if picture.encoding not in _FORMATS and pixels.ndim != 2:
         raise ValueError(f"pictures of encoding {picture.encoding!r} cannot be shown")
     if picture.encoding not in _FORMATS:
-        pixels = _as_grey(pixels)
+        pixels = as_grey(pixels)
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
-    shape = _FORMATS.get(picture.encoding, QImage.Format_Grayscale8)
-    return QImage(pixels.data, width, height, pixels.strides[0], shape).copy()
-
-
-def _as_grey(values: np.ndarray) -> np.ndarray:
-    values = values.astype(np.float32)
-    seen = np.isfinite(values) & (values > 0.0)  # depth cameras write 0 or NaN where they saw nothing
-    if not seen.any():
-        return np.zeros(values.shape, np.uint8)
-    least, greatest = values[seen].min(), values[seen].max()
-    grey = 255.0 - 215.0 * (values - least) / max(float(greatest - least), 1e-6)
-    return np.where(seen, grey, 0.0).astype(np.uint8)
+    shape = _FORMATS.get(picture.encoding, QImage.Format.Format_Grayscale8)
+    # PyQt5's stub knows no buffers other than bytes, which would be one more copy.
+    image = QImage(pixels.data, width, height, pixels.strides[0], shape)  # type: ignore[call-overload]
+    return image.copy()

@@ -8,11 +8,12 @@ from typing import Protocol
 import genpy
 import numpy as np
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-KEPT = 10.0
+HISTORY = 10.0
 """Seconds of transforms."""
-PATIENCE = 0.3
+LARGEST_LAG = 0.3
 """Seconds by which the newest transform may be older than a picture: as far as a robot moves a hand's breadth."""
 
 
@@ -20,7 +21,7 @@ class Subscriber(Protocol):
     def unregister(self) -> None: ...
 
 
-class Frames:
+class Transforms:
     """The transforms of one robot, while they are listened to. For any thread; only `listen` waits for the master.
 
     Two robots on one master both have a frame base_link, so one of them has its transforms in its namespace. As soon as
@@ -45,25 +46,25 @@ class Frames:
         self._buffer, self._has_own = _new_buffer(), False
         while self._subscribers:
             self._subscribers.pop().unregister()
-        for topic, keep in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
-            self._subscribers.append(self._subscribe(f"/{topic}", TFMessage, self._on_common, keep))
+        for topic, method in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
+            self._subscribers.append(self._subscribe(f"/{topic}", TFMessage, self._on_common, method))
             if self._namespace:
                 own = f"{self._namespace}/{topic}"
-                self._subscribers.append(self._subscribe(own, TFMessage, self._on_own, keep))
+                self._subscribers.append(self._subscribe(own, TFMessage, self._on_own, method))
 
-    def _on_common(self, message: TFMessage, keep: str) -> None:
+    def _on_common(self, message: TFMessage, method: str) -> None:
         if not self._has_own:
-            self._keep(message, keep)
+            self._store(message, method)
 
-    def _on_own(self, message: TFMessage, keep: str) -> None:
+    def _on_own(self, message: TFMessage, method: str) -> None:
         if not self._has_own:
             self._has_own = True
             self._buffer = _new_buffer()
-        self._keep(message, keep)
+        self._store(message, method)
 
-    def _keep(self, message: TFMessage, keep: str) -> None:
+    def _store(self, message: TFMessage, method: str) -> None:
         for transform in message.transforms:
-            getattr(self._buffer, keep)(transform, "window")
+            getattr(self._buffer, method)(transform, "window")
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """How `frame` stood in `seen_from` at `stamp` [s since 1970].
@@ -73,27 +74,30 @@ class Frames:
         Raises:
             LookupError: Not known; the text says why.
         """
-        if self._buffer is None:
+        buffer = self._buffer
+        if buffer is None:
             raise LookupError("the window has not joined the ROS graph yet")
         try:
-            found = self._lookup(frame, seen_from, stamp)
+            found = _lookup(buffer, frame, seen_from, stamp)
         except tf2_ros.TransformException as error:
             raise LookupError(str(error)) from None
         q, t = found.transform.rotation, found.transform.translation
         return _rotation(q.x, q.y, q.z, q.w), np.array((t.x, t.y, t.z))
 
-    def _lookup(self, frame: str, seen_from: str, stamp: float) -> object:
-        try:
-            return self._buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
-        except tf2_ros.ExtrapolationException:
-            newest = self._buffer.lookup_transform(seen_from, frame, genpy.Time())
-            if abs(newest.header.stamp.to_sec() - stamp) > PATIENCE:
-                raise
-            return newest
+
+def _lookup(buffer: tf2_ros.Buffer, frame: str, seen_from: str, stamp: float) -> TransformStamped:
+    """Return the transform at `stamp`, or the newest one if that is hardly older."""
+    try:
+        return buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
+    except tf2_ros.ExtrapolationException:
+        newest = buffer.lookup_transform(seen_from, frame, genpy.Time())
+        if abs(newest.header.stamp.to_sec() - stamp) > LARGEST_LAG:
+            raise
+        return newest
 
 
 def _new_buffer() -> tf2_ros.Buffer:
-    return tf2_ros.Buffer(genpy.Duration(KEPT), debug=False)
+    return tf2_ros.Buffer(genpy.Duration(HISTORY), debug=False)
 
 
 def _rotation(x: float, y: float, z: float, w: float) -> np.ndarray:

@@ -1,7 +1,7 @@
 """A tmux server of our own, and what a person would type into it.
 
 Its own socket and configuration: neither sessions nor settings of the pilot are touched. The server ends with its only
-session, and the session with its only client (`destroy-unattached`). `start_guard` sees to it that it ends with this
+session, and the session with its only client (`destroy-unattached`). `start_reaper` makes sure that it ends with this
 process, even a killed one.
 """
 
@@ -17,7 +17,7 @@ SESSION = "telepresence"
 FIRST_WINDOW = "session"
 SHELL = "bash"
 TIMEOUT = 5.0  # seconds for one tmux command; they take milliseconds
-_GUARD = """
+_REAP = """
 read -r _
 socket=$1; shift
 # The server may have ended by itself, or may not be up yet.
@@ -97,11 +97,11 @@ class Tmux:
         """
         return self._call("capture-pane", "-p", "-t", self._target(window))
 
-    def start_guard(self) -> subprocess.Popen:
-        """A process that ends the server, and by hanging up everything in it, when its standard input is closed: by
-        us, or by the kernel if we are killed. xterm alone may outlive its window until it next draws something."""
+    def start_reaper(self) -> subprocess.Popen:
+        """Start a process that ends the server, and by hanging up everything in it, when its standard input is closed:
+        by us, or by the kernel if we are killed. xterm alone may outlive its window until it next draws something."""
         return subprocess.Popen(
-            ["sh", "-c", _GUARD, "tmux-guard", str(self._socket), *self._base],
+            ["sh", "-c", _REAP, "tmux-reaper", str(self._socket), *self._base],
             stdin=subprocess.PIPE,
             env=environment(),
             start_new_session=True,

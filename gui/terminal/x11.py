@@ -144,7 +144,7 @@ def screen_height(name: str) -> int:
         x11.XCloseDisplay(display)
 
 
-class Host:
+class HostWindow:
     """A window of ours in which another program has opened one of its own.
 
     Args:
@@ -173,7 +173,7 @@ class Host:
 
     @property
     def connection(self) -> int:
-        """File descriptor that becomes readable when there are `news`."""
+        """File descriptor that becomes readable when there are `events`."""
         return self._x11.XConnectionNumber(self._display)
 
     def guest(self) -> int | None:
@@ -213,19 +213,19 @@ class Host:
         self.raise_shield()
 
     def raise_shield(self) -> None:
-        """Lay the shield over the guest: a click on it is reported by `news`."""
+        """Lay the shield over the guest: a click on it is reported by `events`."""
         self._x11.XMapRaised(self._display, self._shield)
         self._sync()
 
-    def keep_key(self, name: str) -> None:
-        """Take this key from the guest; `news` reports it instead. Source of the names: X11/keysymdef.h."""
+    def grab_key(self, name: str) -> None:
+        """Take this key from the guest; `events` reports it instead. Source of the names: X11/keysymdef.h."""
         code = self._x11.XKeysymToKeycode(self._display, self._x11.XStringToKeysym(name.encode()))
         self._keys[code] = name
         self._x11.XGrabKey(self._display, code, _ANY_MODIFIER, self._window, 0, _GRAB_ASYNC, _GRAB_ASYNC)
         self._sync()
 
-    def news(self) -> list[str]:
-        """What has happened since the last call: "click" on the shield, and names of `keep_key`."""
+    def events(self) -> list[str]:
+        """What has happened since the last call: "click" on the shield, and names of `grab_key`."""
         event, happened = _Event(), []
         while self._x11.XPending(self._display):
             self._x11.XNextEvent(self._display, byref(event))

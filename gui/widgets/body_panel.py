@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import time
 
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QPainter, QPainterPath, QPaintEvent, QPen
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState
 
 FORGET_AFTER = 1.0
@@ -26,8 +27,7 @@ class BodyPanel(QFrame):
         self._body: BodyState | None = None
         self.setMinimumSize(112, 160)
         self.setToolTip("Attitude of the body (roll and pitch), place and heading by odometry, speed")
-        self._refresh = QTimer(self, interval=500)
-        self._refresh.timeout.connect(self.update)
+        self._refresh = PeriodicTimer(500, self.update, self)
         self._refresh.start()
 
     def sizeHint(self) -> QSize:
@@ -45,8 +45,8 @@ class BodyPanel(QFrame):
 
     def lines(self) -> list[tuple[str, str]]:
         """What is written: name and value."""
-        body = self._body
-        if body is None or time.monotonic() - body.arrived > FORGET_AFTER:
+        body = self._fresh_body()
+        if body is None:
             return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
         return [
             ("roll, pitch", f"{_signed(math.degrees(body.roll), 0)}° {_signed(math.degrees(body.pitch), 0)}°"),
@@ -56,14 +56,18 @@ class BodyPanel(QFrame):
             ("turning", f"{_signed(math.degrees(body.wz), 0)} °/s"),
         ]
 
+    def _fresh_body(self) -> BodyState | None:
+        body = self._body
+        return body if body is not None and time.monotonic() - body.arrived <= FORGET_AFTER else None
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         lines = self.lines()
         row = 17.0
         text_height = row * len(lines)
         radius = max(24.0, min(self.width() - 8.0, self.height() - text_height - 10.0, 150.0) / 2)
-        self._paint_horizon(painter, QPointF(self.width() / 2, radius + 2.0), radius, lines[0][1] != "–")
+        self._paint_horizon(painter, QPointF(self.width() / 2, radius + 2.0), radius, self._fresh_body())
         top = max(2 * radius + 8.0, self.height() - text_height - 2.0)
         font = painter.font()
         font.setPixelSize(11)
@@ -71,22 +75,22 @@ class BodyPanel(QFrame):
         for index, (name, value) in enumerate(lines):
             box = QRectF(2.0, top + index * row, self.width() - 4.0, row)
             painter.setPen(theme.colour("quiet"))
-            painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, name)
+            painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
             painter.setPen(theme.colour("text"))
-            painter.drawText(box, Qt.AlignRight | Qt.AlignVCenter, value)
+            painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value)
 
-    def _paint_horizon(self, painter: QPainter, centre: QPointF, radius: float, known: bool) -> None:
+    def _paint_horizon(self, painter: QPainter, centre: QPointF, radius: float, body: BodyState | None) -> None:
         painter.save()
         disc = QPainterPath()
         disc.addEllipse(centre, radius, radius)
         painter.setClipPath(disc)
         painter.translate(centre)
         painter.fillRect(QRectF(-radius, -radius, 2 * radius, 2 * radius), theme.colour("floor"))
-        if known:
+        if body is not None:
             painter.save()
             # Nose down (positive pitch, REP 103) lifts the horizon; rolling right tips it to the left.
-            painter.rotate(-math.degrees(self._body.roll))
-            drop = -max(-1.0, min(1.0, self._body.pitch / FULL_SCALE)) * radius
+            painter.rotate(-math.degrees(body.roll))
+            drop = -max(-1.0, min(1.0, body.pitch / FULL_SCALE)) * radius
             far = 3 * radius
             painter.fillRect(QRectF(-far, -far + drop, 2 * far, far), theme.colour("accent", 0.30))
             painter.fillRect(QRectF(-far, drop, 2 * far, far), theme.colour("slow", 0.30))
@@ -97,13 +101,13 @@ class BodyPanel(QFrame):
                 y = drop - math.radians(degrees) / FULL_SCALE * radius
                 painter.drawLine(QPointF(-0.25 * radius, y), QPointF(0.25 * radius, y))
             painter.restore()
-            painter.setPen(QPen(theme.colour("accent"), 2.5, Qt.SolidLine, Qt.RoundCap))
+            painter.setPen(QPen(theme.colour("accent"), 2.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
             painter.drawLine(QPointF(-0.6 * radius, 0), QPointF(-0.2 * radius, 0))
             painter.drawLine(QPointF(0.2 * radius, 0), QPointF(0.6 * radius, 0))
             painter.drawEllipse(QPointF(0, 0), 2.0, 2.0)
         painter.restore()
         painter.setPen(QPen(theme.colour("line"), 1.5))
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(centre, radius, radius)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 
-from PyQt5.QtCore import Qt, QTimer
+from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Safety
+from gui.styling import restyle, set_property
 
 SILENT_AFTER = 1.0
 """Seconds without word from the safety gate."""
@@ -36,12 +38,11 @@ class GateBanner(QFrame):
         self._reason = QLabel()
         self._reason.setProperty("role", "reason")
         self._reason.setWordWrap(True)
-        self._reason.setTextFormat(Qt.PlainText)
-        self._reason.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        self._reason.setTextFormat(Qt.TextFormat.PlainText)
+        self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout.addWidget(self._word)
         layout.addWidget(self._reason, 1)
-        self._check = QTimer(self, interval=250)
-        self._check.timeout.connect(self._poll)
+        self._check = PeriodicTimer(250, self._poll, self)
         self._check.start()
         self.clear()
 
@@ -87,7 +88,6 @@ class GateBanner(QFrame):
             self._reason.setText(reason)
             self._reason.setToolTip(reason)
         if self.property("level") != level:
-            self.setProperty("level", level)
-            for widget in (self, self._word, self._reason):
-                widget.style().unpolish(widget)
-                widget.style().polish(widget)
+            set_property(self, "level", level)
+            restyle(self._word)  # the sheet colours them by the level of the frame around them
+            restyle(self._reason)

@@ -7,7 +7,7 @@ from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.driving.drive_pad import KEEPS_KEYS
+from gui.driving.drive_pad import WANTS_LETTERS
 from gui.widgets.key_legend import KeyLegend
 
 SECTIONS = (
@@ -61,9 +61,10 @@ class HelpOverlay(QFrame):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setFocusPolicy(Qt.StrongFocus)
+        self._covered = parent
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Keys and help")
-        self.setProperty(KEEPS_KEYS, True)
+        self.setProperty(WANTS_LETTERS, True)
         card = QFrame()
         card.setProperty("kind", "card")
         columns = QHBoxLayout(card)
@@ -76,17 +77,18 @@ class HelpOverlay(QFrame):
                 column.addLayout(_section(title, rows))
             column.addStretch(1)
             columns.addLayout(column)
-        columns.addWidget(KeyLegend(), 0, Qt.AlignTop)
+        columns.addWidget(KeyLegend(), 0, Qt.AlignmentFlag.AlignTop)
         around = QVBoxLayout(self)
-        around.addWidget(card, 0, Qt.AlignCenter)
+        around.addWidget(card, 0, Qt.AlignmentFlag.AlignCenter)
         self._before: QWidget | None = None
         parent.installEventFilter(self)
         self.hide()
 
     def open(self) -> None:
         """Show it over all of the parent."""
-        self._before = self.window().focusWidget()
-        self.setGeometry(self.parentWidget().rect())
+        window = self.window()
+        self._before = window.focusWidget() if window is not None else None
+        self.setGeometry(self._covered.rect())
         self.show()
         self.raise_()
         self.setFocus()
@@ -105,8 +107,8 @@ class HelpOverlay(QFrame):
             self.open()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Resize and self.isVisible():
-            self.setGeometry(self.parentWidget().rect())
+        if event.type() == QEvent.Type.Resize and self.isVisible():
+            self.setGeometry(self._covered.rect())
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -130,7 +132,7 @@ def _section(title: str, rows: tuple[tuple[str, str], ...]) -> QGridLayout:
     for row, (keys, what) in enumerate(rows, start=1):
         cap = QLabel(keys)
         cap.setProperty("kind", "legend")
-        cap.setAlignment(Qt.AlignCenter)
+        cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
         grid.addWidget(cap, row, 0)
         grid.addWidget(QLabel(what), row, 1)
     return grid

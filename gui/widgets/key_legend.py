@@ -25,8 +25,8 @@ class KeyLegend(QFrame):
         for row, (keys, symbols) in enumerate(zip(KEYS, SYMBOLS, strict=True)):
             for column, (key, symbol) in enumerate(zip(keys, symbols, strict=True)):
                 cap = QLabel(f"<b>{key}</b>&nbsp; {symbol}")
-                cap.setTextFormat(Qt.RichText)
-                cap.setAlignment(Qt.AlignCenter)
+                cap.setTextFormat(Qt.TextFormat.RichText)
+                cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
                 cap.setProperty("kind", "legend")
                 layout.addWidget(cap, row + 1, column)
         notes = QLabel(NOTES)

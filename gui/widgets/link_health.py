@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import time
 
-from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Battery
+from gui.styling import set_property
 
 GOOD_DELAY, BAD_DELAY = 0.15, 0.30
 """[s]. Drivers notice 100 to 200 ms and drive clearly worse from 200 to 300 ms on (arXiv 2508.18074)."""
@@ -52,8 +53,7 @@ class LinkHealth(QFrame):
         self._share.hide()
         layout.addWidget(self._share)
         self._round_trip_at = 0.0
-        self._check = QTimer(self, interval=1000)
-        self._check.timeout.connect(self._forget)
+        self._check = PeriodicTimer(1000, self._forget, self)
         self._check.start()
         self.clear()
 
@@ -88,7 +88,7 @@ class LinkHealth(QFrame):
         """How much of the speed the delay leaves, 0 to 1."""
         self._share.setText("half speed" if share else "no driving")
         self._share.setVisible(share < 1.0)
-        _set_level(self._share, "warn" if share else "bad")
+        set_property(self._share, "level", "warn" if share else "bad")
 
     def clear_picture(self) -> None:
         """Nobody wants pictures."""
@@ -115,14 +115,7 @@ class LinkHealth(QFrame):
         value = self._values[name]
         if value.text() != text:
             value.setText(text)
-        _set_level(value, level)
-
-
-def _set_level(label: QLabel, level: str) -> None:
-    if label.property("level") != level:
-        label.setProperty("level", level)
-        label.style().unpolish(label)
-        label.style().polish(label)
+        set_property(value, "level", level)
 
 
 def _level_of_delay(seconds: float) -> str:

@@ -23,7 +23,8 @@ class RobotPanel(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.sentence = QLineEdit(placeholderText="Type what the robot shall say, then Enter")
+        self.sentence = QLineEdit()
+        self.sentence.setPlaceholderText("Type what the robot shall say, then Enter")
         self.sentence.setMaxLength(LONGEST_SENTENCE)
         self.sentence.setAccessibleName("Sentence to be said")
         self.sentence.setObjectName("sentence")
@@ -36,7 +37,7 @@ class RobotPanel(QFrame):
         self._speech, self._postures = QWidget(), QWidget()
         self._nothing = QLabel("This robot neither speaks nor takes postures.")
         self._nothing.setProperty("role", "note")
-        self._nothing.setAlignment(Qt.AlignCenter)
+        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
 
         speech = QVBoxLayout(self._speech)
         speech.setContentsMargins(0, 0, 0, 0)
@@ -77,13 +78,14 @@ class RobotPanel(QFrame):
         self._postures.setVisible(bool(postures))
         self._nothing.setVisible(not speaks and not postures)
         while (item := self._grid.takeAt(0)) is not None:
-            item.widget().deleteLater()
+            if (button := item.widget()) is not None:
+                button.deleteLater()
         for index, (name, title) in enumerate(postures):
-            button = QPushButton(title)
-            button.setFocusPolicy(Qt.TabFocus)
-            button.setObjectName(f"posture_{name}")
-            button.clicked.connect(lambda _checked, name=name: self.posture.emit(name))
-            self._grid.addWidget(button, index // COLUMNS, index % COLUMNS)
+            choice = QPushButton(title)
+            choice.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            choice.setObjectName(f"posture_{name}")
+            choice.clicked.connect(lambda _checked, name=name: self.posture.emit(name))
+            self._grid.addWidget(choice, index // COLUMNS, index % COLUMNS)
         self.answer("")
 
     def answer(self, text: str) -> None:

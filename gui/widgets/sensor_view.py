@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import (
     QColor,
     QPainter,
@@ -22,6 +22,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import SECTORS, Beams, BodyState, Bumpers, Cone, Points, Safety
 from telepresence.safety.outline import Outline
 
@@ -60,16 +61,15 @@ class SensorView(QFrame):
         self.set_robot(Outline.disc(0.25), 0.35, 1.8)
         self.setMinimumSize(180, 180)
         self.setToolTip("The robot from above. Ring: speed allowed in each direction. Turn the wheel to zoom.")
-        self._keeper: dict[type, Callable] = {
+        self._handlers: dict[type, Callable] = {
             Points: lambda reading: self._points.update({reading.source: reading}),
             Beams: lambda reading: self._beams.update({reading.source: reading}),
             Cone: lambda reading: self._cones.update({reading.source: reading}),
             Bumpers: lambda reading: setattr(self, "_bumpers", reading),
             Safety: lambda reading: setattr(self, "_safety", reading),
-            BodyState: self._keep_body,
+            BodyState: self._on_body,
         }
-        self._refresh = QTimer(self, interval=REFRESH_PERIOD)
-        self._refresh.timeout.connect(self.update)
+        self._refresh = PeriodicTimer(REFRESH_PERIOD, self.update, self)
         self._refresh.start()
 
     def sizeHint(self) -> QSize:
@@ -91,7 +91,7 @@ class SensorView(QFrame):
 
     def show_reading(self, reading: object) -> None:
         """Take in a reading; kinds that are not painted here are ignored."""
-        keep = self._keeper.get(type(reading))
+        keep = self._handlers.get(type(reading))
         if keep is not None:
             keep(reading)
             self.update()
@@ -106,7 +106,7 @@ class SensorView(QFrame):
         """Places in odom [m], oldest first."""
         return list(self._trail)
 
-    def _keep_body(self, body: BodyState) -> None:
+    def _on_body(self, body: BodyState) -> None:
         self._body = body
         here = (body.x, body.y)
         if self._trail and math.dist(self._trail[-1], here) > 1.0:
@@ -123,7 +123,7 @@ class SensorView(QFrame):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         side = min(self.width(), self.height()) - 2.0
         self._scale = (side / 2 - RING_WIDTH) / self._reach
         centre = QPointF(self.width() / 2, self.height() / 2)
@@ -148,7 +148,7 @@ class SensorView(QFrame):
 
     def _paint_grid(self, painter: QPainter) -> None:
         step = next((step for step in (0.25, 0.5, 1.0, 2.0) if self._reach / step <= 4.0), 2.0)
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         font = painter.font()
         font.setPixelSize(10)
         painter.setFont(font)
@@ -158,7 +158,9 @@ class SensorView(QFrame):
             painter.drawEllipse(QPointF(0, 0), radius, radius)
             painter.setPen(theme.colour("faint"))
             at = QPointF(-radius * math.sin(2.5), -radius * math.cos(2.5))
-            painter.drawText(QRectF(at.x() - 24, at.y() - 7, 48, 14), Qt.AlignCenter, f"{number * step:g} m")
+            painter.drawText(
+                QRectF(at.x() - 24, at.y() - 7, 48, 14), Qt.AlignmentFlag.AlignCenter, f"{number * step:g} m"
+            )
         painter.setPen(QPen(theme.colour("grid"), 1.0))
         far = self._reach * self._scale
         painter.drawLine(QPointF(0, -far), QPointF(0, far))
@@ -167,9 +169,17 @@ class SensorView(QFrame):
     def _paint_trail(self, painter: QPainter) -> None:
         if self._body is None or len(self._trail) < 2:
             return
-        at = self._to_base(np.array([*self._trail, (self._body.x, self._body.y)]))
+        at = _to_base(self._body, np.array([*self._trail, (self._body.x, self._body.y)]))
         line = QPolygonF([self._px(x, y) for x, y in at])
-        painter.setPen(QPen(theme.colour("trail", 0.55), 2.0, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin))
+        painter.setPen(
+            QPen(
+                theme.colour("trail", 0.55),
+                2.0,
+                Qt.PenStyle.SolidLine,
+                Qt.PenCapStyle.RoundCap,
+                Qt.PenJoinStyle.RoundJoin,
+            )
+        )
         painter.drawPolyline(line)
 
     def _paint_cones(self, painter: QPainter) -> None:
@@ -182,11 +192,11 @@ class SensorView(QFrame):
             middle, radius = self._px(cone.x, cone.y), seen * self._scale
             box = QRectF(middle.x() - radius, middle.y() - radius, 2 * radius, 2 * radius)
             start = 90.0 + math.degrees(cone.bearing - cone.width / 2)
-            painter.setPen(Qt.NoPen)
+            painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(tone)
             painter.drawPie(box, round(start * 16), round(math.degrees(cone.width) * 16))
             if hit:
-                painter.setBrush(Qt.NoBrush)
+                painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(theme.colour("sonar"), 2.0))
                 painter.drawArc(box, round(start * 16), round(math.degrees(cone.width) * 16))
 
@@ -201,12 +211,12 @@ class SensorView(QFrame):
                 painter.setPen(QPen(theme.colour("infrared", 0.9 if hit else 0.25), 3.0 if hit else 2.0))
                 painter.drawLine(self._px(x, y), end)
                 if hit:
-                    painter.setPen(Qt.NoPen)
+                    painter.setPen(Qt.PenStyle.NoPen)
                     painter.setBrush(theme.colour("infrared"))
                     painter.drawEllipse(end, 3.5, 3.5)
 
     def _paint_points(self, painter: QPainter) -> None:
-        painter.setPen(Qt.NoPen)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("laser"))
         for points in self._fresh(self._points):
             for x, y in points.at:
@@ -223,7 +233,7 @@ class SensorView(QFrame):
         painter.drawPath(self._shape)
         painter.restore()
         nose = 0.38 * self._radius
-        painter.setPen(Qt.NoPen)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("accent"))
         tip = [self._px(nose, 0), self._px(-0.1 * nose, 0.55 * nose), self._px(0.1 * nose, 0)]
         painter.drawPolygon(QPolygonF([*tip, self._px(-0.1 * nose, -0.55 * nose)]))
@@ -233,8 +243,8 @@ class SensorView(QFrame):
             return
         radius = self._radius * self._scale + 4.0
         box = QRectF(-radius, -radius, 2 * radius, 2 * radius)
-        painter.setBrush(Qt.NoBrush)
-        painter.setPen(QPen(theme.colour("blocked"), 6.0, Qt.SolidLine, Qt.FlatCap))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(theme.colour("blocked"), 6.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
         for name in self._bumpers.pressed:
             if name in _BUMPERS:
                 painter.drawArc(box, round((90.0 + _BUMPERS[name] - 35.0) * 16), 70 * 16)
@@ -248,7 +258,7 @@ class SensorView(QFrame):
             return
         bearing = safety.sector * math.tau / SECTORS
         near, far = self._radius, self._radius + safety.gap
-        painter.setPen(QPen(theme.colour("bad"), 1.5, Qt.DashLine))
+        painter.setPen(QPen(theme.colour("bad"), 1.5, Qt.PenStyle.DashLine))
         painter.drawLine(
             self._px(near * math.cos(bearing), near * math.sin(bearing)),
             self._px(far * math.cos(bearing), far * math.sin(bearing)),
@@ -260,7 +270,7 @@ class SensorView(QFrame):
         if safety is None:
             return
         vx, vy, wz = safety.given
-        painter.setPen(QPen(theme.colour("accent"), 3.0, Qt.SolidLine, Qt.RoundCap))
+        painter.setPen(QPen(theme.colour("accent"), 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         speed = math.hypot(vx, vy)
         if speed > 0.005:
             start = self._radius / speed
@@ -271,14 +281,14 @@ class SensorView(QFrame):
         if abs(wz) > 0.01:
             radius = self._radius * self._scale * 0.75
             box = QRectF(-radius, -radius, 2 * radius, 2 * radius)
-            painter.setBrush(Qt.NoBrush)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawArc(box, 90 * 16, round(math.degrees(wz) * 16))
 
     def _paint_target(self, painter: QPainter) -> None:
         if self._target is None or self._body is None:
             return
-        at = self._px(*self._to_base(np.array([self._target]))[0])
-        painter.setBrush(Qt.NoBrush)
+        at = self._px(*_to_base(self._body, np.array([self._target]))[0])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(theme.colour("accent"), 2.0))
         painter.drawEllipse(at, 6.0, 6.0)
         painter.drawLine(self._px(0, 0), at)
@@ -287,14 +297,16 @@ class SensorView(QFrame):
         safety = self._fresh_safety()
         middle = radius - RING_WIDTH / 2
         box = QRectF(-middle, -middle, 2 * middle, 2 * middle)
-        painter.setBrush(Qt.NoBrush)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         width = 360.0 / SECTORS
         if safety is None:
             painter.setPen(QPen(theme.colour("line"), RING_WIDTH - 3.0))
             painter.drawEllipse(box)
             return
         for sector, speed in enumerate(safety.allowed):
-            painter.setPen(QPen(self.ring_colour(float(speed)), RING_WIDTH - 2.0, Qt.SolidLine, Qt.FlatCap))
+            painter.setPen(
+                QPen(self.ring_colour(float(speed)), RING_WIDTH - 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+            )
             start = 90.0 + (sector - 0.5) * width
             painter.drawArc(box, round((start + 0.4) * 16), round((width - 0.8) * 16))
 
@@ -318,10 +330,11 @@ class SensorView(QFrame):
         now = time.monotonic()
         return [reading for reading in kept.values() if now - reading.arrived < FORGET_AFTER]
 
-    def _to_base(self, points: np.ndarray) -> np.ndarray:
-        """(n, 2) in odom [m] to the base frame of now."""
-        c, s = math.cos(self._body.yaw), math.sin(self._body.yaw)
-        return (points - (self._body.x, self._body.y)) @ np.array(((c, -s), (s, c)))
+
+def _to_base(body: BodyState, points: np.ndarray) -> np.ndarray:
+    """Return points (n, 2) in odom [m] in the base frame of a body that stands like this."""
+    c, s = math.cos(body.yaw), math.sin(body.yaw)
+    return (points - np.array((body.x, body.y))) @ np.array(((c, -s), (s, c)))
 
 
 def _shape_of(outline: Outline) -> QPainterPath:
@@ -333,7 +346,7 @@ def _shape_of(outline: Outline) -> QPainterPath:
     path.addPolygon(QPolygonF([QPointF(x, y) for x, y in (*outline.vertices, outline.vertices[0])]))
     around = QPainterPathStroker()
     around.setWidth(2.0 * outline.radius)
-    around.setJoinStyle(Qt.RoundJoin)
-    around.setCapStyle(Qt.RoundCap)
+    around.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    around.setCapStyle(Qt.PenCapStyle.RoundCap)
     around.setCurveThreshold(0.001)
     return path.united(around.createStroke(path)).simplified()

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 import time
 
-from PyQt5.QtCore import QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Levels, VoiceSettings, VoiceState
 
 QUIETEST, LOUD = -60.0, -9.0
 """Ends of the meter's calm part [dBFS]."""
 FALL = 20.0
 """dB per second that the bar falls after a peak (a peak programme meter's order of magnitude)."""
-FORGET_AFTER = 1.0
+FADE_PERIOD = 60  # ms
 SHORTEST_NAME = 12
 """Letters of a device's name that are always shown."""
 
@@ -27,10 +28,8 @@ class LevelMeter(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._level, self._at = QUIETEST, 0.0
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
-        self._fade = QTimer(self, interval=60)
-        self._fade.timeout.connect(self.update)
-        self._fade.timeout.connect(lambda: self._fade.stop() if self.level() <= QUIETEST else None)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._fade = PeriodicTimer(FADE_PERIOD, self._on_fade, self)
 
     def sizeHint(self) -> QSize:
         return QSize(160, 12)
@@ -47,10 +46,15 @@ class LevelMeter(QWidget):
         """What the bar shows [dBFS]."""
         return max(QUIETEST, self._level - FALL * (time.monotonic() - self._at))
 
+    def _on_fade(self) -> None:
+        self.update()
+        if self.level() <= QUIETEST:
+            self._fade.stop()
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.Antialiasing)
-        painter.setPen(Qt.NoPen)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.colour("sunken"))
         box = QRectF(0.0, self.height() / 2 - 4.0, float(self.width()), 8.0)
         painter.drawRoundedRect(box, 4.0, 4.0)
@@ -71,8 +75,8 @@ class DeviceChoice(QComboBox):
         self._fixed = {"auto": f"Usual {what}", "none": f"No {what}"}
         self._shown: tuple[tuple[str, ...], str] | None = None
         self.setAccessibleName(what.capitalize())
-        self.setFocusPolicy(Qt.TabFocus)
-        self.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(SHORTEST_NAME)
         self.activated.connect(lambda index: self.chosen.emit(self.itemData(index)))
 
@@ -83,7 +87,7 @@ class DeviceChoice(QComboBox):
             self.clear()
             for name in dict.fromkeys((*self._fixed, *names, current)):
                 self.addItem(self._fixed.get(name, name), name)
-                self.setItemData(self.count() - 1, name, Qt.ToolTipRole)
+                self.setItemData(self.count() - 1, name, Qt.ItemDataRole.ToolTipRole)
         self.setCurrentIndex(self.findData(current))
         self.setToolTip(self.currentText())
 

@@ -6,6 +6,8 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QFontMetrics, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
+from gui.styling import set_property
+
 CHIPS = ("master", "robot", "picture", "keys")
 
 
@@ -23,15 +25,15 @@ class StatusBar(QFrame):
         layout.setSpacing(8)
         self._message = QLabel()
         self._message.setObjectName("message")
-        self._message.setTextFormat(Qt.PlainText)
+        self._message.setTextFormat(Qt.TextFormat.PlainText)
         # A long message is cut to the room there is, instead of widening the window.
-        self._message.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        self._message.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout.addWidget(self._message, 1)
         self._chips: dict[str, QLabel] = {}
         for name in CHIPS:
             chip = QLabel()
             chip.setProperty("kind", "chip")
-            layout.addWidget(chip, 0, Qt.AlignVCenter)
+            layout.addWidget(chip, 0, Qt.AlignmentFlag.AlignVCenter)
             self._chips[name] = chip
 
     @property
@@ -42,7 +44,7 @@ class StatusBar(QFrame):
         """Show a sentence; `level` is info, good, warn or bad."""
         changed, self._text = text != self._text, text
         self._message.setToolTip(text)
-        _restyle(self._message, level)
+        set_property(self._message, "level", level)
         self._fit()
         if changed:
             self.said.emit(text, level)
@@ -52,7 +54,7 @@ class StatusBar(QFrame):
         chip = self._chips[name]
         chip.setText(f"●  {text}")
         chip.setToolTip(tip)
-        _restyle(chip, level)
+        set_property(chip, "level", level)
 
     def chip(self, name: str) -> tuple[str, str]:
         """Text and level of an indicator."""
@@ -65,11 +67,6 @@ class StatusBar(QFrame):
 
     def _fit(self) -> None:
         metrics = QFontMetrics(self._message.font())
-        self._message.setText(metrics.elidedText(self._text, Qt.ElideRight, max(0, self._message.width() - 4)))
-
-
-def _restyle(label: QLabel, level: str) -> None:
-    if label.property("level") != level:
-        label.setProperty("level", level)
-        label.style().unpolish(label)
-        label.style().polish(label)
+        self._message.setText(
+            metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, max(0, self._message.width() - 4))
+        )

@@ -7,11 +7,12 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QFont, QImage, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.picture import Picture, as_qimage
 
 STALE_AFTER = 1.0
@@ -52,8 +53,7 @@ class VideoView(QFrame):
         self.stale_after = STALE_AFTER
         """Seconds; infinity for pictures that come only when something changes."""
         self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
-        self._checks = QTimer(self, interval=CHECK_PERIOD)
-        self._checks.timeout.connect(self._check)
+        self._checks = PeriodicTimer(CHECK_PERIOD, self._check, self)
         self._checks.start()
 
     @property
@@ -129,7 +129,7 @@ class VideoView(QFrame):
         return (point.x() - target.left()) * scale, (point.y() - target.top()) * scale
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.LeftButton and self._image is not None:
+        if event.button() == Qt.MouseButton.LeftButton and self._image is not None:
             if self._target(self._image).contains(event.localPos()):
                 self._held = True
                 self.pressed.emit(*self.pixel_at(event.localPos()))
@@ -140,7 +140,7 @@ class VideoView(QFrame):
             self.dragged.emit(*self.pixel_at(event.localPos()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.LeftButton:
+        if event.button() == Qt.MouseButton.LeftButton:
             self._let_go()
 
     def hideEvent(self, event: object) -> None:
@@ -148,14 +148,14 @@ class VideoView(QFrame):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setRenderHint(QPainter.SmoothPixmapTransform)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         painter.fillRect(self.rect(), theme.colour("well"))
         if self._image is None:
             self._paint_lines(painter, self._title, self._hint, theme.colour("text"), theme.colour("quiet"))
             return
         target = self._target(self._image)
         if self._stale:
-            painter.drawImage(target, self._image.convertToFormat(QImage.Format_Grayscale8))
+            painter.drawImage(target, self._image.convertToFormat(QImage.Format.Format_Grayscale8))
             painter.fillRect(target, _VEIL)
             self._paint_lines(painter, "Picture lost", f"The last one is {self.age():.1f} s old.", _ALERT, _ON_PLATE)
         else:
@@ -173,11 +173,11 @@ class VideoView(QFrame):
         return QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height)
 
     def _paint_lines(self, painter: QPainter, title: str, hint: str, colour: QColor, quiet: QColor) -> None:
-        painter.setRenderHint(QPainter.TextAntialiasing)
+        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
         centre = QPointF(self.rect().center())
         if self._image is not None:
-            painter.setRenderHint(QPainter.Antialiasing)
-            painter.setPen(Qt.NoPen)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(_PLATE)
             painter.drawRoundedRect(QRectF(centre.x() - 150.0, centre.y() - 48.0, 300.0, 92.0), 10.0, 10.0)
         font = QFont(self.font())
@@ -186,7 +186,9 @@ class VideoView(QFrame):
             painter.setFont(font)
             painter.setPen(tone)
             box = QRectF(24.0, centre.y() + top, self.width() - 48.0, 80.0)
-            painter.drawText(box, Qt.AlignHCenter | Qt.AlignTop | Qt.TextWordWrap, text)
+            painter.drawText(
+                box, Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap, text
+            )
 
     def _check(self) -> None:
         if self._image is None:

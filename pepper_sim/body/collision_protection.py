@@ -1,4 +1,4 @@
-"""External collision protection: how fast the base may go towards what its sensors see.
+"""External collision protection: how fast the base may go towards what its sensors update.
 
 The gap to an obstacle limits the speed of approach; motion that doesn't shorten a gap is never limited, so the robot
 can always back away. Distances: pages reflexes-external-collision and control-walk of the NAOqi 2.8 documentation.
@@ -10,11 +10,12 @@ import math
 
 import numpy as np
 
-from pepper_sim.models.shells import OUTLINE_RADIUS, WHEELS
-
-ORTHOGONAL_DISTANCE = 0.40
-TANGENTIAL_DISTANCE = 0.10
-"""Default security distances in the direction of motion and beside it [m]."""
+from pepper_sim.body.description import (
+    OUTLINE_RADIUS,
+    SECURITY_DISTANCE_AHEAD,
+    SECURITY_DISTANCE_BESIDE,
+    WHEEL_CENTRES,
+)
 
 _SPEEDS = np.array([0.0, 0.1, 0.2, 0.3, 0.35, 0.4, 0.5])
 _DISTANCES = np.array([0.10, 0.12, 0.17, 0.25, 0.30, 0.35, 0.40])
@@ -24,7 +25,7 @@ _REACH = 0.45
 """Obstacles farther from the robot's middle than this plus the orthogonal distance [m] cannot limit any speed before
 they are seen again, and are not kept: 0.26 m of body, 0.09 m driven between two scans, and some reserve."""
 
-_TRIANGLE = np.array(WHEELS)
+_TRIANGLE = np.array(WHEEL_CENTRES)
 _EDGES = np.roll(_TRIANGLE, -1, axis=0) - _TRIANGLE
 _EDGE_LENGTHS_SQUARED = (_EDGES**2).sum(axis=1)
 
@@ -34,17 +35,17 @@ class SecurityZone:
 
     def __init__(self) -> None:
         self.enabled = True
-        self.orthogonal = ORTHOGONAL_DISTANCE
-        self.tangential = TANGENTIAL_DISTANCE
-        self._seen: dict[str, np.ndarray] = {}
+        self.orthogonal = SECURITY_DISTANCE_AHEAD
+        self.tangential = SECURITY_DISTANCE_BESIDE
+        self._obstacles: dict[str, np.ndarray] = {}
         self._points = np.zeros((0, 2))
 
     def reset(self) -> None:
         """Forget all obstacles; distances and the switch stay."""
-        self._seen.clear()
+        self._obstacles.clear()
         self._points = np.zeros((0, 2))
 
-    def see(self, sensor: str, points: np.ndarray, pose: tuple[float, float, float]) -> None:
+    def update(self, sensor: str, points: np.ndarray, pose: tuple[float, float, float]) -> None:
         """Replace what `sensor` saw.
 
         Args:
@@ -52,12 +53,12 @@ class SecurityZone:
             pose: Odometry at that instant (x, y, theta).
         """
         near = points[np.hypot(points[:, 0], points[:, 1]) < self.orthogonal + _REACH]
-        if not len(near) and sensor not in self._seen:
+        if not len(near) and sensor not in self._obstacles:
             return
         x, y, theta = pose
         c, s = math.cos(theta), math.sin(theta)
-        self._seen[sensor] = near @ np.array([[c, s], [-s, c]]) + (x, y)
-        self._points = np.concatenate(list(self._seen.values()))
+        self._obstacles[sensor] = near @ np.array([[c, s], [-s, c]]) + (x, y)
+        self._points = np.concatenate(list(self._obstacles.values()))
 
     def limit(self, vx: float, vy: float, pose: tuple[float, float, float]) -> tuple[float, tuple[float, float] | None]:
         """How much of a translation is allowed.
@@ -80,7 +81,7 @@ class SecurityZone:
         if not ahead.any():
             return 1.0, None
         facing, gaps = facing[ahead], gaps[ahead]
-        scale = self.orthogonal / ORTHOGONAL_DISTANCE
+        scale = self.orthogonal / SECURITY_DISTANCE_AHEAD
         stop = facing * _DISTANCES[0] * scale + (1.0 - facing) * min(self.tangential, self.orthogonal)
         # The table between standstill and the first moving entry starts at `stop`, which differs per obstacle.
         table = np.interp(gaps, _DISTANCES * scale, _SPEEDS, right=np.inf)

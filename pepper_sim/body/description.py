@@ -1,4 +1,4 @@
-"""Pepper in numbers: joints, base, wheels, sensors. SI units, vendor spelling of names.
+"""Pepper in numbers: joints, base, sensors, sound, tablet. SI units, vendor spelling of names.
 
 Joint limits: pepper.urdf of ros-naoqi/pepper_robot 0.1.10. Motors, base and sensors: NAOqi 2.8 documentation, the page
 is named at each group.
@@ -75,10 +75,14 @@ CONTINUOUS_TORQUE: Mapping[str, float] = MappingProxyType(
 )
 """Torque each joint can hold for ever [N m] (page motors_pep: motor torque times gear)."""
 
+MOTION_CYCLE = 0.02
+"""Period of the motion controller [s] (page control)."""
+
 # --- base (page control-walk) ---
 MAX_XY, MAX_THETA = 0.35, 1.0
 """Default top speeds [m/s, rad/s]."""
 HARD_MAX_XY, HARD_MAX_THETA = 0.55, 2.0
+"""Top speeds that a client may ask for [m/s, rad/s]."""
 ACC_XY, ACC_THETA = 0.3, 0.75
 """Default accelerations [m/s², rad/s²]."""
 BRAKING = Braking(xy=0.55, theta=3.0)
@@ -88,7 +92,14 @@ ABRUPT_BRAKING = Braking(xy=1.5, theta=6.0)
 LEAST_LEG_STIFFNESS = 0.6
 """The base refuses to move while a leg joint is at or below this stiffness (page control-stiffness)."""
 
+SECURITY_DISTANCE_AHEAD, SECURITY_DISTANCE_BESIDE = 0.40, 0.10
+"""Default security distances in the direction of motion and beside it [m] (page reflexes-external-collision)."""
+
 WHEEL_RADIUS = 0.07
+WHEEL_CENTRES = ((0.09, 0.155), (-0.17, 0.0), (0.09, -0.155))
+"""Wheel centres around base_footprint, x forward and y left [m], counter-clockwise; source: the URDF."""
+OUTLINE_RADIUS = 0.085
+"""The base's outline is the wheels' triangle widened by this [m]: 480 mm wide and 430 mm long."""
 WHEELS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {
         "FL": (0.8797, -0.4756, -0.179),
@@ -112,6 +123,8 @@ LASER_MIN, LASER_MAX = 0.1, 3.0
 LASER_MISS = 5.6
 """Distance of the point reported when nothing is hit [m]: the theoretical range. Coordinates stay finite, and drivers
 that cut at 3 m see nothing."""
+SHOVEL_ANGLES: tuple[float, ...] = tuple(math.radians(angle) for angle in (20.0, 0.0, -20.0))
+"""Directions of the sloping front laser's Seg01 ... Seg03 [rad]."""
 INFRARED_PERIOD = 0.1
 INFRARED_RANGE = 0.4
 """An infrared spot sees what is nearer than this [m]. No document gives a range: this one ends 0.24 m beyond the edge
@@ -121,3 +134,14 @@ of the base, between the lasers, where nothing else sees; a stop from MAX_XY tak
 BATTERY_ENERGY = 795.0 * 3600.0
 """[J]"""
 BATTERY_VOLTAGE = 26.46
+
+# --- sound (page alaudiodevice) and tablet ---
+MICROPHONES = 4
+SOUND_RATE = 48000
+"""Sample rate of the four microphones together and of tones [Hz]."""
+VOICE_RATE = 16000
+"""Sample rate of one microphone alone [Hz]."""
+TABLET_WIDTH, TABLET_HEIGHT = 1280, 800
+"""The tablet's screen [px]."""
+SCREEN_WIDTH, SCREEN_HEIGHT = TABLET_WIDTH // 2, TABLET_HEIGHT // 2
+"""The simulated tablet's screen [px]: half the size of the real one, as its texture in `models/pepper.xml`."""

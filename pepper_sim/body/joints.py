@@ -12,10 +12,8 @@ from concurrent.futures import Future, InvalidStateError
 import mujoco
 import numpy as np
 
-from pepper_sim.body.description import JOINTS, LEG_JOINTS, LIMITS
+from pepper_sim.body.description import JOINTS, LEG_JOINTS, LIMITS, MOTION_CYCLE
 
-TRAJECTORY_PERIOD = 0.02
-"""Trajectories are sampled once per NAOqi motion cycle [s] and interpolated in between."""
 ARRIVED = 1e-3
 """A setpoint this close [rad] to the last knot has arrived."""
 MAX_TRAJECTORY = 3600.0
@@ -56,13 +54,16 @@ def resolve(future: Future, result: bool) -> None:
 
 
 class Trajectory:
-    """Smooth motion of some joints through knots: a cubic without overshoot, at rest at both ends."""
+    """Smooth motion of some joints through knots: a cubic without overshoot, at rest at both ends.
+
+    It is sampled once per motion cycle and interpolated in between.
+    """
 
     def __init__(self, joints: Sequence[int], starts: np.ndarray, knots: Sequence[Sequence[tuple[float, float]]]):
         self.joints = np.array(joints)
         self.future: Future = Future()
         self._end = max(points[-1][0] for points in knots)
-        times = np.arange(math.ceil(self._end / TRAJECTORY_PERIOD) + 2) * TRAJECTORY_PERIOD
+        times = np.arange(math.ceil(self._end / MOTION_CYCLE) + 2) * MOTION_CYCLE
         self._samples = np.empty((len(times), len(joints)))
         for column, (start, points) in enumerate(zip(starts, knots, strict=True)):
             x = np.array([0.0, *(t for t, _ in points)])
@@ -71,7 +72,7 @@ class Trajectory:
 
     def at(self, elapsed: float) -> np.ndarray:
         """Angles `elapsed` seconds after the start, one per joint [rad]."""
-        position = elapsed / TRAJECTORY_PERIOD
+        position = elapsed / MOTION_CYCLE
         row = int(position)
         if row >= len(self._samples) - 1:
             return self._samples[-1]
@@ -130,7 +131,7 @@ class JointMotion:
         self._speeds = _MAX_SPEED.copy()
         self._running: list[tuple[float, Trajectory]] = []
         self._slewing = False
-        self._limp = np.zeros(0, int)
+        self._limp: np.ndarray = np.zeros(0, int)
         # A servo with damping follows a moving setpoint late by damping / stiffness seconds; the lead makes up for it.
         damping = model.dof_damping[self.dofs] - model.actuator_biasprm[self.actuators, 2]
         self._lag = damping / model.actuator_gainprm[self.actuators, 0]

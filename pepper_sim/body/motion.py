@@ -9,14 +9,16 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 from pepper_sim.body.collision_protection import SecurityZone
-from pepper_sim.body.description import ABRUPT_BRAKING
+from pepper_sim.body.description import ABRUPT_BRAKING, MOTION_CYCLE
 from pepper_sim.body.joints import resolve
 from pepper_sim.body.state import MoveFailure
 from telepresence.geometry import wrap_angle
 from telepresence.sim.base import BaseLimits, PlanarBase
+from telepresence.sim.world import TICK
 
 REACHED_XY, REACHED_THETA = 0.0015, 0.002
 """A move has arrived this close to its end by odometry [m, rad]."""
@@ -24,8 +26,8 @@ BLOCKED_SPEED = 0.01
 """Slower than this [m/s] because of an obstacle counts as blocked."""
 BLOCKED_PATIENCE = 0.5
 """A move that is blocked for so long [s] fails."""
-CHECK_TICKS = 4
-"""Obstacles are looked at once per NAOqi motion cycle of 20 ms, and at once for a new command."""
+CHECK_TICKS = round(MOTION_CYCLE / TICK)
+"""Obstacles are checked once per motion cycle, and at once for a new command."""
 
 _MARGIN = 0.9  # part of the acceleration that planned braking uses; the rest corrects errors
 _CORNER_RADIUS = 0.03  # a waypoint on the way is passed within this distance [m]
@@ -61,7 +63,7 @@ class BaseMotion:
         self._standing: list[Future] = []
         self._abrupt = False
         self._blocked_since: float | None = None
-        self._told = False  # a velocity that is sent again and again fails once, not at every sending
+        self._failure_reported = False  # a velocity that is sent again and again fails once, not at every sending
         self._ticks_to_check = 0
         self._allowed_speed = math.inf
         self._obstacle: tuple[float, float] | None = None
@@ -89,14 +91,14 @@ class BaseMotion:
         self._velocity = self._base.clamp(vx, vy, wz)
         self._ticks_to_check = 0
         if not any(self._velocity):
-            self._told = False
+            self._failure_reported = False
 
     def move_to(self, waypoints: Sequence[Pose], duration: float | None) -> Future:
         """Drive through `waypoints`, given in the robot's frame as it stands now, and stop in the last one."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
         self._abrupt = False
-        self._told = False
+        self._failure_reported = False
         self._ticks_to_check = 0
         self._arrival = Future()
         self._legs = _plan(self._base.odometry, waypoints, self._base.limits, duration)
@@ -106,7 +108,7 @@ class BaseMotion:
         """Slow down to a stand; the future is done when the wheels stand."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
-        self._told = False
+        self._failure_reported = False
         self._abrupt = abrupt
         future: Future = Future()
         self._standing.append(future)
@@ -116,8 +118,8 @@ class BaseMotion:
 
     def refuse(self, cause: str) -> None:
         """End what the base does because of the robot's own state, and count the failure."""
-        if self._legs or (any(self._velocity) and not self._told):
-            self._told = True
+        if self._legs or (any(self._velocity) and not self._failure_reported):
+            self._failure_reported = True
             self._fail(cause, (0.0, 0.0, 0.0))
         self._velocity = (0.0, 0.0, 0.0)
         self._end_move(False)
@@ -141,10 +143,10 @@ class BaseMotion:
             if self._allowed_speed < speed:
                 vx, vy = vx * self._allowed_speed / speed, vy * self._allowed_speed / speed
             if self._obstacle is not None:
-                self._watch_block(now, self._allowed_speed, self._obstacle)
+                self._check_blocked(now, self._allowed_speed, self._obstacle)
             else:
                 self._blocked_since = None
-                self._told = False
+                self._failure_reported = False
         braking = ABRUPT_BRAKING if self._abrupt else None
         self._base.drive(vx, vy, wz, dt, braking=braking, on_course=bool(self._legs))
         if self._base.standing:
@@ -176,7 +178,7 @@ class BaseMotion:
         beyond = dx * leg.direction[0] + dy * leg.direction[1] <= 0.0
         return beyond or distance < (_CORNER_RADIUS if leg.exit_speed > 0.0 else REACHED_XY)
 
-    def _watch_block(self, now: float, speed: float, obstacle: tuple[float, float]) -> None:
+    def _check_blocked(self, now: float, speed: float, obstacle: tuple[float, float]) -> None:
         if speed >= BLOCKED_SPEED:
             self._blocked_since = None
             return
@@ -186,8 +188,8 @@ class BaseMotion:
         if self._legs and (refused or now - self._blocked_since >= BLOCKED_PATIENCE):
             self._fail("obstacle", (*obstacle, 0.0))
             self._end_move(False)
-        elif not self._legs and not self._told:
-            self._told = True
+        elif not self._legs and not self._failure_reported:
+            self._failure_reported = True
             self._fail("obstacle", (*obstacle, 0.0))
 
     def _fail(self, cause: str, obstacle: tuple[float, float, float]) -> None:
@@ -204,7 +206,7 @@ class BaseMotion:
         waiting, self._standing = self._standing, []
         self._abrupt = False
         for future in waiting:
-            self._post(lambda future=future: resolve(future, True))
+            self._post(partial(resolve, future, True))
 
 
 def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: float | None) -> list[_Leg]:

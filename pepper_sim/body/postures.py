@@ -9,14 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-_ORDER = (
-    "HeadYaw HeadPitch LShoulderPitch LShoulderRoll LElbowYaw LElbowRoll LWristYaw LHand HipRoll HipPitch KneePitch "
-    "RShoulderPitch RShoulderRoll RElbowYaw RElbowRoll RWristYaw RHand"
-).split()
+from pepper_sim.body.description import JOINTS
 
 
 def _posture(*angles: float) -> Mapping[str, float]:
-    return MappingProxyType(dict(zip(_ORDER, angles, strict=True)))
+    return MappingProxyType(dict(zip(JOINTS, angles, strict=True)))
 
 
 STAND = _posture(

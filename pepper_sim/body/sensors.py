@@ -16,6 +16,7 @@ from pepper_sim.body.description import (
     LASER_MIN,
     LASER_MISS,
     LASER_PERIOD,
+    SHOVEL_ANGLES,
     SONAR_HALF_ANGLE,
     SONAR_MAX,
     SONAR_MIN,
@@ -45,25 +46,25 @@ _BUMPER_SECTOR = math.radians(115.0)  # bearings beyond this belong to the back 
 _SONARS = {"Front": "SonarFront_frame", "Back": "SonarBack_frame"}
 _LASERS = {"Front": "laser_front", "Left": "laser_left", "Right": "laser_right"}
 _GROUND_LASERS = {
-    "Shovel": ("laser_shovel", (math.radians(20.0), 0.0, math.radians(-20.0))),
+    "Shovel": ("laser_shovel", SHOVEL_ANGLES),
     "Left": ("laser_vertical_left", (0.0,)),
     "Right": ("laser_vertical_right", (0.0,)),
 }
 _GROUND_FRAME = "SurroundingFrontLaser_frame"
 _INFRARED = {"Left": "infrared_left", "Right": "infrared_right"}
 
-See = Callable[[str, np.ndarray], None]
+OnObstacles = Callable[[str, np.ndarray], None]
 
 
 class Sensors:
     """Newest readings of sonars, lasers, infrared spots and bumpers."""
 
-    def __init__(self, world: World, prefix: str, see: See, rng: np.random.Generator) -> None:
-        """`see(sensor, points)` receives what an obstacle sensor hit, in base_footprint, shape (n, 2) [m]."""
+    def __init__(self, world: World, prefix: str, on_obstacles: OnObstacles, rng: np.random.Generator) -> None:
+        """`on_obstacles(sensor, points)` receives what an obstacle sensor hit, in base_footprint, shape (n, 2) [m]."""
         model = world.model
         self._model = model
         self._world = world
-        self._see = see
+        self._on_obstacles = on_obstacles
         self._rng = rng
         self._base = model.body(prefix + "base_footprint").id
         self._hull = model.geom(prefix + "base_hull").id
@@ -133,7 +134,9 @@ class Sensors:
             )
             points = _frozen(np.where(hit, read, LASER_MISS)[:, None] * self._laser_directions)
             self.laser = {name: points[i : i + SEGMENTS] for name, i in self._laser_rows.items()}
-            self._see("Laser", true[hit, None] * self._laser_directions_in_base[hit] + self._laser_origins[hit])
+            self._on_obstacles(
+                "Laser", true[hit, None] * self._laser_directions_in_base[hit] + self._laser_origins[hit]
+            )
             for name, bundle in self._ground_lasers.items():
                 self._read_ground_laser(data, name, bundle)
 
@@ -157,10 +160,10 @@ class Sensors:
                     self.sonar[name] = min(float(read[0]), SONAR_MAX)
                     rotation, origin = bundle.pose_in_body(data, self._base)
                     point = true[0] * rotation @ bundle.directions[nearest] + origin
-                    self._see("Sonar" + name, point[None, :2])
+                    self._on_obstacles("Sonar" + name, point[None, :2])
                 else:
                     self.sonar[name] = SONAR_MAX
-                    self._see("Sonar" + name, np.zeros((0, 2)))
+                    self._on_obstacles("Sonar" + name, np.zeros((0, 2)))
 
     def _read_infrared(self, now: float) -> None:
         """A spot knows no distance, so the base's protection makes nothing of it."""

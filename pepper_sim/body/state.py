@@ -63,16 +63,16 @@ class Snapshot:
         joint_torques: Torque of the motors, gravity compensation included [N m].
         stiffness: 0 limp ... 1 full torque.
         odometry: Pose by the wheels (x, y, theta) [m, m, rad] since the last reset.
-        next_odometry: Odometry one motion cycle (20 ms) ahead.
+        next_odometry: Odometry one motion cycle ahead.
         velocity: Velocity by the wheels (vx, vy, wz) in base_footprint [m/s, m/s, rad/s].
         wheel_speeds: "FL", "FR", "B" [rad/s], positive about the wheel axis of the URDF.
         imu_base, imu_torso: Inertial sensors.
-        sonar: "Front", "Back" [m], 0.25 ... 5.
+        sonar: "Front", "Back" [m], SONAR_MIN ... SONAR_MAX.
         laser: "Front", "Left", "Right": (15, 2) float, x and y [m] in the ground frame under the device's camera,
-            Seg01 (leftmost) first; a point 5.6 m away where nothing is within 3 m.
+            Seg01 (leftmost) first; a point LASER_MISS away where nothing is within LASER_MAX.
         shovel: (3, 2) float, x and y [m] in the frame of the front laser: where the sloping light meets a surface.
         vertical: "Left", "Right": (2,) float, as shovel, one point each.
-        infrared: "Left", "Right": something is nearer than 0.4 m, 45 degrees to that side of straight ahead.
+        infrared: "Left", "Right": something is nearer than INFRARED_RANGE, 45 degrees to that side of straight ahead.
         bumpers: "FrontLeft", "FrontRight", "Back".
         touch: "FrontTactil", "MiddleTactil", "RearTactil", "HandRightBack", "HandLeftBack", "ChestButton".
         temperatures: Motor temperature per joint [°C].

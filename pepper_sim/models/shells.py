@@ -12,10 +12,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-WHEELS = ((0.09, 0.155), (-0.17, 0.0), (0.09, -0.155))
-"""Wheel centres around base_footprint, x forward and y left [m]; source: pepper.urdf of ros-naoqi/pepper_robot."""
-OUTLINE_RADIUS = 0.085
-"""The base's outline is the wheels' triangle widened by this [m]: 480 mm wide and 430 mm long."""
+from pepper_sim.body.description import OUTLINE_RADIUS, WHEEL_CENTRES
+
 HULL_BOTTOM, HULL_TOP = 0.03, 0.25
 
 SIDES = 28
@@ -114,7 +112,7 @@ def outline(angles: np.ndarray) -> np.ndarray:
     """Distance of the base's outline from its middle [m] in each direction [rad]; shape as `angles`."""
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     reach = np.zeros(np.shape(angles))
-    wheels = np.array(WHEELS)
+    wheels = np.array(WHEEL_CENTRES)
     for i, wheel in enumerate(wheels):
         # Round corner: the far crossing of a ray from the middle with the circle around the wheel.
         along = directions @ wheel

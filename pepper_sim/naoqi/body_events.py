@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 
 PERIOD = 0.02
 """How often the body is looked at [s]."""
-_SLOW = 50  # posture and battery are looked at once a second
+_SLOW_CYCLES = 50  # posture and battery are looked at once a second
 _HAND_SIDES = ("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched")
 """Documented, although only the backs of Pepper's hands can feel."""
 _EVENTS = (
@@ -56,7 +56,7 @@ class BodyEvents:
             ("TouchChanged", []),
         ):
             memory.store(key, value)
-        self._look_slowly(robot.snapshot())
+        self._poll_slow_changes(robot.snapshot())
         self._thread = threading.Thread(target=self._run, name="body-events", daemon=True)
         self._thread.start()
 
@@ -65,19 +65,19 @@ class BodyEvents:
         self._thread.join(timeout=2.0)
 
     def _run(self) -> None:
-        beat = 0
+        cycle = 0
         while not self._closing.wait(PERIOD):
             try:
                 snapshot = self._robot.snapshot()
-                self._look_at_touch(snapshot)
-                self._look_at_motion(snapshot)
-                beat += 1
-                if beat % _SLOW == 0:
-                    self._look_slowly(snapshot)
+                self._poll_touch(snapshot)
+                self._poll_motion(snapshot)
+                cycle += 1
+                if cycle % _SLOW_CYCLES == 0:
+                    self._poll_slow_changes(snapshot)
             except Exception:
                 log.exception("the body's events could not be raised")
 
-    def _look_at_touch(self, snapshot: Any) -> None:
+    def _poll_touch(self, snapshot: Any) -> None:
         changed: list[list] = []
         for name, (device, event) in TOUCH_SENSORS.items():
             changed += self._contact(event, device, bool(snapshot.touch[name]))
@@ -95,7 +95,7 @@ class BodyEvents:
             self._memory.announce("ALChestButton/SimpleClickOccurred", [])
         return ([device, pressed],)
 
-    def _look_at_motion(self, snapshot: Any) -> None:
+    def _poll_motion(self, snapshot: Any) -> None:
         failure = snapshot.move_failed
         if failure.count != self._move_failures:
             self._move_failures = failure.count
@@ -104,7 +104,7 @@ class BodyEvents:
             self._memory.announce("ALMotion/RobotIsFalling", True)
             self._memory.announce("robotHasFallen", 1)
 
-    def _look_slowly(self, snapshot: Any) -> None:
+    def _poll_slow_changes(self, snapshot: Any) -> None:
         posture = recognise(snapshot.joint_positions)
         if self._changed("posture", posture):
             self._memory.announce("PostureChanged", posture)

@@ -1,58 +1,34 @@
-"""Which services a simulated Pepper has, and what each needs."""
+"""Catalogue: makes every service of `pepper_sim.services` for one robot.
+
+A new service is a new file in that folder and nothing else: the catalogue finds its class and reads from the
+constructor's annotations what it needs, which are parts of the robot (`Catalogue.__init__` lists them) and other
+services.
+"""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+import importlib
+import inspect
+import pkgutil
 from typing import Any
 
 import qi
 
+from pepper_sim import services
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.body_events import BodyEvents
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.memory_keys import body_keys
+from pepper_sim.naoqi.motion.base import MotionBase
+from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm, Workers
 from pepper_sim.robot import Pepper
-from pepper_sim.services.al_animated_speech import ALAnimatedSpeech
-from pepper_sim.services.al_animation_player import ALAnimationPlayer
-from pepper_sim.services.al_audio_device import ALAudioDevice
-from pepper_sim.services.al_audio_player import ALAudioPlayer
-from pepper_sim.services.al_audio_recorder import ALAudioRecorder
-from pepper_sim.services.al_autonomous_life import ALAutonomousLife
-from pepper_sim.services.al_basic_awareness import ALBasicAwareness
-from pepper_sim.services.al_battery import ALBattery
-from pepper_sim.services.al_behavior_manager import DEFAULT_BEHAVIORS, ALBehaviorManager
-from pepper_sim.services.al_body_temperature import ALBodyTemperature
-from pepper_sim.services.al_dialog import ALDialog
-from pepper_sim.services.al_laser import ALLaser
 from pepper_sim.services.al_leds import ALLeds
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_motion import ALMotion
-from pepper_sim.services.al_navigation import ALNavigation
-from pepper_sim.services.al_preference_manager import ALPreferenceManager
-from pepper_sim.services.al_robot_model import ALRobotModel
-from pepper_sim.services.al_robot_posture import ALRobotPosture
-from pepper_sim.services.al_service_manager import ALServiceManager
-from pepper_sim.services.al_sonar import ALSonar
-from pepper_sim.services.al_system import ALSystem
-from pepper_sim.services.al_tablet_service import ALTabletService
-from pepper_sim.services.al_text_to_speech import ALTextToSpeech
-from pepper_sim.services.al_touch import ALTouch
-from pepper_sim.services.al_tracker import ALTracker
-from pepper_sim.services.al_video_device import ALVideoDevice
-from pepper_sim.services.autonomous_abilities import (
-    ALAutonomousBlinking,
-    ALAutonomousMoves,
-    ALBackgroundMovement,
-    ALListeningMovement,
-    ALSpeakingMovement,
-)
-from pepper_sim.services.log_manager import LogManager
-from pepper_sim.services.people import ALFaceCharacteristics, ALFaceDetection, ALPeoplePerception
-from pepper_sim.services.sensors import ALChestButton, ALSensors
-from pepper_sim.services.speech_recognition import ALSoundDetection, ALSoundLocalization, ALSpeechRecognition
 from pepper_sim.sound.room import Loudspeaker, Room
 from pepper_sim.sound.speech import Voice
 from pepper_sim.tablet.tablet import Tablet
@@ -62,45 +38,49 @@ LAST_SPOKEN = "/home/nao/last_spoken.wav"
 
 
 class Catalogue:
-    """Builds all services of one robot, in `services`, and ends them.
+    """All services of one robot.
 
-    `room` is what the robot hears and plays, `disk` its files.
+    Args:
+        tablet: The tablet behind ALTabletService; without it there is no such service.
+        seed: Seed of the microphones' noise.
+    Attributes:
+        services: Each after the services that it uses.
+        room: What the microphones pick up and what the loudspeaker plays.
+        disk: The robot's files.
+        clients: Services that clients have registered.
+        memory: ALMemory.
+    Raises:
+        TypeError: The constructor of a service asks for something that no robot has.
     """
 
-    def __init__(
-        self,
-        robot: Pepper,
-        session: qi.Session,
-        tablet: Tablet | None,
-        behaviors: Sequence[str] = DEFAULT_BEHAVIORS,
-        seed: int = 0,
-    ) -> None:
+    def __init__(self, robot: Pepper, session: qi.Session, tablet: Tablet | None, seed: int = 0) -> None:
         self.disk = RobotDisk()
         self.room = Room(Loudspeaker(), seed)
+        self.clients = ClientServices(session)
         self._workers = Workers()
         self._alarm = Alarm()
-        self.clients = ClientServices(session)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients)
-        self.motion = ALMotion(robot, self.memory, self._workers)
-        robot.world.on_reset(self.motion.stiffness.restart)
-        self._animations = ALAnimationPlayer(robot, self.motion.joints)
-        speech = ALTextToSpeech(
-            self.memory, Voice(self.room.loudspeaker, self.disk.path(LAST_SPOKEN)), self.disk, self._workers
-        )
-        self.services: list[Service] = [
-            *(self.memory, self.motion, leds, speech),
-            ALRobotPosture(robot, self.memory, self._workers, self.motion.joints),
-            ALVideoDevice(robot),
-            *self._sensors(robot),
-            *self._sound(speech),
-            *self._life(behaviors),
-            *self._perception(robot),
-            *self._system(),
-        ]
-        if tablet is not None:
-            self.services.append(ALTabletService(tablet))
+        motion = ALMotion(robot, self.memory, self._workers)
+        robot.world.on_reset(motion.stiffness.restart)
+        self.services: list[Service] = [leds, self.memory, motion]
+        self._parts: dict[type, Any] = {
+            Pepper: robot,
+            Tablet: tablet,
+            RobotDisk: self.disk,
+            Room: self.room,
+            Voice: Voice(self.room.loudspeaker, self.disk.path(LAST_SPOKEN)),
+            ClientServices: self.clients,
+            Workers: self._workers,
+            Alarm: self._alarm,
+            MotionBase: motion.base,
+            MotionJoints: motion.joints,
+            MotionStiffness: motion.stiffness,
+            **{type(service): service for service in self.services},
+        }
+        for service in service_classes():
+            self._make(service)
         self._events = BodyEvents(robot, self.memory)
 
     def close(self) -> None:
@@ -110,43 +90,39 @@ class Catalogue:
             for part in closing:
                 stack.callback(part.close)
 
-    def _sensors(self, robot: Pepper) -> list[Service]:
-        memory = self.memory
-        return [
-            *(ALSonar(robot, memory), ALLaser(), ALTouch(robot), ALBattery(robot)),
-            *(ALBodyTemperature(robot, memory), ALSensors(memory), ALChestButton(memory)),
-        ]
+    def _make(self, service: type[Service]) -> Service | None:
+        """The one object of this class, made at the first call; None if the robot lacks a part that it needs."""
+        if service not in self._parts:
+            arguments = {name: self._part(service, kind) for name, kind in _needs(service).items()}
+            if None in arguments.values():
+                self._parts[service] = None
+            else:
+                self._parts[service] = service(**arguments)
+                self.services.append(self._parts[service])
+        return self._parts[service]
 
-    def _sound(self, speech: ALTextToSpeech) -> list[Service]:
-        return [
-            ALAudioDevice(self.room, self.clients, self._alarm, self.disk),
-            ALAudioPlayer(self.room, self.disk, self._alarm),
-            ALAudioRecorder(self.room, self.disk),
-            ALAnimatedSpeech(speech, self._animations),
-            ALSpeechRecognition(self.memory),
-            ALSoundDetection(self.memory),
-            ALSoundLocalization(self.memory),
-            ALDialog(),
-        ]
+    def _part(self, service: type[Service], kind: Any) -> Any:
+        if kind in self._parts:
+            return self._parts[kind]
+        if isinstance(kind, type) and issubclass(kind, Service):
+            return self._make(kind)
+        raise TypeError(f"{service.__name__} asks for {kind!r}, which is neither a part of the robot nor a service")
 
-    def _life(self, behaviors: Sequence[str]) -> list[Service]:
-        return [
-            ALAutonomousLife(self.memory, self.motion.stiffness, behaviors),
-            ALBasicAwareness(self.memory),
-            *(ALBackgroundMovement(), ALListeningMovement(), ALSpeakingMovement()),
-            *(ALAutonomousBlinking(), ALAutonomousMoves()),
-            *(ALBehaviorManager(behaviors), self._animations),
-        ]
 
-    def _perception(self, robot: Pepper) -> list[Service]:
-        memory = self.memory
-        return [
-            *(ALTracker(robot, memory, self.motion.joints), ALNavigation(self.motion.base)),
-            *(ALFaceDetection(memory), ALFaceCharacteristics(memory), ALPeoplePerception(memory)),
+def service_classes() -> list[type[Service]]:
+    """The classes of the services, in the order of their files' names."""
+    classes = []
+    for file in pkgutil.iter_modules(services.__path__, services.__name__ + "."):
+        module = importlib.import_module(file.name)
+        classes += [
+            value
+            for value in vars(module).values()
+            if isinstance(value, type) and issubclass(value, Service) and value.__module__ == module.__name__
         ]
+    return classes
 
-    def _system(self) -> list[Service]:
-        return [
-            *(ALSystem(self.memory), ALRobotModel(), LogManager()),
-            *(ALPreferenceManager(), ALServiceManager(self.clients)),
-        ]
+
+def _needs(service: type[Service]) -> dict[str, Any]:
+    """Parameter -> type, of the constructor's parameters that have no default."""
+    parameters = inspect.signature(service, eval_str=True).parameters.values()
+    return {parameter.name: parameter.annotation for parameter in parameters if parameter.default is parameter.empty}

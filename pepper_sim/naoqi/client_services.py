@@ -12,6 +12,8 @@ from typing import Any
 
 import qi
 
+MAX_FAILURES = 3
+"""A subscriber whose calls fail this many times in a row is dropped."""
 LOOKUP_WORKERS = 4
 CALL_TIMEOUT = 5.0
 """A client that has not answered after this time [s] has failed."""

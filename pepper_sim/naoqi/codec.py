@@ -110,7 +110,8 @@ class Encoder:
     """Collects values; large raws are kept as views and not copied."""
 
     def __init__(self) -> None:
-        self._parts: list[bytearray | memoryview] = [bytearray()]
+        self._tail = bytearray()
+        self._parts: list[bytearray | memoryview] = [self._tail]
 
     def put(self, signature: str, value: Any) -> Encoder:
         """Append `value` in the one type that `signature` names.
@@ -126,7 +127,7 @@ class Encoder:
         return [part for part in self._parts if len(part)]
 
     def _put(self, kind: str, value: Any) -> None:
-        tail = self._parts[-1]
+        tail = self._tail
         head = kind[0]
         if head in _NUMBERS:
             try:
@@ -139,7 +140,8 @@ class Encoder:
         elif head == "r":
             view = memoryview(value).cast("B")
             tail += _LENGTH.pack(view.nbytes)
-            self._parts += [view, bytearray()]
+            self._tail = bytearray()
+            self._parts += [view, self._tail]
         elif head == "m":
             kind = dynamic_kind(value)
             self._put("s", kind)
@@ -272,7 +274,7 @@ OBJECT_METHODS = (
 
 def metaobject(methods: Iterable[MethodDescription], signals: Iterable[tuple[int, str, str]] = ()) -> tuple:
     """The value of type METAOBJECT for these methods and signals (uid, name, signature), OBJECT_METHODS included."""
-    table = {
+    table: dict[int, tuple] = {
         method.uid: (method.uid, method.returns, method.name, method.parameters, method.description, [], "")
         for method in (*OBJECT_METHODS, *methods)
     }

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from pepper_sim.body.description import JOINTS, LEG_JOINTS
 from pepper_sim.naoqi.service import ServiceError, finite, shown
 
 _ARM = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw", "Hand")
 HEAD = ("HeadYaw", "HeadPitch")
 LEFT_ARM = tuple("L" + joint for joint in _ARM)
 RIGHT_ARM = tuple("R" + joint for joint in _ARM)
-LEG = ("HipRoll", "HipPitch", "KneePitch")
+LEG = LEG_JOINTS
 HANDS = ("LHand", "RHand")
-BODY = (*HEAD, *LEFT_ARM, *LEG, *RIGHT_ARM)
+BODY = JOINTS
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Head": HEAD,

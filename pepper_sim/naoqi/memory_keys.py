@@ -10,7 +10,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pepper_sim.body.description import BATTERY_VOLTAGE, LASER_ANGLES, LASER_MISS, LASER_PERIOD, WHEEL_RADIUS
+from pepper_sim.body.description import (
+    BATTERY_VOLTAGE,
+    LASER_ANGLES,
+    LASER_MISS,
+    LASER_PERIOD,
+    SHOVEL_ANGLES,
+    WHEEL_RADIUS,
+    WHEELS,
+)
 from pepper_sim.body.power import DRIVE_POWER, ELECTRONICS_RISE, ROOM
 from pepper_sim.naoqi.identity import IDENTITY_KEYS
 
@@ -21,8 +29,8 @@ _DEVICE = "Device/SubDeviceList/"
 _LASER = _DEVICE + "Platform/LaserSensor/"
 _AXES = "XYZ"
 _SIDES = ("Front", "Left", "Right")
-_HORIZONTAL_SEGMENTS = range(1, 16)
-_SHOVEL_SEGMENTS = range(1, 4)
+_HORIZONTAL_SEGMENTS = range(1, len(LASER_ANGLES) + 1)
+_SHOVEL_SEGMENTS = range(1, len(SHOVEL_ANGLES) + 1)
 
 TOUCH_SENSORS: dict[str, tuple[str, str]] = {
     "FrontTactil": ("Head/Touch/Front", "FrontTactilTouched"),
@@ -51,7 +59,7 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
     keys: dict[str, Reader] = {"DCM/Time": lambda s: int(s.time * 1000) & 0x7FFFFFFF}
     for joint in joints:
         keys.update(_joint(joint))
-    for wheel in ("FL", "FR", "B"):
+    for wheel in WHEELS:
         keys.update(_wheel(wheel))
     keys.update(_inertial("InertialSensorBase", "imu_base"))
     keys.update(_inertial("InertialSensor", "imu_torso"))
@@ -59,17 +67,26 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
     keys.update(_doubtful_laser_points())
     keys.update(_laser_registers())
     for side in ("Left", "Right"):
-        keys[f"{_DEVICE}Platform/InfraredSpot/{side}/Sensor/Value"] = lambda s, side=side: float(s.infrared[side])
+        keys[f"{_DEVICE}Platform/InfraredSpot/{side}/Sensor/Value"] = _entry("infrared", side)
     for side in ("Front", "Back"):
-        keys[f"{_DEVICE}Platform/{side}/Sonar/Sensor/Value"] = lambda s, side=side: float(s.sonar[side])
+        keys[f"{_DEVICE}Platform/{side}/Sonar/Sensor/Value"] = _entry("sonar", side)
     for name, (device, _) in TOUCH_SENSORS.items():
-        keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.touch[name])
+        keys[f"{_DEVICE}{device}/Sensor/Value"] = _entry("touch", name)
     for name, (device, _, _) in BUMPERS.items():
-        keys[f"{_DEVICE}{device}/Sensor/Value"] = lambda s, name=name: float(s.bumpers[name])
+        keys[f"{_DEVICE}{device}/Sensor/Value"] = _entry("bumpers", name)
     keys.update(_battery())
-    keys[f"{_DEVICE}Platform/ILS/Sensor/Value"] = lambda s: 0.0  # the power hatch is closed
-    keys.update({key: (lambda s, text=text: text) for key, text in IDENTITY_KEYS.items()})
+    keys[f"{_DEVICE}Platform/ILS/Sensor/Value"] = _constant(0.0)  # the power hatch is closed
+    keys.update({key: _constant(text) for key, text in IDENTITY_KEYS.items()})
     return keys
+
+
+def _entry(field: str, name: str) -> Reader:
+    """The number that the snapshot's map `field` holds under `name`."""
+    return lambda s: float(getattr(s, field)[name])
+
+
+def _constant(value: Any) -> Reader:
+    return lambda s: value
 
 
 def _joint(joint: str) -> dict[str, Reader]:
@@ -84,7 +101,7 @@ def _joint(joint: str) -> dict[str, Reader]:
         f"{base}/Position/Actuator/Value": actuator,
         f"{base}/Hardness/Actuator/Value": lambda s: float(s.stiffness[joint]),
         f"{base}/Temperature/Sensor/Value": lambda s: float(s.temperatures[joint]),
-        f"{base}/Temperature/Sensor/Status": lambda s: 0,
+        f"{base}/Temperature/Sensor/Status": _constant(0),
         f"{base}/ElectricCurrent/Sensor/Value": lambda s: motor_current(joint, s.joint_torques[joint]),
         f"Motion/Velocity/Sensor/{joint}": lambda s: float(s.joint_velocities[joint]),
         f"Motion/Torque/Sensor/{joint}": lambda s: float(s.joint_torques[joint]),
@@ -119,7 +136,9 @@ def motor_current(joint: str, torque: float) -> float:
 
 def _wheel(wheel: str) -> dict[str, Reader]:
     base = f"{_DEVICE}Wheel{wheel}"
-    power_per_speed = DRIVE_POWER * WHEEL_RADIUS / 3  # of one wheel [W s/rad]: the simulated battery pays as much
+    power_per_speed = (
+        DRIVE_POWER * WHEEL_RADIUS / len(WHEELS)
+    )  # of one wheel [W s/rad]: the simulated battery pays as much
     return {
         f"{base}/Speed/Sensor/Value": lambda s: float(s.wheel_speeds[wheel]),
         f"{base}/Speed/Actuator/Value": lambda s: float(s.wheel_speeds[wheel]),
@@ -127,8 +146,8 @@ def _wheel(wheel: str) -> dict[str, Reader]:
         f"{base}/ElectricCurrent/Sensor/Value": (
             lambda s: float(abs(s.wheel_speeds[wheel]) * power_per_speed / BATTERY_VOLTAGE)
         ),
-        f"{base}/Temperature/Sensor/Value": lambda s: ROOM + ELECTRONICS_RISE,
-        f"{base}/Temperature/Sensor/Status": lambda s: 0,
+        f"{base}/Temperature/Sensor/Value": _constant(ROOM + ELECTRONICS_RISE),
+        f"{base}/Temperature/Sensor/Status": _constant(0),
     }
 
 
@@ -145,7 +164,7 @@ def _battery() -> dict[str, Reader]:
     return {
         f"{base}/Charge/Sensor/Value": lambda s: float(s.battery.charge),
         f"{base}/Current/Sensor/Value": lambda s: float(s.battery.current),
-        **{key: (lambda s, value=value: float(value)) for key, value in constants.items()},
+        **{key: _constant(value) for key, value in constants.items()},
     }
 
 
@@ -153,10 +172,12 @@ def _inertial(device: str, field: str) -> dict[str, Reader]:
     keys: dict[str, Reader] = {}
     for index, axis in enumerate(_AXES):
         for name, source in (("Gyroscope", "gyro"), ("Accelerometer", "accel"), ("Angle", "angles")):
-            keys[f"{_DEVICE}{device}/{name}{axis}/Sensor/Value"] = lambda s, source=source, index=index: float(
-                getattr(getattr(s, field), source)[index]
-            )
+            keys[f"{_DEVICE}{device}/{name}{axis}/Sensor/Value"] = _imu_axis(field, source, index)
     return keys
+
+
+def _imu_axis(field: str, source: str, index: int) -> Reader:
+    return lambda s: float(getattr(getattr(s, field), source)[index])
 
 
 def _lasers() -> dict[str, Reader]:
@@ -165,18 +186,26 @@ def _lasers() -> dict[str, Reader]:
     for axis_index, axis in enumerate("XY"):
         for side in _SIDES:
             for segment in _HORIZONTAL_SEGMENTS:
-                keys[f"{_LASER}{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"] = (
-                    lambda s, side=side, row=segment - 1, at=axis_index: float(s.laser[side][row, at])
+                keys[f"{_LASER}{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"] = _laser_point(
+                    side, segment - 1, axis_index
                 )
         for segment in _SHOVEL_SEGMENTS:
-            keys[f"{_LASER}Front/Shovel/Seg{segment:02d}/{axis}/Sensor/Value"] = (
-                lambda s, row=segment - 1, at=axis_index: float(s.shovel[row, at])
-            )
+            keys[f"{_LASER}Front/Shovel/Seg{segment:02d}/{axis}/Sensor/Value"] = _shovel_point(segment - 1, axis_index)
         for side in ("Left", "Right"):
-            keys[f"{_LASER}Front/Vertical/{side}/Seg01/{axis}/Sensor/Value"] = (
-                lambda s, side=side, at=axis_index: float(s.vertical[side][at])
-            )
+            keys[f"{_LASER}Front/Vertical/{side}/Seg01/{axis}/Sensor/Value"] = _vertical_point(side, axis_index)
     return keys
+
+
+def _laser_point(side: str, row: int, axis: int) -> Reader:
+    return lambda s: float(s.laser[side][row, axis])
+
+
+def _shovel_point(row: int, axis: int) -> Reader:
+    return lambda s: float(s.shovel[row, axis])
+
+
+def _vertical_point(side: str, axis: int) -> Reader:
+    return lambda s: float(s.vertical[side][axis])
 
 
 def _doubtful_laser_points() -> dict[str, Reader]:
@@ -190,7 +219,7 @@ def _doubtful_laser_points() -> dict[str, Reader]:
         for axis, far in (("X", LASER_MISS * math.cos(angle)), ("Y", LASER_MISS * math.sin(angle))):
             for side in _SIDES:
                 for kind in ("UncertainObstacle", "AnnoyingReflection"):
-                    keys[f"{_LASER}{side}/{kind}/Seg{segment:02d}/{axis}/Sensor/Value"] = lambda s, far=far: far
+                    keys[f"{_LASER}{side}/{kind}/Seg{segment:02d}/{axis}/Sensor/Value"] = _constant(far)
     return keys
 
 
@@ -206,9 +235,9 @@ def _laser_registers() -> dict[str, Reader]:
         base = f"{_LASER}{side}/Reg/"
         mode = 7.0 if side == "Front" else 1.0
         for part in ("Sensor", "Actuator"):
-            keys[f"{base}OperationMode/{part}/Value"] = lambda s, mode=mode: mode
+            keys[f"{base}OperationMode/{part}/Value"] = _constant(mode)
         keys[f"{base}FrameCount/Sensor/Value"] = lambda s: float(int(s.time / LASER_PERIOD) % 65536)
-        keys[f"{base}BoardTemp/Sensor/Value"] = lambda s: ROOM + ELECTRONICS_RISE
+        keys[f"{base}BoardTemp/Sensor/Value"] = _constant(ROOM + ELECTRONICS_RISE)
         for name in ("Status", "AssertFailCount", "RunMode", "CalibrDataVer"):
-            keys[f"{base}{name}/Sensor/Value"] = lambda s: 0.0
+            keys[f"{base}{name}/Sensor/Value"] = _constant(0.0)
     return keys

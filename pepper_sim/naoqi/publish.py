@@ -31,7 +31,7 @@ def qi_object(service: Service) -> Any:
 
 
 def raw_methods(service: Service) -> list[RawMethod]:
-    """The same for `wire_peer.RawServer`; there a method may block."""
+    """The same for `raw_server.RawServer`; there a method may block."""
 
     def blocking(binding: Binding) -> Callable[..., Any]:
         def answer(*values: Any) -> Any:
@@ -59,9 +59,9 @@ def _bound(binding: Binding) -> Callable[..., Any]:
         return _relay(binding, result) if isinstance(result, concurrent.futures.Future) else result
 
     call.__doc__ = binding.description
-    call.__qi_name__ = binding.name
-    call.__qi_signature__ = binding.parameters
-    call.__qi_return_signature__ = binding.returns
+    call.__dict__.update(
+        __qi_name__=binding.name, __qi_signature__=binding.parameters, __qi_return_signature__=binding.returns
+    )
     return call
 
 
@@ -86,8 +86,8 @@ def _relay(binding: Binding, work: concurrent.futures.Future) -> Any:
         promise = promises.pop()
         if done.cancelled():
             promise.setCanceled()
-        elif done.exception() is not None:
-            promise.setError(str(binding.explain(done.exception())))
+        elif (error := done.exception()) is not None:
+            promise.setError(str(binding.explain(error)))
         else:
             promise.setValue(None if binding.returns == "v" else done.result())
 

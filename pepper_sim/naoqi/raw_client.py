@@ -1,7 +1,7 @@
 """Calls to a client's service that carry a true raw buffer, which libqi's Python binding would send as a string.
 
-A connection of its own to the service's endpoint: authenticate, ask for the metaobject, call. Only endpoints that can
-be reached from here work: a client on another machine that listens on its own loopback cannot be called this way.
+A connection of its own to the service's endpoint: authenticate, get the metaobject, call the method. Only endpoints
+that can be reached from here work: a client on another machine that listens on its own loopback cannot be called.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ _CAPABILITIES = {
 }
 
 
-def knock(endpoint: str, timeout: float) -> None:
-    """Connect and authenticate as a client does, then leave.
+def probe(endpoint: str, timeout: float) -> None:
+    """Connect and authenticate as a client does, then disconnect.
 
     Raises:
         OSError, CodecError: Nobody answers within `timeout` [s], or not as qi services do.
     """
-    with contextlib.closing(_RawConnection(endpoint, timeout)) as wire:
-        wire.authenticate()
+    with contextlib.closing(_RawConnection(endpoint, timeout)) as connection:
+        connection.authenticate()
 
 
 class RawClient:
@@ -61,13 +61,13 @@ class RawClient:
 
     def __init__(self, endpoint: str, service: int, method: str, arity: int, timeout: float = 2.0) -> None:
         self._service = service
-        self._wire = _RawConnection(endpoint, timeout)
+        self._connection = _RawConnection(endpoint, timeout)
         try:
-            self._wire.authenticate()
-            reply = self._wire.ask(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
+            self._connection.authenticate()
+            reply = self._connection.call(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
             self._action, self._parameters = _find(Decoder(reply).get(METAOBJECT)[0], method, arity)
         except BaseException:
-            self._wire.close()
+            self._connection.close()
             raise
 
     def post(self, *arguments: Any) -> None:
@@ -76,14 +76,14 @@ class RawClient:
         Raises: OSError, CodecError: The connection is gone or an argument does not fit.
         """
         encoder = Encoder().put(self._parameters, list(arguments))
-        self._wire.send(POST, self._service, _OBJECT, self._action, encoder)
+        self._connection.send(POST, self._service, _OBJECT, self._action, encoder)
 
     def close(self) -> None:
-        self._wire.close()
+        self._connection.close()
 
 
 class _RawConnection:
-    """A connection that sends messages and waits for their answers, one at a time."""
+    """A connection that sends one message at a time and waits for its answer."""
 
     def __init__(self, endpoint: str, timeout: float) -> None:
         self._numbers = itertools.count(1)
@@ -92,14 +92,14 @@ class _RawConnection:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def authenticate(self) -> None:
-        self.ask(0, 0, _AUTHENTICATE, Encoder().put("{sm}", _CAPABILITIES))
+        self.call(0, 0, _AUTHENTICATE, Encoder().put("{sm}", _CAPABILITIES))
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def ask(self, service: int, obj: int, action: int, arguments: Encoder) -> bytes:
+    def call(self, service: int, obj: int, action: int, arguments: Encoder) -> bytes:
         number = self.send(CALL, service, obj, action, arguments)
         while True:
             header = Header.unpack(self._receive(HEADER.size))

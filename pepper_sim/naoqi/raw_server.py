@@ -87,13 +87,13 @@ class RawServer:
             _FIRST_SERVICE + index: (name, {100 + at: method for at, method in enumerate(methods)})
             for index, (name, methods) in enumerate(services.items())
         }
-        self._pool = concurrent.futures.ThreadPoolExecutor(max_workers=64, thread_name_prefix="wire-call")
+        self._pool = concurrent.futures.ThreadPoolExecutor(max_workers=64, thread_name_prefix="raw-call")
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
         self._connections: set[socket.socket] = set()
         self._lock = threading.Lock()
         self._closed = False
-        threading.Thread(target=self._accept, name="wire-accept", daemon=True).start()
+        threading.Thread(target=self._accept, name="raw-accept", daemon=True).start()
 
     def stop_listening(self) -> None:
         """Let nobody else in."""
@@ -120,7 +120,7 @@ class RawServer:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             with self._lock:
                 self._connections.add(connection)
-            threading.Thread(target=self._serve, args=(connection,), name="wire-peer", daemon=True).start()
+            threading.Thread(target=self._serve, args=(connection,), name="raw-connection", daemon=True).start()
 
     def _serve(self, connection: socket.socket) -> None:
         sending = threading.Lock()

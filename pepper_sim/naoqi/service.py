@@ -22,7 +22,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 import qi
 
@@ -41,7 +41,20 @@ class ServiceError(RuntimeError):
     """A call that cannot be done; its text, preceded by service and method, is what the client reads."""
 
 
-def remote(*signatures: str, name: str | None = None) -> Callable[[Callable], Callable]:
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+class _Remote(Protocol):
+    """A function that `remote` has marked."""
+
+    __name__: str
+    remote_signatures: tuple[str, ...]
+    remote_name: str
+
+    def __call__(self, *values: Any) -> Any: ...
+
+
+def remote(*signatures: str, name: str | None = None) -> Callable[[_F], _F]:
     """Declare a method that clients may call, once per overload.
 
     Args:
@@ -49,9 +62,10 @@ def remote(*signatures: str, name: str | None = None) -> Callable[[Callable], Ca
         name: The wire's name if the function has another one (two overloads that need two functions).
     """
 
-    def mark(function: Callable) -> Callable:
-        function.remote_signatures = signatures
-        function.remote_name = name or function.__name__
+    def mark(function: _F) -> _F:
+        marked = cast(_Remote, function)
+        marked.remote_signatures = signatures
+        marked.remote_name = name or marked.__name__
         return function
 
     return mark
@@ -74,7 +88,7 @@ class Binding:
     """Type and name of each."""
 
     @classmethod
-    def make(cls, service: str, signature: str, function: Callable[..., Any]) -> Binding:
+    def make(cls, service: str, signature: str, function: _Remote) -> Binding:
         """Bind the overload `signature`, such as "b(fff)", of a method marked with `remote`."""
         returns, parameters = split_signature(signature)
         kinds = split_signature(parameters[1:-1])
@@ -104,9 +118,15 @@ class Binding:
 
 
 class Service:
-    """Base of all services. A large one is made of several objects: see `parts`."""
+    """Base of all services. A large one is made of several objects: see `parts`.
+
+    Attributes:
+        name: What clients ask for.
+        raw_in_lists: A method answers raw data or int32 inside a list, which only `raw_server.RawServer` can send.
+    """
 
     name: ClassVar[str]
+    raw_in_lists: ClassVar[bool] = False
 
     def parts(self) -> tuple[Any, ...]:
         """The objects that hold the remote methods and the signals."""

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import qi
 
+from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.audio.microphones import BLOCK, MicrophoneStream, Preferences
 from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
@@ -59,7 +60,7 @@ class ALAudioDevice(Module):
         self._energy = False
         self._closing = threading.Event()
         self.speakersPlaying = qi.Signal("(b)")
-        self._thread = threading.Thread(target=self._tell_playing, name="speakers-playing", daemon=True)
+        self._thread = threading.Thread(target=self._report_playing, name="speakers-playing", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -150,7 +151,7 @@ class ALAudioDevice(Module):
         within(gain, 0, 100, "gain")
         within(pan, -1, 1, "pan")
         within(duration, 0.0, 600.0, "duration")
-        self._room.loudspeaker.play(sine(frequence, duration, 48000, gain / 100.0), 48000)
+        self._room.loudspeaker.play(sine(frequence, duration, SOUND_RATE, gain / 100.0), SOUND_RATE)
         return self._alarm.after(duration)
 
     @remote("v()")
@@ -181,7 +182,7 @@ class ALAudioDevice(Module):
     def setClientPreferences(self, name: str, sampleRate: int, channelsVector: int, deinterleaved: int) -> None:
         """Chooses what a client hears: 48000 Hz and channels 0 (all four), or 16000 Hz and channel 1 to 4."""
         one_of(sampleRate, BLOCK, "sampleRate")
-        one_of(channelsVector, (0,) if sampleRate == 48000 else (1, 2, 3, 4), "channelsVector")
+        one_of(channelsVector, (0,) if sampleRate == SOUND_RATE else (1, 2, 3, 4), "channelsVector")
         one_of(deinterleaved, (0, 1), "deinterleaved")
         with self._lock:
             if len(self._preferences) >= 1000:
@@ -245,7 +246,7 @@ class ALAudioDevice(Module):
     @remote("v(s)")
     def startMicrophonesRecording(self, pFileName: str) -> None:
         """Records all four microphones into a WAV file on the robot's disk."""
-        self._recorder.start(pFileName, 48000, (True, True, True, True))
+        self._recorder.start(pFileName, SOUND_RATE, [True] * MICROPHONES)
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:
@@ -257,18 +258,18 @@ class ALAudioDevice(Module):
     def _level(self, microphone: str) -> float:
         if not self._energy:
             raise ServiceError("the energy is not computed; call enableEnergyComputation first")
-        count = int(_ENERGY_WINDOW * 16000)
-        block = self._room.listen(time.monotonic() - _ENERGY_WINDOW, count, 16000)
+        count = int(_ENERGY_WINDOW * VOICE_RATE)
+        block = self._room.listen(time.monotonic() - _ENERGY_WINDOW, count, VOICE_RATE)
         return float(np.sqrt(np.mean(block[:, _MICROPHONES[microphone]].astype(np.float64) ** 2)))
 
     def _no_longer_waiting(self, _: Any) -> None:
         with self._lock:
             self._waiting -= 1
 
-    def _tell_playing(self) -> None:
-        told = False
+    def _report_playing(self) -> None:
+        reported = False
         while not self._closing.wait(_SIGNAL_PERIOD):
             playing = self._room.loudspeaker.track.playing()
-            if playing or told:
+            if playing or reported:
                 self.speakersPlaying(playing)
-            told = playing
+            reported = playing

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pepper_sim.body.description import SOUND_RATE
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.service import Module, ServiceError, remote, within
 from pepper_sim.naoqi.tasks import Alarm, chained
@@ -149,7 +150,7 @@ class ALAudioPlayer(Module):
         within(gain, 0, 100, "gain")
         within(pan, -1, 1, "pan")
         within(duration, 0.0, 600.0, "duration")
-        return self._play(_File(sine(frequence, duration, 48000, gain / 100.0), 48000), 1.0, 0.0, loop=False)
+        return self._play(_File(sine(frequence, duration, SOUND_RATE, gain / 100.0), SOUND_RATE), 1.0, 0.0, loop=False)
 
     @remote("v(sff)")
     def playWebStream(self, streamName: str, volume: float, pan: float) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.sound.room import Room
 
-RATES = (16000, 48000)
+RATES = (VOICE_RATE, SOUND_RATE)
 
 
 class ALAudioRecorder(Module):
@@ -30,7 +31,7 @@ class ALAudioRecorder(Module):
         one_of(samplerate, RATES, "samplerate")
         if (
             not isinstance(channels, list | tuple)
-            or len(channels) != 4
+            or len(channels) != MICROPHONES
             or not all(isinstance(flag, bool | int) for flag in channels)
             or not any(channels)
         ):

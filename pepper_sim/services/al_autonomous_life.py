@@ -11,6 +11,7 @@ import concurrent.futures
 import time
 from collections.abc import Collection
 
+from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.services.al_memory import ALMemory, split_stamp
@@ -30,11 +31,13 @@ class ALAutonomousLife(Module):
 
     name = "ALAutonomousLife"
 
-    def __init__(self, memory: ALMemory, stiffness: MotionStiffness, activities: Collection[str]) -> None:
+    def __init__(
+        self, memory: ALMemory, stiffness: MotionStiffness, activities: Collection[str] = INSTALLED_BEHAVIORS
+    ) -> None:
         self._memory = memory
         self._stiffness = stiffness
         self._activities = activities
-        self._born = time.monotonic()
+        self._started = time.monotonic()
         self._state = "disabled"
         self._focus: list[str] = []
         self._states: list[tuple[str, float]] = [(self._state, time.time())]
@@ -77,7 +80,7 @@ class ALAutonomousLife(Module):
     @remote("i()")
     def getLifeTime(self) -> int:
         """Returns the seconds since the robot started."""
-        return int(time.monotonic() - self._born)
+        return int(time.monotonic() - self._started)
 
     # --- focus -------------------------------------------------------------------------------------------------------
 

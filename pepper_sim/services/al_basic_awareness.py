@@ -59,8 +59,8 @@ class ALBasicAwareness(Module):
         """Whether awareness is on."""
         return self._enabled
 
-    @remote("b()")
-    def isRunning(self) -> bool:
+    @remote("b()", name="isRunning")
+    def isRunningNow(self) -> bool:
         """Whether awareness is on and not paused."""
         return self._enabled and not self._paused
 
@@ -77,7 +77,7 @@ class ALBasicAwareness(Module):
     @remote("b()")
     def isAwarenessRunning(self) -> bool:
         """Whether awareness runs (older name)."""
-        return self.isRunning()
+        return self.isRunningNow()
 
     @remote("v()")
     def pauseAwareness(self) -> None:

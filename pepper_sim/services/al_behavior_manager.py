@@ -12,10 +12,8 @@ from collections.abc import Collection
 
 import qi
 
+from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
-
-DEFAULT_BEHAVIORS = ("robotvideo/behaviour", ".lastUploadedChoregrapheBehavior/behavior_1")
-"""Installed from the start: the telepresence application's own activity, and the place of a Choregraphe upload."""
 
 
 class ALBehaviorManager(Module):
@@ -23,7 +21,7 @@ class ALBehaviorManager(Module):
 
     name = "ALBehaviorManager"
 
-    def __init__(self, installed: Collection[str]) -> None:
+    def __init__(self, installed: Collection[str] = INSTALLED_BEHAVIORS) -> None:
         self._installed = list(installed)
         self._lock = threading.Lock()
         self._running: dict[str, concurrent.futures.Future | None] = {}

@@ -22,8 +22,8 @@ from pepper_sim.robot import Pepper
 MAX_GROUPS = 1000
 MAX_DURATION = 3600.0
 _MAX_STEPS = 100
-_GLOW_PERIOD = 0.05
-_SHOWN = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
+_BODY_PERIOD = 0.05
+_BODY_LIGHTS = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
 """Light of the simulated body -> group of LEDs."""
 
 
@@ -58,7 +58,7 @@ class ALLeds(Module):
         self._changed = threading.Event()
         self._changed.set()
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._glow, name="leds", daemon=True)
+        self._thread = threading.Thread(target=self._light_body, name="leds", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -68,10 +68,7 @@ class ALLeds(Module):
 
     def memory_keys(self) -> dict[str, Reader]:
         """ALMemory keys of the LEDs."""
-        return {
-            f"Device/SubDeviceList/{led}/Actuator/Value": lambda _, led=led: self._fades[led].at(time.monotonic())
-            for led in LEDS
-        }
+        return {f"Device/SubDeviceList/{led}/Actuator/Value": self._reader(led) for led in LEDS}
 
     # --- switching ---------------------------------------------------------------------------------------------------
 
@@ -183,6 +180,9 @@ class ALLeds(Module):
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
+    def _reader(self, led: str) -> Reader:
+        return lambda _: self._fades[led].at(time.monotonic())
+
     def _leds(self, name: str) -> list[str]:
         name = name.removeprefix("Device/SubDeviceList/").removesuffix("/Actuator/Value")
         if name in self._fades:
@@ -206,7 +206,7 @@ class ALLeds(Module):
             self._set([led for led in leds if channel(led) == index], part, duration)
         return self._alarm.after(duration)
 
-    def _glow(self) -> None:
+    def _light_body(self) -> None:
         """Show the lights on the body while they change."""
         while not self._closing.is_set():
             self._changed.wait()
@@ -214,11 +214,11 @@ class ALLeds(Module):
             fading = True
             while fading and not self._closing.is_set():
                 now = time.monotonic()
-                for part, group in _SHOWN.items():
+                for part, group in _BODY_LIGHTS.items():
                     self._robot.set_light(part, *self._mean_colour(group, now))
                 fading = any(fade.end > now for fade in self._fades.values())
                 if fading:
-                    self._closing.wait(_GLOW_PERIOD)
+                    self._closing.wait(_BODY_PERIOD)
 
     def _mean_colour(self, group: str, now: float) -> list[float]:
         parts: list[list[float]] = [[], [], []]

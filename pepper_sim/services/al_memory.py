@@ -19,14 +19,13 @@ from typing import Any
 
 import qi
 
-from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 
 log = logging.getLogger(__name__)
 
 _HISTORY_LENGTH = 32
-_CALLBACK_FAILURES = 3
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not fill the memory."""
 
@@ -311,11 +310,9 @@ class ALMemory(Module):
     def _unsubscribe(self, event: str, service: str) -> None:
         with self._lock:
             topic = self._topics.get(event)
-            before = list(topic.callbacks) if topic else []
-            kept = [known for known in before if known.service != service]
-            if len(kept) == len(before):
+            if topic is None or service not in [known.service for known in topic.callbacks]:
                 raise ServiceError(f"'{service}' has not subscribed to event '{event}'")
-            topic.callbacks = kept
+            topic.callbacks = [known for known in topic.callbacks if known.service != service]
 
     def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
         """Call a client's service and return at once. One that is gone, or fails three times in a row, is dropped."""
@@ -323,7 +320,7 @@ class ALMemory(Module):
         def done(call: concurrent.futures.Future) -> None:
             error = None if call.cancelled() else call.exception()
             callback.failures = callback.failures + 1 if error else 0
-            if callback.failures >= _CALLBACK_FAILURES or (error and not self._clients.exists(callback.service)):
+            if callback.failures >= MAX_FAILURES or (error and not self._clients.exists(callback.service)):
                 self._drop(event, topic, callback, str(error))
 
         message = callback.service if callback.message is None else callback.message

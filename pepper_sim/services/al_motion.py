@@ -10,7 +10,7 @@ from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.config import MotionConfig
 from pepper_sim.naoqi.motion.frames import MotionFrames
 from pepper_sim.naoqi.motion.joints import MotionJoints
-from pepper_sim.naoqi.motion.reflexes import MotionSafety
+from pepper_sim.naoqi.motion.reflexes import MotionReflexes
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, remote
 from pepper_sim.naoqi.tasks import MotionTasks, Workers
@@ -30,7 +30,7 @@ class ALMotion(Module):
         self.base = MotionBase(robot, workers, self.tasks)
         self.joints = MotionJoints(robot, self.tasks)
         self.stiffness = MotionStiffness(robot, memory, workers, self.tasks, self.joints)
-        self._others = (MotionFrames(robot), MotionConfig(robot, self.tasks), MotionSafety(robot, memory))
+        self._others = (MotionFrames(robot), MotionConfig(robot, self.tasks), MotionReflexes(robot, memory))
 
     def parts(self) -> tuple[Any, ...]:
         return (self, self.base, self.joints, self.stiffness, *self._others)

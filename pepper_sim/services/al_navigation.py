@@ -10,6 +10,7 @@ import concurrent.futures
 import math
 from typing import Any
 
+from pepper_sim.body.description import SECURITY_DISTANCE_AHEAD
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.service import Module, ServiceError, remote, within
 
@@ -25,7 +26,7 @@ class ALNavigation(Module):
 
     def __init__(self, base: MotionBase) -> None:
         self._base = base
-        self._security_distance = 0.4
+        self._security_distance = SECURITY_DISTANCE_AHEAD
 
     @remote("b(ff)")
     def navigateTo(self, x: float, y: float) -> concurrent.futures.Future:

@@ -68,12 +68,12 @@ class ALSystem(Service):
     @remote("i()")
     def freeMemory(self) -> int:
         """Returns the free memory [kB]."""
-        return _memory("MemAvailable")
+        return _meminfo("MemAvailable")
 
     @remote("i()")
     def totalMemory(self) -> int:
         """Returns all memory [kB]."""
-        return _memory("MemTotal")
+        return _meminfo("MemTotal")
 
     @remote("v()")
     def reboot(self) -> None:
@@ -86,7 +86,7 @@ class ALSystem(Service):
         raise ServiceError("a simulated robot cannot be shut down from here")
 
 
-def _memory(field: str) -> int:
+def _meminfo(field: str) -> int:
     """A line of /proc/meminfo [kB], at most what an int32 holds."""
     for line in Path("/proc/meminfo").read_text().splitlines():
         if line.startswith(field + ":"):

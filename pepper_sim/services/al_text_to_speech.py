@@ -22,7 +22,7 @@ from pepper_sim.naoqi.speech_languages import LANGUAGES
 from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import write_wave
-from pepper_sim.sound.speech import SPEAKER, Manner, Voice, synthesise
+from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SPEAKER, SpeechStyle, Voice, synthesise
 
 MAX_TEXT, MAX_QUEUE = 20_000, 50
 _TAG = re.compile(r"\\+\s*([A-Za-z]+)\s*(?:=\s*([^\\]*))?\\+")
@@ -32,12 +32,12 @@ _PARAMETERS = {
     "doubleVoice": (0.0, 4.0, 0.0),
     "doubleVoiceLevel": (0.0, 4.0, 0.0),
     "doubleVoiceTimeShift": (0.0, 0.5, 0.0),
-    "speed": (50.0, 400.0, 100.0),
-    "defaultVoiceSpeed": (50.0, 400.0, 100.0),
+    "speed": (50.0, MAX_SPEED, 100.0),
+    "defaultVoiceSpeed": (50.0, MAX_SPEED, 100.0),
     "pitch": (50.0, 200.0, 100.0),
 }
 """Name -> (least, greatest, default)."""
-_SILENCE: dict[str, Any] = {
+_INITIAL_VALUES: dict[str, Any] = {
     "TextStarted": False,
     "TextDone": True,
     "TextInterrupted": False,
@@ -67,8 +67,8 @@ class ALTextToSpeech(Module):
         self._number = 0
         self.synchroTTS = qi.Signal("(m)")
         self.languageTTS = qi.Signal("(s)")
-        memory.declare((f"ALTextToSpeech/{event}" for event in _SILENCE), self.name)
-        for event, value in _SILENCE.items():
+        memory.declare((f"ALTextToSpeech/{event}" for event in _INITIAL_VALUES), self.name)
+        for event, value in _INITIAL_VALUES.items():
             memory.store(f"ALTextToSpeech/{event}", value)
         voice.on_begin, voice.on_word, voice.on_end = self._begun, self._word, self._ended
 
@@ -88,9 +88,9 @@ class ALTextToSpeech(Module):
     @remote("i(ss)")
     def sayToFile(self, pStringToSay: str, pFileName: str) -> concurrent.futures.Future:
         """Says a text into a WAV file on the robot's disk."""
-        text, manner = self._prepare(pStringToSay, LANGUAGES[self._language][1])
+        text, style = self._prepare(pStringToSay, LANGUAGES[self._language][1])
         target = self._disk.path(pFileName)
-        return self._workers.run(self._write, text, manner, target)
+        return self._workers.run(self._write, text, style, target)
 
     @remote("v()")
     def stopAll(self) -> None:
@@ -99,12 +99,12 @@ class ALTextToSpeech(Module):
 
     def speak(self, text: str, voice: str | None = None) -> concurrent.futures.Future | None:
         """For the other services: queue a text; done when said. None when there is nothing to say."""
-        text, manner = self._prepare(text, voice or LANGUAGES[self._language][1])
+        text, style = self._prepare(text, voice or LANGUAGES[self._language][1])
         if not text.strip():
             return None
         if self._voice.waiting() >= MAX_QUEUE:
             raise ServiceError(f"{MAX_QUEUE} texts are waiting already")
-        return chained(self._voice.say(text, manner), lambda _: None)
+        return chained(self._voice.say(text, style), lambda _: None)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
@@ -191,21 +191,21 @@ class ALTextToSpeech(Module):
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
-    def _prepare(self, text: str, voice: str) -> tuple[str, Manner]:
-        """The text without tags, and the manner they and the settings ask for."""
+    def _prepare(self, text: str, voice: str) -> tuple[str, SpeechStyle]:
+        """The text without tags, and the style they and the settings ask for."""
         if len(text) > MAX_TEXT:
             raise ServiceError(f"the text has {len(text)} characters; at most {MAX_TEXT} can be said at once")
         shift = self._parameters["pitchShift"]
         pitch = self._parameters["pitch"] * (shift if shift >= 0.5 else 1.0)
-        default = Manner(voice, self._parameters["speed"], pitch, self._volume)
-        manner = default
+        default = SpeechStyle(voice, self._parameters["speed"], pitch, self._volume)
+        style = default
         for name, value in _TAG.findall(text):
-            manner = _apply(manner, default, name.lower(), value)
+            style = _apply(style, default, name.lower(), value)
         pauses = _TAG.sub(lambda match: ", " if match.group(1).lower() == "pau" else " ", _ANIMATION.sub(" ", text))
-        return re.sub(r"\s+", " ", pauses).strip(" "), manner
+        return re.sub(r"\s+", " ", pauses).strip(" "), style
 
-    def _write(self, text: str, manner: Manner, target: Path) -> int:
-        write_wave(target, *synthesise(text, manner))
+    def _write(self, text: str, style: SpeechStyle, target: Path) -> int:
+        write_wave(target, *synthesise(text, style))
         return 0
 
     def _begun(self, text: str) -> None:
@@ -232,17 +232,17 @@ class ALTextToSpeech(Module):
         self._memory.announce(f"ALTextToSpeech/{event}", value)
 
 
-def _apply(manner: Manner, default: Manner, tag: str, value: str) -> Manner:
-    """The manner after a tag."""
+def _apply(style: SpeechStyle, default: SpeechStyle, tag: str, value: str) -> SpeechStyle:
+    """The style after a tag."""
     if tag == "rst":
         return default
     if not value.strip().isdigit():
-        return manner
+        return style
     number = float(value)
     if tag == "rspd":
-        return replace(manner, speed=within(number, 20.0, 400.0, "\\rspd\\"))
+        return replace(style, speed=within(number, MIN_SPEED, MAX_SPEED, "\\rspd\\"))
     if tag == "vct":
-        return replace(manner, pitch=within(number, 50.0, 200.0, "\\vct\\"))
+        return replace(style, pitch=within(number, 50.0, 200.0, "\\vct\\"))
     if tag == "vol":
-        return replace(manner, volume=within(number, 0.0, 100.0, "\\vol\\") / 100.0)
-    return manner
+        return replace(style, volume=within(number, 0.0, 100.0, "\\vol\\") / 100.0)
+    return style

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from pepper_sim.naoqi.motion.frames import FRAME_LINKS
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.service import Module, ServiceError, finite, one_of, remote, shown
 from pepper_sim.robot import Pepper
@@ -18,7 +19,6 @@ from pepper_sim.services.al_memory import ALMemory
 
 MODES = ("Head", "WholeBody", "Move", "Navigate")
 TARGETS = ("Face", "LandMark", "LandMarks", "People", "RedBall", "Sound")
-_FRAME_LINKS = {0: "torso", 1: None, 2: "base_footprint"}
 
 
 class ALTracker(Module):
@@ -89,7 +89,7 @@ class ALTracker(Module):
     @remote("[f](i)")
     def getTargetPosition(self, pFrame: int) -> list[float]:
         """Where the target is; unknown: []."""
-        one_of(pFrame, _FRAME_LINKS, "pFrame")
+        one_of(pFrame, FRAME_LINKS, "pFrame")
         return []
 
     @remote("v(sm)")
@@ -183,11 +183,11 @@ class ALTracker(Module):
 
     def _seen_from_neck(self, position: list[float], frame: int) -> np.ndarray:
         """A place relative to the neck joint, in the torso's axes [m]."""
-        one_of(frame, _FRAME_LINKS, "frame")
+        one_of(frame, FRAME_LINKS, "frame")
         if len(position) != 3:
             raise ServiceError(f"position must be [x, y, z], got {len(position)} numbers")
         with self._robot.world.locked():
-            link = _FRAME_LINKS[frame]
+            link = FRAME_LINKS[frame]
             reference = np.eye(4) if link is None else self._robot.link_pose(link)
             torso, head = self._robot.link_pose("torso"), self._robot.link_pose("Head")
         place = (reference @ [*position, 1.0])[:3]

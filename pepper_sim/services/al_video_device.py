@@ -9,7 +9,7 @@ Each call waits for a picture that this subscriber has not had, at most about a 
 shown. A client that dies leaves its subscription behind, as on the robot; it ends after five minutes without a call.
 Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as ros-naoqi/naoqi_driver checks them.
 
-The service runs on `wire_peer.RawServer`, which can answer a list with raw and int32 in it; its methods may block.
+The service runs on `raw_server.RawServer`, which can answer a list with raw and int32 in it; its methods may block.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ MAX_INSTANCES = 8
 """Subscriptions that may share a name; the next one is refused."""
 FORGET_AFTER = 300.0
 """A subscription that was not used for so long [s] ends."""
-_HOUSEKEEPING = 1.0
+_CLEANUP_PERIOD = 1.0
 
 
 @dataclass
-class _Eye:
+class _CameraView:
     """One camera of a subscription, and its last picture."""
 
     camera: Camera
@@ -49,7 +49,7 @@ class _Eye:
 @dataclass
 class _Subscription:
     name: str
-    eyes: list[_Eye]
+    views: list[_CameraView]
     fps: int
     used: float = field(default_factory=time.monotonic)
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -59,22 +59,23 @@ class ALVideoDevice(Module):
     """Pictures of the robot's cameras for any number of clients."""
 
     name = "ALVideoDevice"
+    raw_in_lists = True
 
     def __init__(self, robot: Pepper) -> None:
-        self.settings = VideoSettings(robot, self._eye)
+        self.settings = VideoSettings(robot, self._camera_of)
         self._streams = Streams(robot)
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
         self._closing = threading.Event()
-        self._keeper = threading.Thread(target=self._keep_house, name="video-housekeeping", daemon=True)
-        self._keeper.start()
+        self._cleanup = threading.Thread(target=self._end_unused, name="video-cleanup", daemon=True)
+        self._cleanup.start()
 
     def parts(self) -> tuple[Any, ...]:
         return (self, self.settings)
 
     def close(self) -> None:
         self._closing.set()
-        self._keeper.join(timeout=2.0)
+        self._cleanup.join(timeout=2.0)
         self._streams.close()
 
     # --- subscriptions -----------------------------------------------------------------------------------------------
@@ -125,13 +126,13 @@ class ALVideoDevice(Module):
     def getImageRemote(self, name: str) -> list | None:
         """Returns the next picture of a subscription; None for an unknown handle or when the camera is shut."""
         subscription = self._use(name)
-        return self._image(subscription, subscription.eyes[0]) if subscription is not None else None
+        return self._image(subscription, subscription.views[0]) if subscription is not None else None
 
     @remote("m(s)")
     def getImagesRemote(self, name: str) -> list | None:
         """Returns the next picture of each camera of a subscription."""
         subscription = self._use(name)
-        return [self._image(subscription, eye) for eye in subscription.eyes] if subscription is not None else None
+        return [self._image(subscription, view) for view in subscription.views] if subscription is not None else None
 
     @remote("m(s)")
     def getDirectRawImageRemote(self, name: str) -> list | None:
@@ -163,28 +164,28 @@ class ALVideoDevice(Module):
     @remote("b(si)")
     def setResolution(self, name: str, resolution: int) -> bool:
         """Changes the size of a subscription's pictures."""
-        for eye in self._eyes(name):
-            if resolution not in eye.camera.resolutions:
-                raise ServiceError(_unknown("resolution", resolution, eye.camera.resolutions, eye.camera))
-        for eye in self._eyes(name):
-            eye.resolution = resolution
+        for view in self._views(name):
+            if resolution not in view.camera.resolutions:
+                raise ServiceError(_unknown("resolution", resolution, view.camera.resolutions, view.camera))
+        for view in self._views(name):
+            view.resolution = resolution
         return True
 
     @remote("b(si)")
     def setColorSpace(self, name: str, colorSpace: int) -> bool:
         """Changes the colour space of a subscription's pictures."""
-        for eye in self._eyes(name):
-            if colorSpace not in eye.camera.spaces:
-                raise ServiceError(_unknown("colorSpace", colorSpace, eye.camera.spaces, eye.camera))
-        for eye in self._eyes(name):
-            eye.space = colorSpace
+        for view in self._views(name):
+            if colorSpace not in view.camera.spaces:
+                raise ServiceError(_unknown("colorSpace", colorSpace, view.camera.spaces, view.camera))
+        for view in self._views(name):
+            view.space = colorSpace
         return True
 
     @remote("b(si)")
     def setFrameRate(self, name: str, frameRate: int) -> bool:
         """Changes a subscription's pictures per second."""
         subscription = self._require(name)
-        if not 1 <= frameRate <= max(eye.camera.max_fps for eye in subscription.eyes):
+        if not 1 <= frameRate <= max(view.camera.max_fps for view in subscription.views):
             raise ServiceError(f"frameRate {frameRate} is not possible")
         subscription.fps = frameRate
         return True
@@ -192,12 +193,12 @@ class ALVideoDevice(Module):
     @remote("i(s)")
     def getResolution(self, name: str) -> int:
         """Returns the resolution id of a subscription."""
-        return self._eyes(name)[0].resolution
+        return self._views(name)[0].resolution
 
     @remote("i(s)")
     def getColorSpace(self, name: str) -> int:
         """Returns the colour space id of a subscription."""
-        return self._eyes(name)[0].space
+        return self._views(name)[0].space
 
     @remote("i(s)")
     def getFrameRate(self, name: str) -> int:
@@ -208,16 +209,17 @@ class ALVideoDevice(Module):
     def setActiveCamera(self, name: str, cameraIndex: int) -> bool:
         """Points a subscription at another camera."""
         camera = known_camera(self.settings.cameras, cameraIndex)
-        eye = self._eyes(name)[0]
-        if eye.resolution not in camera.resolutions or eye.space not in camera.spaces:
-            raise ServiceError(f"{camera.name} cannot deliver resolution {eye.resolution} in colour space {eye.space}")
-        eye.camera = camera
+        view = self._views(name)[0]
+        if view.resolution not in camera.resolutions or view.space not in camera.spaces:
+            wanted = f"resolution {view.resolution} in colour space {view.space}"
+            raise ServiceError(f"{camera.name} cannot deliver {wanted}")
+        view.camera = camera
         return True
 
     @remote("i(s)")
     def getActiveCamera(self, name: str) -> int:
         """Returns the camera of a subscription."""
-        return self._eyes(name)[0].camera.index
+        return self._views(name)[0].camera.index
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -226,13 +228,13 @@ class ALVideoDevice(Module):
         if problem:
             log.warning("subscription '%s' refused: %s", shown(name)[1:-1], problem)
             return ""
-        eyes = [_Eye(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
+        views = [_CameraView(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
         with self._lock:
             for number in range(1, MAX_INSTANCES + 1):
                 handle = name if number == 1 else f"{name}_{number}"
                 if handle not in self._subscriptions:
                     self._subscriptions[handle] = _Subscription(
-                        name, eyes, min(fps, min(e.camera.max_fps for e in eyes))
+                        name, views, min(fps, min(e.camera.max_fps for e in views))
                     )
                     return handle
         log.warning("subscription '%s' refused: %d of this name exist already", name, MAX_INSTANCES)
@@ -267,28 +269,28 @@ class ALVideoDevice(Module):
             raise ServiceError(f"there is no subscription '{shown(handle)[1:-1]}'")
         return subscription
 
-    def _eyes(self, handle: str) -> list[_Eye]:
-        return self._require(handle).eyes
+    def _views(self, handle: str) -> list[_CameraView]:
+        return self._require(handle).views
 
-    def _eye(self, handle: str) -> Camera:
-        return self._eyes(handle)[0].camera
+    def _camera_of(self, handle: str) -> Camera:
+        return self._views(handle)[0].camera
 
-    def _image(self, subscription: _Subscription, eye: _Eye) -> list | None:
-        camera = eye.camera
+    def _image(self, subscription: _Subscription, view: _CameraView) -> list | None:
+        camera = view.camera
         if not self.settings.is_open(camera):
             return None
         with subscription.lock:  # two calls under one handle get two pictures
             flips = self.settings.parameters[camera.index].flips
-            key = (camera.name, eye.resolution, subscription.fps, *flips)
-            shot = self._streams.read(camera, key, eye.space, eye.cursor)
-        if shot is None:
+            key = (camera.name, view.resolution, subscription.fps, *flips)
+            image = self._streams.read(camera, key, view.space, view.cursor)
+        if image is None:
             return None
-        width, height = RESOLUTIONS[eye.resolution]
-        head = [width, height, camera.spaces[eye.space], eye.space, *split_stamp(shot.stamp), shot.data]
+        width, height = RESOLUTIONS[view.resolution]
+        head = [width, height, camera.spaces[view.space], view.space, *split_stamp(image.stamp), image.data]
         return [*head, camera.index, camera.fovx / 2, camera.fovy / 2, -camera.fovx / 2, -camera.fovy / 2]
 
-    def _keep_house(self) -> None:
-        while not self._closing.wait(_HOUSEKEEPING):
+    def _end_unused(self) -> None:
+        while not self._closing.wait(_CLEANUP_PERIOD):
             self._streams.close_idle()
             self.forget_unused(FORGET_AFTER)
 

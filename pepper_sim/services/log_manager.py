@@ -85,7 +85,7 @@ class LogManager(Service):
         self._providers = itertools.count(1)
         self._numbers = itertools.count(1)
         self._lock = threading.Lock()
-        self._telling = threading.local()
+        self._reporting = threading.local()
         self._location = f"simulated:{os.getpid()}"
         self._handler = _Handler(self._report)
         logging.getLogger(_LOGGER).addHandler(self._handler)
@@ -126,9 +126,9 @@ class LogManager(Service):
         """Forgets a source of messages."""
 
     def _report(self, level: int, source: str, category: str, text: str, created: float) -> None:
-        if getattr(self._telling, "busy", False):
+        if getattr(self._reporting, "busy", False):
             return  # a listener's own trouble is not told to listeners
-        self._telling.busy = True
+        self._reporting.busy = True
         try:
             nanoseconds = int(created * 1e9)
             stamp = tuple(split_stamp(created))
@@ -139,4 +139,4 @@ class LogManager(Service):
             for listener in listeners:
                 listener.report(message)
         finally:
-            self._telling.busy = False
+            self._reporting.busy = False

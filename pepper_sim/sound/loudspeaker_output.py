@@ -40,7 +40,10 @@ class LoudspeakerOutput:
 
     def __init__(self, track: Track, device: str = "none", record: Path | None = None) -> None:
         self._track = track
-        self._stream, self._file = _open(record) if record else (None, None)
+        self._stream: BinaryIO | None = None
+        self._file: wave.Wave_write | None = None
+        if record:
+            self._stream, self._file = _open(record)
         self.record_start = time.monotonic()
         """When the file's first sample was played [s, monotonic]."""
         self._sink = _Sink(device) if device != "none" else None

@@ -15,9 +15,10 @@ from typing import TypeVar
 
 import numpy as np
 
-MEMORY = 12.0
+from pepper_sim.body.description import MICROPHONES
+
+HISTORY = 12.0
 """How long a sound is remembered after its end [s]."""
-MICROPHONES = 4
 LOUDSPEAKER_IN_MICROPHONE = 0.3
 """Share of the loudspeaker's amplitude that reaches the microphones of the same head."""
 NOISE_FLOOR = 12.0 / 32768.0
@@ -42,20 +43,20 @@ _S = TypeVar("_S", bound=Sound)
 
 
 class Stream(Sound):
-    """A sound that grows at its end: buffers that arrive one after the other, heard without a seam.
+    """A sound that grows at its end: buffers that arrive one after the other and play without a gap.
 
-    What is older than `MEMORY` may be forgotten.
+    What is older than `HISTORY` may be forgotten.
     """
 
     def __init__(self, rate: int, start: float) -> None:
-        self._buffer = np.zeros(int(2 * MEMORY * rate), np.float32)
+        self._buffer = np.zeros(int(2 * HISTORY * rate), np.float32)
         self._count = 0
         super().__init__(self._buffer[:0], rate, start)
 
     def append(self, samples: np.ndarray) -> None:
-        """Add float32 samples, at most `MEMORY` seconds of them at once."""
+        """Add float32 samples, at most `HISTORY` seconds of them at once."""
         if self._count + len(samples) > len(self._buffer):
-            keep = min(self._count, len(self._buffer) - len(samples), int(MEMORY * self.rate))
+            keep = min(self._count, len(self._buffer) - len(samples), int(HISTORY * self.rate))
             self._buffer[:keep] = self._buffer[self._count - keep : self._count]
             self.start += (self._count - keep) / self.rate
             self._count = keep
@@ -86,7 +87,7 @@ class Track:
 
     def _add(self, sound: _S) -> _S:
         with self._lock:
-            limit = time.monotonic() - MEMORY
+            limit = time.monotonic() - HISTORY
             self._sounds = [known for known in self._sounds if known.end > limit]
             self._sounds.append(sound)
         return sound
@@ -162,11 +163,11 @@ class Room:
             (count, 4) int16: rear left, rear right, front left, front right. All hear the same sound and noise of
             their own; where a sound comes from is not modelled.
         """
-        heard = self.surroundings.render(start, count, rate)
-        heard += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
+        sound = self.surroundings.render(start, count, rate)
+        sound += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
         with self._lock:
             noise = self._random.standard_normal((count, MICROPHONES), np.float32) * np.float32(NOISE_FLOOR)
-        return (np.clip(heard[:, None] + noise, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
+        return (np.clip(sound[:, None] + noise, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
 
 
 def sine(frequency: float, duration: float, rate: int, amplitude: float = 1.0) -> np.ndarray:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from pepper_sim.sound.room import Sound, Track, read_wave, sine
-from pepper_sim.sound.speech import Manner, synthesise
+from pepper_sim.sound.speech import SpeechStyle, synthesise
 
 TONE = "tone"
 _TONE = (440.0, 0.1)  # [Hz], amplitude
 _AHEAD = 4.0
 """Seconds that a repeated sound is prepared before it is heard."""
-_PERSON = Manner(voice="en-us", speed=90.0, volume=0.5)
+_PERSON = SpeechStyle(voice="en-us", speed=90.0, volume=0.5)
 
 
 class RoomSounds:

@@ -27,11 +27,12 @@ WORDS_PER_MINUTE = 175
 """espeak-ng's own default; speed 100 %."""
 _SYNTHESIS_TIMEOUT = 20.0
 _SILENT_RATE = 16000
-_MIN_SPEED, _MAX_SPEED = 20.0, 400.0
+MIN_SPEED, MAX_SPEED = 20.0, 400.0
+"""Slowest and fastest speech [%]."""
 
 
 @dataclass(frozen=True)
-class Manner:
+class SpeechStyle:
     """How a text is said: espeak-ng's voice, speed [%], pitch [%], loudness 0 to 1."""
 
     voice: str = "en-us"
@@ -45,24 +46,24 @@ class Utterance:
     """A text in the queue; `future` is done when it has been said: true, or false when it was interrupted."""
 
     text: str
-    manner: Manner
+    style: SpeechStyle
     future: concurrent.futures.Future = field(default_factory=concurrent.futures.Future)
 
 
-def synthesise(text: str, manner: Manner) -> tuple[np.ndarray, int]:
+def synthesise(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
     """Speak into memory.
 
     Returns:
         Samples (float32, mono) and their rate. Without espeak-ng silence of the length the text would take.
     """
     if shutil.which(SPEAKER) is None:
-        return _silence(text, manner)
-    words_per_minute = WORDS_PER_MINUTE * min(max(manner.speed, _MIN_SPEED), _MAX_SPEED) / 100.0
-    pitch = min(max(50.0 * manner.pitch / 100.0, 0.0), 99.0)
+        return _silence(text, style)
+    words_per_minute = WORDS_PER_MINUTE * min(max(style.speed, MIN_SPEED), MAX_SPEED) / 100.0
+    pitch = min(max(50.0 * style.pitch / 100.0, 0.0), 99.0)
     command = [
         SPEAKER,
         "-v",
-        manner.voice,
+        style.voice,
         "-s",
         f"{words_per_minute:.0f}",
         "-p",
@@ -75,7 +76,7 @@ def synthesise(text: str, manner: Manner) -> tuple[np.ndarray, int]:
         return _read_wave(done.stdout)
     except (subprocess.SubprocessError, OSError, wave.Error, EOFError) as error:
         log.warning("%s could not speak: %s", SPEAKER, error)
-        return _silence(text, manner)
+        return _silence(text, style)
 
 
 def _read_wave(data: bytes) -> tuple[np.ndarray, int]:
@@ -87,8 +88,8 @@ def _read_wave(data: bytes) -> tuple[np.ndarray, int]:
     return samples.astype(np.float32) / 32768.0, rate
 
 
-def _silence(text: str, manner: Manner) -> tuple[np.ndarray, int]:
-    seconds = 60.0 * max(1, len(text.split())) / (WORDS_PER_MINUTE * manner.speed / 100.0)
+def _silence(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
+    seconds = 60.0 * max(1, len(text.split())) / (WORDS_PER_MINUTE * style.speed / 100.0)
     return np.zeros(int(seconds * _SILENT_RATE), np.float32), _SILENT_RATE
 
 
@@ -116,9 +117,9 @@ class Voice:
         self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
         self._thread.start()
 
-    def say(self, text: str, manner: Manner) -> concurrent.futures.Future:
+    def say(self, text: str, style: SpeechStyle) -> concurrent.futures.Future:
         """Queue a text; see Utterance. Cancelling the future takes it out of the queue."""
-        utterance = Utterance(text, manner)
+        utterance = Utterance(text, style)
         with self._changed:
             if self._closed:
                 utterance.future.set_result(False)
@@ -168,10 +169,10 @@ class Voice:
             _finish(utterance, said)
 
     def _speak(self, utterance: Utterance) -> bool:
-        samples, rate = synthesise(utterance.text, utterance.manner)
+        samples, rate = synthesise(utterance.text, utterance.style)
         write_wave(self.last_spoken, samples, rate)
         self.on_begin(utterance.text)
-        sound = self._loudspeaker.play(samples, rate, gain=utterance.manner.volume)
+        sound = self._loudspeaker.play(samples, rate, gain=utterance.style.volume)
         for moment, word, position in _words(utterance.text, len(samples) / rate):
             if self._wait_until(sound.start + moment):
                 break

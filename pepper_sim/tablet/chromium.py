@@ -12,9 +12,10 @@ import threading
 import time
 from typing import Any
 
+from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH, TABLET_HEIGHT, TABLET_WIDTH
 from pepper_sim.tablet.devtools import BrowserError, DevTools
 from pepper_sim.tablet.http_fetch import BAD_URL, CONNECT, HOST_LOOKUP, IO, REDIRECT_LOOP, TIMEOUT, UNKNOWN, USER_AGENT
-from pepper_sim.tablet.screen import HEIGHT, PERIOD, WIDTH, Layer
+from pepper_sim.tablet.screen import PERIOD, Layer
 from pepper_sim.tablet.web_page import draw_error_page
 from pepper_sim.tablet.web_view import Events
 
@@ -76,10 +77,11 @@ class Chromium:
 
     def _start(self) -> DevTools:
         tools = DevTools(self._handle)
-        tools.call("Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False)
+        size = {"width": TABLET_WIDTH, "height": TABLET_HEIGHT}
+        tools.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
         tools.call("Emulation.setUserAgentOverride", userAgent=USER_AGENT)
         tools.call("Page.enable")
-        tools.call("Page.startScreencast", format="jpeg", quality=80, maxWidth=WIDTH, maxHeight=HEIGHT)
+        tools.call("Page.startScreencast", format="jpeg", quality=80, maxWidth=SCREEN_WIDTH, maxHeight=SCREEN_HEIGHT)
         return tools
 
     def _handle(self, method: str, params: dict[str, Any]) -> None:

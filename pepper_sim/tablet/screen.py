@@ -11,12 +11,12 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH
 from telepresence.video.draw_text import text_width, write
 from telepresence.video.images import LatestImage
 
 log = logging.getLogger(__name__)
 
-WIDTH, HEIGHT = 640, 400  # half of the 1280x800 of Pepper's tablet
 PERIOD = 1.0 / 15.0
 """Seconds between two pictures."""
 MAX_PIXELS = 16_000_000
@@ -96,7 +96,7 @@ class Screen:
         layer = self._layer
         if layer is None:
             self._show(None)
-            self.image.put(np.zeros((HEIGHT, WIDTH, 3), np.uint8))
+            self.image.put(np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8))
             return
         content, note = layer.content, layer.note
         if isinstance(content, bytes):
@@ -108,7 +108,7 @@ class Screen:
         elif content is not None:
             picture = content.copy()
         else:
-            picture = np.full((HEIGHT, WIDTH, 3), self._background, np.uint8)
+            picture = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), self._background, np.uint8)
         if note:
             _add_note(picture, note)
         picture.flags.writeable = False  # it has two owners now
@@ -149,7 +149,7 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
     width, height = encoded_size(data)
     if not 0 < width * height <= MAX_PIXELS:
         raise ValueError(f"a picture of {width}x{height} pixels; at most {MAX_PIXELS} pixels are decoded")
-    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if pixels is None:
         raise ValueError(f"a damaged picture of {len(data)} bytes")
     if pixels.dtype == np.uint16:
@@ -166,12 +166,12 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
 def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
     """The whole picture, as large as it fits, in the middle of a (400, 640, 3) screen."""
     height, width = pixels.shape[:2]
-    scale = min(WIDTH / width, HEIGHT / height)
+    scale = min(SCREEN_WIDTH / width, SCREEN_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     if size != (width, height):
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
-    left, top = (WIDTH - size[0]) // 2, (HEIGHT - size[1]) // 2
-    screen = np.full((HEIGHT, WIDTH, 3), background, np.uint8)
+    left, top = (SCREEN_WIDTH - size[0]) // 2, (SCREEN_HEIGHT - size[1]) // 2
+    screen = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), background, np.uint8)
     screen[top : top + size[1], left : left + size[0]] = pixels
     return screen
 
@@ -179,7 +179,7 @@ def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) 
 def _add_note(picture: np.ndarray, note: str) -> None:
     """A dark band at the foot with one line, the picture dimmed above it: it is not live."""
     np.multiply(picture, 0.45, out=picture, casting="unsafe")
-    picture[HEIGHT - 48 :] = picture[HEIGHT - 48 :] // 3
-    while text_width(note, 12) > WIDTH - 40:
+    picture[SCREEN_HEIGHT - 48 :] = picture[SCREEN_HEIGHT - 48 :] // 3
+    while text_width(note, 12) > SCREEN_WIDTH - 40:
         note = note[:-5] + "..."
-    write(picture, note, WIDTH // 2, HEIGHT - 30, 12, (255, 255, 255), align=0.5)
+    write(picture, note, SCREEN_WIDTH // 2, SCREEN_HEIGHT - 30, 12, (255, 255, 255), align=0.5)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH
 from pepper_sim.tablet.http_fetch import LoadError, check_url
 from pepper_sim.tablet.screen import Layer, Screen
 from pepper_sim.tablet.web_view import BuiltInBrowser, Events
@@ -23,7 +24,7 @@ from telepresence.video.images import LatestImage
 log = logging.getLogger(__name__)
 
 _COLOUR = re.compile(r"#([0-9A-Fa-f]{2})([0-9A-Fa-f]{2})([0-9A-Fa-f]{2})")
-_WHITE = np.full((400, 640, 3), 255, np.uint8)
+_WHITE = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), 255, np.uint8)
 
 
 def _ignore(*_: Any) -> None:

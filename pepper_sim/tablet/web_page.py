@@ -7,7 +7,7 @@ import urllib.parse
 
 import numpy as np
 
-from pepper_sim.tablet.screen import HEIGHT, WIDTH
+from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH
 from telepresence.video.draw_text import write
 
 _BLOCKS = frozenset("p div h1 h2 h3 h4 h5 h6 li ul ol br tr table section header footer main article hr pre".split())
@@ -81,27 +81,33 @@ class PageReader(html.parser.HTMLParser):
 
 def draw_text_page(title: str, lines: list[str]) -> np.ndarray:
     """A page of words, (400, 640, 3) uint8 RGB."""
-    page = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+    page = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), 255, np.uint8)
     top = 36
     if title:
-        top = write(page, title[:200], 32, top, 17, _INK, weight=1.5, width=WIDTH - 64) + 8
+        top = write(page, title[:200], 32, top, 17, _INK, weight=1.5, width=SCREEN_WIDTH - 64) + 8
     for line in lines:
-        if top > HEIGHT:
+        if top > SCREEN_HEIGHT:
             break
-        top = write(page, line[:_TEXT_LIMIT], 32, top, 12, _INK, width=WIDTH - 64) + 4
+        top = write(page, line[:_TEXT_LIMIT], 32, top, 12, _INK, width=SCREEN_WIDTH - 64) + 4
     return page
 
 
 def draw_error_page(url: str, text: str) -> np.ndarray:
     """What Android's web view shows instead of a page that did not load, (400, 640, 3) uint8 RGB."""
-    page = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+    page = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), 255, np.uint8)
     page[48:104, 48:92] = _GREY  # a sheet of paper with a sad face
     page[51:101, 51:89] = 255
     page[66:71, 60:65] = page[66:71, 75:80] = _GREY
     page[84:87, 62:78] = page[87:90, 59:62] = page[87:90, 78:81] = _GREY
     top = write(page, "Web page not available", 48, 132, 18, _INK, weight=1.5)
     top = write(
-        page, f"The web page at {url[:300]} could not be loaded because:", 48, top + 8, 11, _INK, width=WIDTH - 96
+        page,
+        f"The web page at {url[:300]} could not be loaded because:",
+        48,
+        top + 8,
+        11,
+        _INK,
+        width=SCREEN_WIDTH - 96,
     )
-    write(page, text, 48, top + 8, 11, _GREY, width=WIDTH - 96)
+    write(page, text, 48, top + 8, 11, _GREY, width=SCREEN_WIDTH - 96)
     return page

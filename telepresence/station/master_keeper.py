@@ -1,8 +1,8 @@
 """Runs a roscore and brings it back when it dies, with the parameters and nodes that it had.
 
-A node of ours registers again by itself (`ros_master.MasterWatch`). What does not, robot_state_publisher for example,
-is asked to shut down over its own slave API, and roslaunch (`respawn="true"`) starts it anew. Everything goes over the
-documented Master, Parameter Server and Slave APIs: http://wiki.ros.org/ROS/Master_API.
+A node of ours registers again by itself (`telepresence_ros.master_watch`). What does not, robot_state_publisher for
+example, is asked to shut down over its own slave API, and roslaunch (`respawn="true"`) starts it anew. Everything goes
+over the documented Master, Parameter Server and Slave APIs: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations

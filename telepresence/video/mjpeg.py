@@ -71,7 +71,7 @@ class MjpegStream:
         self._parts: dict[bool, tuple[int, bytes]] = {}
         self._waiting = 0
         self._changed = gevent.event.Event()
-        self._lock = threading.Lock()  # guards _watcher against a writer's thread
+        self._lock = threading.Lock()  # protects _watcher against a writer's thread
         self._watcher: Any = None
 
     @property

@@ -106,7 +106,7 @@ class WebServer:
         self._max_connections = max_connections
         self._handler = type("Handler", (_Handler,), {"timeout": timeout})
         self._ready = threading.Event()
-        self._lock = threading.Lock()  # guards _stopper against close() from another thread
+        self._lock = threading.Lock()  # protects _stopper against close() from another thread
         self._stopper: Any = None
         self._thread = threading.Thread(target=self._run, name=f"web-server-{self.port}", daemon=True)
 

@@ -95,12 +95,12 @@ class Places:
     def __init__(self, qt: QApplication, users: Users) -> None:
         self._qt = qt
         self._users = users
-        self._door: SignInPage | None = None
+        self._sign_in: SignInPage | None = None
         self._window: OperatorWindow | None = None
 
     def __call__(self, name: str, page: str = "terminalPage") -> tuple[int, int]:
         """The middle of a widget, when this page of the deck is in front; of the sign-in page, if that is the page."""
-        if page == "door":
+        if page == "signInPage":
             return self._sign_in_position(name)
         window = self._open()
         window.show_page(window.findChild(QWidget, page))
@@ -124,15 +124,15 @@ class Places:
         return found
 
     def _sign_in_position(self, name: str) -> tuple[int, int]:
-        if self._door is None:
+        if self._sign_in is None:
             self._qt.setStyle("Fusion")
-            self._door = SignInPage(self._users)
-            self._door.setStyleSheet(style_sheet("dark"))
-            self._door.resize(1280, 720)
-            self._door.show()
+            self._sign_in = SignInPage(self._users)
+            self._sign_in.setStyleSheet(style_sheet("dark"))
+            self._sign_in.resize(1280, 720)
+            self._sign_in.show()
             self._qt.processEvents()
-        widget = self._door.findChild(QWidget, name)
-        point = widget.mapTo(self._door, widget.rect().center())
+        widget = self._sign_in.findChild(QWidget, name)
+        point = widget.mapTo(self._sign_in, widget.rect().center())
         return point.x(), point.y()
 
     def _point(self, widget: QWidget, inside: QPoint) -> tuple[int, int]:
@@ -156,7 +156,7 @@ class Places:
 
 @pytest.fixture(scope="session")
 def place(qt: QApplication, tmp_path_factory: pytest.TempPathFactory) -> Places:
-    users = Users(tmp_path_factory.mktemp("door") / "users.db")
+    users = Users(tmp_path_factory.mktemp("users") / "users.db")
     users.add("somebody", "a password of somebody", PILOT, 0)
     return Places(qt, users)
 

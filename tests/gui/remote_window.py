@@ -15,8 +15,8 @@ from pathlib import Path
 
 from PyQt5.QtCore import QCoreApplication, QObject, QTimer, pyqtSignal
 
-from gui.driving.lease_client import DriveAccess
-from gui.profiles import PROFILES
+from gui.driving.lease_client import LeaseClient
+from gui.robots import ROBOTS
 from gui.ros.link import RosLink, RosNode
 from telepresence.teleop.accounts import Users
 
@@ -27,7 +27,7 @@ class Remote(QObject):
     def __init__(self, accounts, name):
         super().__init__()
         self.node = RosNode()
-        self.access = DriveAccess(RosLink(self.node, PROFILES["pepper"]))
+        self.access = LeaseClient(RosLink(self.node, ROBOTS["pepper"]))
         self.refused = []
         self.access.refused.connect(self.refused.append)
         self.access.sign_in(Users(Path(accounts)).find(name))

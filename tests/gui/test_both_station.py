@@ -1,5 +1,6 @@
 """Both simulated robots in one world and the window with a tab for each: driving to a place in the picture, a frozen
-camera, recording. One station and one window serve all tests of this file, in its order.
+camera, recording. One station and one window serve the tests of this file; each brings its robot to the front first, so
+that it can run alone.
 
 Every state of the window is photographed on the way. With SCREENSHOTS=docs ./stack test tests/gui/test_both_station.py
 the pictures go to docs/, else to a temporary folder.
@@ -20,7 +21,7 @@ from window_station import PASSWORD, ROOT, Station
 from gui.terminal.tmux import Tmux
 from telepresence.station import processes
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
 NEAR = 0.25
 """[m] from the floor point at which the robot must end."""
@@ -85,7 +86,7 @@ def station(tmp_path_factory, free_port, wait_until):
     station.kept = folder / "kept"
     try:
         station.start_everything(free_port)
-        station.screenshot()
+        station.start_tracking()
         yield station
     finally:
         station.close()
@@ -97,7 +98,7 @@ def screen(make_screen, station):
 
 
 @pytest.fixture(autouse=True)
-def hands_off(screen):
+def nothing_held(screen):
     """A test that failed leaves nothing pressed."""
     yield
     screen.let_go()
@@ -111,12 +112,12 @@ WHERE = textwrap.dedent("""
     application.setStyle("Fusion")
     from gui import theme
     from gui.__main__ import leave, parse, make_tabs
-    from gui.memory import Memory
-    from gui.ros_link import RosNode
-    from gui.shell import Shell
+    from gui.settings import Settings
+    from gui.ros.link import RosNode
+    from gui.app.tabs import RobotTabs
     theme.apply("dark")
-    seats = make_tabs(RosNode(), parse(sys.argv[1:]), Memory(None))
-    shell = Shell([(seat.title, seat.window) for seat in seats])
+    tabs = make_tabs(RosNode(), parse(sys.argv[1:]), Settings(None))
+    shell = RobotTabs([(tab.title, tab.window) for tab in tabs])
     shell.show_on_screen()
     shell.pages[0].health.show_picture(0.1, 15.0)
     for _ in range(50):
@@ -223,17 +224,45 @@ def arrive(station, namespace, target):
             pytest.fail(f"still {left:.2f} m away; the safety gate says {station.newest(f'{namespace}/safety')}")
 
 
-def test_signed_out_there_is_only_the_door(window, screen, wait_until, photograph):
-    photograph("signed_out")
-    for word in ("anna", PASSWORD):
-        screen.do("type", word)
-        screen.do("key", "Return")
-    wait_until(lambda: first_pictures(window) == 1, "Pepper's picture is shown", timeout=60.0)
-    wait_until(lambda: "a key holds until the next one" in terminal_text(window), "the keyboard runs")
+@pytest.fixture
+def signed_in(window, screen, photograph, wait_until):
+    """Sign in if nobody is: then Pepper's picture is shown and the keyboard program runs."""
+    if not terminal_text(window):
+        photograph("signed_out")
+        for word in ("anna", PASSWORD):
+            screen.do("type", word)
+            screen.do("key", "Return")
+    wait_until(lambda: first_pictures(window) >= 1, "Pepper's picture is shown", timeout=60.0)
+    wait_until(lambda: "a key holds until the next one" in terminal_text(window), "the keyboard runs", timeout=60.0)
 
 
-def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, screen, video, photograph, wait_until):
-    x, y, theta = station.pose("/truth")
+def bring_to_front(screen, robot):
+    screen.do("mousemove", *HEADER_CLICK[robot], "click", 1)
+
+
+@pytest.fixture
+def pepper(signed_in, station, screen, wait_until):
+    """Pepper's tab is in front, and Pepper stands; its pose."""
+    bring_to_front(screen, "pepper")
+    set_speed(screen, USUAL)
+    return wait_until(lambda: still(station, "/truth"), "Pepper stands")
+
+
+@pytest.fixture
+def robotino(signed_in, station, window, screen, wait_until):
+    """Robotino's tab is in front with its picture, and Robotino stands; its pose."""
+    bring_to_front(screen, "robotino")
+    wait_until(lambda: first_pictures(window) >= 2, "Robotino's picture is shown", timeout=60.0)
+    set_speed(screen, USUAL)
+    return wait_until(lambda: still(station, "/rto3/truth"), "Robotino stands")
+
+
+def test_signing_in_brings_picture_and_terminal(signed_in, window):
+    assert first_pictures(window) >= 1 and "roslaunch" in window.output
+
+
+def test_holding_the_button_on_the_floor_drives_pepper_there(pepper, station, screen, video, photograph, wait_until):
+    x, y, theta = pepper
     u, v = 400, 470
     camera = wait_until(lambda: station.probe("transform", "odom", "CameraTop_optical_frame"), "the camera's place")
     ahead = wait_until(lambda: station.probe("transform", "CameraTop_optical_frame", "odom"), "and its tilt")
@@ -256,7 +285,7 @@ def test_holding_the_button_on_the_floor_drives_pepper_there(station, window, sc
     set_speed(screen, USUAL)
 
 
-def test_letting_go_stops_at_once(station, screen, video, wait_until):
+def test_letting_go_stops_at_once(pepper, station, screen, video, wait_until):
     hold_at(screen, video(200, 470))
     wait_until(lambda: still(station, "/truth") is None, "Pepper drives")
     screen.do("mouseup", 1)
@@ -265,16 +294,15 @@ def test_letting_go_stops_at_once(station, screen, video, wait_until):
     assert math.dist(released[:2], end[:2]) < 0.2
 
 
-def test_the_sky_is_no_place_to_go(station, screen, video, wait_until):
-    begin = wait_until(lambda: still(station, "/truth"), "Pepper stands")
+def test_the_sky_is_no_place_to_go(pepper, station, screen, video):
     hold_at(screen, video(320, 60))
     time.sleep(0.5)
     screen.do("mouseup", 1)
-    assert math.dist(begin[:2], station.pose("/truth")[:2]) < 0.02
+    assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
 
 
-def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
-    station, window, screen, place, photograph, wait_until
+def test_a_session_is_recorded_while_the_safety_gate_slows_the_robot(
+    pepper, station, window, screen, place, photograph, wait_until
 ):
     window.click(place("recordButton"))
     wait_until(lambda: list(station.kept.glob("*.bag.active")), "the recording has begun")
@@ -303,9 +331,8 @@ def test_a_session_is_recorded_while_the_safety_layer_slows_the_robot(
 
 
 def test_a_frozen_camera_greys_the_picture_within_a_second_and_nothing_drives(
-    station, screen, video, photograph, wait_until
+    pepper, station, screen, video, photograph, wait_until
 ):
-    begin = wait_until(lambda: still(station, "/truth"), "Pepper stands")
     camera = station.camera_node()
     point = video(320, 100)
     processes.send(camera, signal.SIGSTOP)
@@ -316,19 +343,16 @@ def test_a_frozen_camera_greys_the_picture_within_a_second_and_nothing_drives(
         screen.do("keydown", "s", "sleep", 0.6)
         photograph("stale")
         screen.do("keyup", "s")
-        assert math.dist(begin[:2], station.pose("/truth")[:2]) < 0.02
+        assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
     finally:
         processes.send(camera, signal.SIGCONT)
     wait_until(lambda: max(screen.colour(*point)) - min(screen.colour(*point)) > 20, "the picture is back")
 
 
 def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
-    station, window, screen, video, photograph, wait_until
+    pepper, robotino, station, screen, video, photograph, wait_until
 ):
-    pepper = wait_until(lambda: still(station, "/truth"), "Pepper stands")
-    screen.do("mousemove", *HEADER_CLICK["robotino"], "click", 1)
-    wait_until(lambda: first_pictures(window) == 2, "Robotino's picture is shown")
-    x, y, theta = station.pose("/rto3/truth")
+    x, y, theta = robotino
     u, v = 320, 240 + 90
     forward = CAMERA_AHEAD + CAMERA_HEIGHT * FOCAL_LENGTH / (v - 240)
     target = x + forward * math.cos(theta), y + forward * math.sin(theta)
@@ -342,9 +366,8 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
 
 
 def test_a_key_held_for_a_second_drives_robotino_for_a_second(
-    station, screen, photograph, wait_until, assert_held_key_drives
+    robotino, station, screen, photograph, wait_until, assert_held_key_drives
 ):
-    wait_until(lambda: still(station, "/rto3/truth"), "Robotino stands")
     set_speed(screen, SLOWEST)
     assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
     screen.do("keydown", "w")
@@ -353,12 +376,12 @@ def test_a_key_held_for_a_second_drives_robotino_for_a_second(
     screen.do("keyup", "w")
 
 
-def test_light_and_dark(station, window, screen, place, video, photograph, wait_until):
+def test_light_and_dark(robotino, station, window, screen, place, video, photograph, wait_until):
     dark = screen.colour(*GROUND)
     window.click(place("themeButton"))
     wait_until(lambda: sum(screen.colour(*GROUND)) > sum(dark) + 300, "the window is light")
     photograph("both")
-    screen.do("mousemove", *HEADER_CLICK["pepper"], "click", 1)
+    bring_to_front(screen, "pepper")
     points = [video(u, v) for u in (60, 200, 440, 580) for v in (120, 240, 360)]
     wait_until(
         lambda: any(max(c) - min(c) > 40 for c in (screen.colour(*point) for point in points)), "a picture with colours"

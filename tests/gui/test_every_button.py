@@ -1,26 +1,25 @@
 """The way of the original window, by mouse: only the robot is there. The window's own buttons bring the ROS master and
-the robot's programs, and every other button is pressed while all of that runs. One window serves all tests of this
-file, in its order, and the last one presses Exit."""
+the robot's programs, and every other button is pressed while all of that runs.
+
+One window serves the tests of this file, and each brings it to where it needs it: signed in, with a master, with a
+session, with a picture. So each can run alone, and in any order.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
 
 import pytest
-from window_station import PASSWORD, ROWS, SPEED, Desk, Station
+from window_session import FEED, PROGRAMS, Session
+from window_station import ROWS, SPEED, Desk, Station
 
 from gui.widgets.robot_panel import SENTENCES
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.alone]
+pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
-PROGRAMS = {
-    "/pepper_publisher", "/naoqi_driver", "/pepper_robot/pepper_sonar", "/pepper_robot/pepper_laser",
-    "/pepper_robot/pose/pose_manager", "/pepper_robot/camera/front", "/com_cam", "/teleop_twist_keyboard",
-}  # fmt: skip
-"""The eight of the original."""
-SETTINGS = ["microphone_muted", "speaker_muted", "microphone", "speaker"]
 CAPS = {
     "pad_forward": (1, 0, 0), "pad_backward": (-1, 0, 0), "pad_left": (0, 1, 0), "pad_right": (0, -1, 0),
     "pad_turn_left": (0, 0, 1), "pad_turn_right": (0, 0, -1),
@@ -48,7 +47,7 @@ FASTEST = 0.35
 @pytest.fixture(scope="module")
 def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("buttons"), {"anna": ("pilot", 0)}, free_port, wait_until)
-    station.port = free_port()
+    station.port, station.robot = free_port(), None
     station.environment["PULSE_SERVER"] = "unix:/nonexistent/socket"
     station.environment.update(PAGE_PORT=str(free_port()), RTP_PORT=str(free_port()), PILOT_CAMERA="test")
     yield station
@@ -62,11 +61,20 @@ def desk(make_screen, station, place):
     desk.close()
 
 
-@pytest.fixture(autouse=True)
-def hands_off(desk):
-    """A test that failed leaves nothing pressed."""
-    yield
+@pytest.fixture
+def session(desk, station, wait_until):
+    """The window as the test before has left it; afterwards nothing is held."""
+    desk.pressed.clear()
+    yield Session(desk, station, wait_until)
     desk.screen.let_go()
+
+
+@pytest.fixture
+def driving(session):
+    """The session with a picture: the pad drives."""
+    session.show_picture()
+    session.desk.show_page("terminalPage")
+    return session
 
 
 @pytest.fixture
@@ -80,55 +88,81 @@ def given(station):
     return newest
 
 
+def presses(*names):
+    """Say which buttons a test presses, and let it fail if it does not."""
+
+    def declare(test):
+        @functools.wraps(test)
+        def checked(**fixtures):
+            test(**fixtures)
+            session = fixtures.get("session") or fixtures["driving"]
+            assert {*names} <= session.desk.pressed
+
+        checked.presses = names
+        return checked
+
+    return declare
+
+
 def choose(desk, name, page, *keys):
     """Take an entry of a list or menu that opens on a click."""
     desk.click(name, page)
     desk.screen.do("sleep", 0.3, "key", *keys, "Return")
 
 
-def test_sign_in(desk, station, wait_until):
-    for field, text in (("nameField", "anna"), ("passwordField", PASSWORD)):
-        desk.click(field, "door")
-        desk.screen.do("type", text)
-    desk.click("signInButton", "door")
-    wait_until(lambda: "$" in desk.window.terminal_text(), "the terminal shows a prompt")
+def press_cap(session, cap):
+    """Press a button of the pad for half a second, and return what the window gave meanwhile."""
+    session.station.probe("forget", "/cmd_vel")
+    session.desk.point_at(cap)
+    session.desk.screen.do("mousedown", 1, "sleep", 0.5, "mouseup", 1)
+    return [tuple(fields) for _, fields in session.station.probe("seen", "/cmd_vel") if any(fields)]
 
 
-def test_roscore_start(desk, station, wait_until):
+def driver(session):
+    """Who drives, and who has stopped the robot."""
+    found = session.station.probe("newest", "/drive/state")
+    return found and found[1]
+
+
+def take_the_robot(session):
+    if driver(session) != ["anna", ""]:
+        session.desk.key("F3")
+    session.wait_until(lambda: driver(session) == ["anna", ""], "who signs in drives")
+
+
+def test_signing_in_opens_the_terminal(session):
+    session.sign_in()
+    assert session.desk.window.terminal_text().strip()
+
+
+@presses("roscoreButton")
+def test_roscore_start(session, wait_until):
+    session.sign_in()
+    desk, station = session.desk, session.station
+    if not master_answers(station.master_uri):
+        session.start_master()
+        wait_until(lambda: "started core service" in desk.window.terminal_text("roscore"), "the terminal shows roscore")
+        wait_until(lambda: "press Session start" in desk.window.output, "the window says what to do next")
     desk.click("roscoreButton")
-    wait_until(lambda: master_answers(station.master_uri), "a master answers")
-    wait_until(lambda: "started core service" in desk.window.terminal_text("roscore"), "the terminal shows roscore")
-    wait_until(lambda: "press Session start" in desk.window.output, "the window says what to do next")
+    wait_until(lambda: master_answers(station.master_uri), "pressed again, it leaves the master alone")
 
 
-def test_session_start_brings_the_original_programs(desk, station, wait_until):
-    station.start("rosrun", "pepper_bringup", "pepper_sim", f"_port:={station.port}", "_scene:=flat")
-    station.screenshot()
-    for topic, kind, fields in (
-        ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
-        ("/drive/state", "telepresence_msgs/DriveState", ["pilot", "stopped_by"]),
-        ("/speech", "std_msgs/String", ["data"]),
-        ("/joint_states", "sensor_msgs/JointState", ["name", "position"]),
-        ("/voice/settings", "telepresence_msgs/VoiceSettings", SETTINGS),
-        ("/voice/state", "std_msgs/String", ["data"]),
-    ):  # fmt: skip
-        station.probe("watch", topic, kind, fields)
-    desk.click("address")
-    desk.key("ctrl+a")
-    desk.screen.do("type", f"127.0.0.1:{station.port}")
-    desk.click("sessionButton")
-    wait_until(lambda: "roslaunch pepper_bringup tele_pepper.launch" in desk.window.output, "the line is told")
-    wait_until(lambda: {*station.probe("nodes")} >= PROGRAMS, "all programs are in the graph", timeout=60.0)
+@presses("sessionButton")
+def test_session_start_brings_the_original_programs(session, wait_until):
+    session.start_robot()
+    session.stop()
+    session.start()
+    wait_until(lambda: "roslaunch pepper_bringup tele_pepper.launch" in session.desk.window.output, "the line is shown")
+    wait_until(lambda: {*session.station.probe("nodes")} >= PROGRAMS, "all programs are in the graph", timeout=60.0)
 
 
-def test_robot_feed_shows_the_camera_and_hides_it(desk, station, wait_until):
+@presses("feedButton")
+def test_robot_feed_shows_the_camera_and_hides_it(driving, wait_until):
+    desk, station = driving.desk, driving.station
     desk.click("feedButton")
-    wait_until(lambda: "first picture" in desk.window.output, "the picture is on the screen")
-    topic = "/pepper_robot/camera/front/image_raw"
+    wait_until(lambda: FEED not in station.subscriptions("/gui_ros_node"), "nobody asks for pictures")
     desk.click("feedButton")
-    wait_until(lambda: topic not in station.subscriptions("/gui_ros_node"), "nobody asks for pictures")
-    desk.click("feedButton")
-    wait_until(lambda: topic in station.subscriptions("/gui_ros_node"), "it is shown again")
+    wait_until(lambda: FEED in station.subscriptions("/gui_ros_node"), "it is shown again")
     for keys, other in ((("Down",), "bottom"), (("Down",), "depth"), (("Up", "Up"), "front")):
         choose(desk, "cameraChoice", "terminalPage", *keys)
         wait_until(
@@ -137,50 +171,45 @@ def test_robot_feed_shows_the_camera_and_hides_it(desk, station, wait_until):
         )
 
 
-def press_cap(desk, station, cap):
-    """For half a second; what the window gave meanwhile."""
-    station.probe("forget", "/cmd_vel")
-    desk.point_at(cap)
-    desk.screen.do("mousedown", 1, "sleep", 0.5, "mouseup", 1)
-    return [tuple(fields) for _, fields in station.probe("seen", "/cmd_vel") if any(fields)]
-
-
-def driver(station):
-    """Who drives, and who has stopped the robot."""
-    return station.probe("newest", "/drive/state")[1]
-
-
-def test_leaving_the_robot_and_taking_it(desk, station, wait_until):
-    wait_until(lambda: driver(station) == ["anna", ""], "who signs in drives")
+@presses("menuButton", "takeButton")
+def test_leaving_the_robot_and_taking_it(driving, wait_until):
+    desk = driving.desk
+    take_the_robot(driving)
     choose(desk, "menuButton", "terminalPage", "Down")
-    wait_until(lambda: driver(station) == ["", ""], "nobody drives")
-    assert press_cap(desk, station, "pad_turn_left") == []
+    wait_until(lambda: driver(driving) == ["", ""], "nobody drives")
+    assert press_cap(driving, "pad_turn_left") == []
     desk.click("takeButton")
-    wait_until(lambda: driver(station) == ["anna", ""], "the robot is taken")
+    wait_until(lambda: driver(driving) == ["anna", ""], "the robot is taken")
     desk.screen.do("key", "F2", "sleep", 0.3, "key", "Down", "Return")
-    wait_until(lambda: driver(station) == ["", ""], "the menu has a key, too")
+    wait_until(lambda: driver(driving) == ["", ""], "the menu has a key, too")
     desk.key("F3")
-    wait_until(lambda: driver(station) == ["anna", ""], "the robot is taken again")
+    wait_until(lambda: driver(driving) == ["anna", ""], "the robot is taken again")
 
 
-@pytest.mark.parametrize("cap", CAPS)
-def test_the_pads_caps_drive_while_they_are_pressed(desk, station, wait_until, given, cap):
-    desk.point_at(cap)
-    desk.screen.do("mousedown", 1)
-    wanted = tuple(sign * size for sign, size in zip(CAPS[cap], (SPEED, SPEED, USUAL_TURN), strict=True))
-    wait_until(lambda: given() == pytest.approx(wanted), f"{cap} gives {wanted}")
-    desk.screen.do("mouseup", 1)
-    wait_until(lambda: not any(given()), "the release stops")
+@presses(*CAPS)
+def test_the_pads_caps_drive_while_they_are_pressed(driving, wait_until, given):
+    take_the_robot(driving)
+    driving.desk.set_speed(SPEED)
+    for cap, direction in CAPS.items():
+        driving.desk.point_at(cap)
+        driving.desk.screen.do("mousedown", 1)
+        wanted = tuple(sign * size for sign, size in zip(direction, (SPEED, SPEED, USUAL_TURN), strict=True))
+        wait_until(lambda wanted=wanted: given() == pytest.approx(wanted), f"{cap} gives {wanted}")
+        driving.desk.screen.do("mouseup", 1)
+        wait_until(lambda: not any(given()), "the release stops")
 
 
-def test_the_slider_and_the_pads_stop(desk, station, wait_until, given):
+@presses("padStop")
+def test_the_slider_and_the_pads_stop(driving, wait_until, given):
+    desk = driving.desk
+    take_the_robot(driving)
     fastest = pytest.approx((FASTEST, 0.0, 0.0))
 
     def drag():
         desk.set_speed(SPEED)
         desk.point_at("speedSlider")
         desk.screen.do("mousedown", 1, "sleep", 0.1, "mousemove_relative", SLIDER_HALF, 0, "sleep", 0.1, "mouseup", 1)
-        return fastest in press_cap(desk, station, "pad_forward")
+        return fastest in press_cap(driving, "pad_forward")
 
     wait_until(drag, "the slider is at its end")
     desk.point_at("pad_turn_left")
@@ -192,30 +221,43 @@ def test_the_slider_and_the_pads_stop(desk, station, wait_until, given):
     desk.set_speed(SPEED)
 
 
-def test_the_red_stop_is_pressed_and_let_go(desk, station, wait_until):
-    desk.click("redStop")
-    wait_until(lambda: driver(station) == ["anna", "anna"], "the robot is stopped")
-    assert press_cap(desk, station, "pad_forward") == []
-    desk.screen.do("sleep", 1.0)  # a second press within a second is fear, not wish
-    desk.click("redStop")
-    wait_until(lambda: driver(station) == ["anna", ""], "it is let go")
-    wait_until(lambda: press_cap(desk, station, "pad_forward"), "and driven")
+@presses("redStop")
+def test_the_red_stop_is_pressed_and_let_go(driving, wait_until):
+    take_the_robot(driving)
+    driving.desk.click("redStop")
+    wait_until(lambda: driver(driving) == ["anna", "anna"], "the robot is stopped")
+    assert press_cap(driving, "pad_forward") == []
+    driving.desk.screen.do("sleep", 1.0)  # a second press within a second is fear, not intent
+    driving.desk.click("redStop")
+    wait_until(lambda: driver(driving) == ["anna", ""], "it is let go")
+    wait_until(lambda: press_cap(driving, "pad_forward"), "and driven")
 
 
-def test_snapshot_and_record(desk, station, wait_until):
+@presses("snapshotButton", "recordButton")
+def test_snapshot_and_record(driving, wait_until):
+    desk, station = driving.desk, driving.station
+    take_the_robot(driving)
+    before = {*station.folder.iterdir()}
+
+    def new(pattern):
+        return {*station.folder.glob(pattern)} - before
+
     desk.click("snapshotButton")
-    wait_until(lambda: [*station.folder.glob("*.png")], "the picture is saved")
+    wait_until(lambda: new("*.png"), "the picture is saved")
     desk.click("recordButton")
     wait_until(lambda: any(node.startswith("/record") for node in station.probe("nodes")), "the recording runs")
     for cap in ("pad_turn_left", "pad_turn_right"):
-        assert press_cap(desk, station, cap)
+        assert press_cap(driving, cap)
     desk.click("recordButton")
-    wait_until(lambda: [*station.folder.glob("*.bag")] and [*station.folder.glob("*.html")], "the report is written")
+    wait_until(lambda: new("*.bag") and new("*.html"), "the report is written")
 
 
-def test_sentences(desk, station, wait_until):
+@presses("sayButton", *(f"say_{index}" for index in range(len(SENTENCES))))
+def test_sentences(driving):
+    desk, station = driving.desk, driving.station
     desk.show_page("robotPage")
     desk.click("sentence", "robotPage")
+    desk.key("ctrl+a")
     desk.screen.do("type", "How do you do?")
     buttons = {"sayButton": "How do you do?", **{f"say_{index}": text for index, text in enumerate(SENTENCES)}}
     for button, sentence in buttons.items():
@@ -224,11 +266,13 @@ def test_sentences(desk, station, wait_until):
         )
 
 
-def test_postures(desk, station, wait_until):
+@presses(*(button for button, *_ in POSTURES))
+def test_postures(driving, wait_until):
+    desk, station = driving.desk, driving.station
     desk.show_page("robotPage")
 
     def joints():
-        _, (names, positions) = wait_until(lambda: station.probe("newest", "/joint_states"), "joints are told")
+        _, (names, positions) = wait_until(lambda: station.probe("newest", "/joint_states"), "joints are known")
         return dict(zip(names, positions, strict=True))
 
     standing = joints()
@@ -240,14 +284,16 @@ def test_postures(desk, station, wait_until):
         )
 
 
-def test_sound(desk, station, wait_until):
+@presses("muteMicrophone", "muteSpeaker", "talkButton")
+def test_sound(driving, wait_until):
+    desk, station = driving.desk, driving.station
     desk.show_page("soundPage")
 
     def settings(index):
-        return wait_until(lambda: station.probe("newest", "/voice/settings"), "the settings are told")[1][index]
+        return wait_until(lambda: station.probe("newest", "/voice/settings"), "the settings are known")[1][index]
 
     for index, button in enumerate(("muteMicrophone", "muteSpeaker")):
-        for muted in (True, False):
+        for muted in (not settings(index), settings(index)):
             desk.press_until(button, "soundPage", lambda index=index, muted=muted: settings(index) is muted)
     for index, choice in ((2, "microphoneChoice"), (3, "speakerChoice")):
         for key, device in (("Down", "none"), ("Up", "auto")):
@@ -262,15 +308,19 @@ def test_sound(desk, station, wait_until):
     wait_until(lambda: station.probe("seen", "/voice/state"), "letting go is answered")
 
 
-def test_the_tablets_picture(desk, station, wait_until, album):
+def test_the_tablets_picture(driving, wait_until, album):
+    desk = driving.desk
     desk.show_page("tabletPage")
-    wait_until(lambda: "/tablet/image_raw" in station.subscriptions("/gui_ros_node"), "the tablet is looked at")
+    wait_until(lambda: "/tablet/image_raw" in driving.station.subscriptions("/gui_ros_node"), "it is subscribed to")
     x, y = desk.find("tablet", "tabletPage")
     wait_until(lambda: len({desk.colour(x + step, y) for step in range(-60, 60, 3)}) > 5, "its picture is seen")
     desk.screen.photograph(album / "window_tablet.png", desk.window.id)
 
 
-def test_gamepad_page_fold_and_theme(desk, wait_until):
+@presses("padChip", "foldButton", "themeButton")
+def test_gamepad_page_fold_and_theme(driving, wait_until):
+    desk = driving.desk
+    desk.show_page("tabletPage")
     below = desk.find("terminalFrame")
     tablet = desk.colour(*below)
     desk.show_page("terminalPage")
@@ -291,29 +341,41 @@ def test_gamepad_page_fold_and_theme(desk, wait_until):
     wait_until(lambda: desk.colour(*GROUND) == ground, "the window is dark again")
 
 
-def test_typing_in_the_terminal_drives(desk, station, wait_until):
+def test_typing_in_the_terminal_drives(driving, wait_until):
+    desk = driving.desk
+    desk.click("terminalFrame")
+    wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
+    desk.key("i")
+    wait_until(driving.station.drives, "the robot drives")
+    desk.key("k")
+    wait_until(driving.station.stands, "the robot stands")
+
+
+@presses("stopButton")
+def test_stop_ends_the_session_and_the_robot_stands(driving, wait_until):
+    desk, station = driving.desk, driving.station
     desk.click("terminalFrame")
     wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
     desk.key("i")
     wait_until(station.drives, "the robot drives")
-
-
-def test_stop_ends_the_session_and_the_robot_stands(desk, station, wait_until):
-    desk.click("stopButton")
+    driving.stop()
     wait_until(station.stands, "the robot stands")
-    wait_until(lambda: not {*station.probe("nodes")} & PROGRAMS, "the session's programs have ended", timeout=60.0)
     wait_until(lambda: desk.window.terminal_text().rstrip().endswith("$"), "the terminal is at the prompt")
     assert master_answers(station.master_uri), "the master is not part of the session"
 
 
-def test_exit_takes_along_what_was_started_here(desk, station, wait_until):
+@presses("exitButton")
+def test_exit_takes_along_what_was_started_here(session, wait_until):
+    session.start_robot()
+    desk, station = session.desk, session.station
     family = desk.window.family()
-    station.end_screenshot()
+    station.end_tracking()
     desk.click("exitButton")
     assert desk.window.process.wait(20) == 0
     wait_until(lambda: not {*family} & {*processes.descendants()}, "nothing of the window is left")
     wait_until(lambda: not master_answers(station.master_uri), "the master is gone")
 
 
-def test_every_button_was_pressed(desk, place):
-    assert place.buttons() <= desk.pressed
+def test_every_button_is_pressed_by_a_test_of_this_file(place):
+    pressed = {name for test in globals().values() for name in getattr(test, "presses", ())}
+    assert place.buttons() <= pressed

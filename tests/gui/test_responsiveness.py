@@ -29,15 +29,15 @@ PROBE = textwrap.dedent("""
     application.setStyle("Fusion")
     from gui import theme
     theme.apply("dark")
-    from gui.controller import Attach, Controller
-    from gui.keeping import Keeping
-    from gui.picture import Picture
-    from gui.profiles import PROFILES
-    from gui.readings import BodyState, Cone, Points, Safety
-    from gui.ros_link import RosLink, RosNode
-    from gui.terminal import TerminalView
+    from gui.app.controller import Attach, Controller
+    from gui.app.capture import Capture
+    from gui.ros.picture import Picture
+    from gui.robots import ROBOTS
+    from gui.ros.readings import BodyState, Cone, Points, Safety
+    from gui.ros.link import RosLink, RosNode
+    from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
-    from telepresence.drive_lease import PILOT, Account
+    from telepresence.teleop.drive_lease import PILOT, Account
 
     class Probe(QObject):
         sent = pyqtSignal(float)
@@ -56,9 +56,9 @@ PROBE = textwrap.dedent("""
     node, terminal = RosNode(), TerminalView()
     window = OperatorWindow(terminal)
     window.resize(1280, 720)
-    link = RosLink(node, PROFILES["pepper"])
+    link = RosLink(node, ROBOTS["pepper"])
     controller = Controller(window, link, terminal, Attach.NEVER)
-    Keeping(window, link, Path("."))
+    Capture(window, link, Path("."))
     controller.admit(Account("anna", PILOT))
     window.show()
     node.start()

@@ -31,8 +31,8 @@ def make_window(qt):
 def test_values_survive_a_restart(tmp_path):
     path = tmp_path / "deep" / "window.ini"
     settings = Settings(path)
-    settings.keep("theme", "light")
-    settings.keep("pepper/speed", 0.35)
+    settings.save("theme", "light")
+    settings.save("pepper/speed", 0.35)
     del settings
     assert Settings(path).text("theme") == "light" and Settings(path).number("pepper/speed", 0.2) == 0.35
 
@@ -49,7 +49,7 @@ def test_a_window_comes_back_as_it_was(tmp_path, make_window):
     first = make_window()
     first.resize(700, 450)
     first.columns.setSizes([200, 500])
-    Settings(tmp_path / "window.ini").keep_window(first)
+    Settings(tmp_path / "window.ini").save_window(first)
     second = make_window()
     assert Settings(tmp_path / "window.ini").restore_window(second)
     assert (second.width(), second.height()) == (700, 450)
@@ -59,7 +59,7 @@ def test_a_window_comes_back_as_it_was(tmp_path, make_window):
 def test_nothing_is_remembered_when_not_wanted(monkeypatch, tmp_path):
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "none")
     assert default_file() is None
-    Settings(None).keep("theme", "light")
+    Settings(None).save("theme", "light")
     assert Settings(None).text("theme", "dark") == "dark"
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))

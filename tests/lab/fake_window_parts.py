@@ -9,7 +9,7 @@ import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QFrame
 
-from gui.profiles import PROFILES
+from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
 from gui.ros.topics.drive import LeaseState
@@ -24,10 +24,10 @@ class FakeLink(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        self.profile = PROFILES["pepper"]
+        self.robot = ROBOTS["pepper"]
         self.feed = "/robot/image"
         self.state = LinkState("http://127.0.0.1:11311")
-        self.channels = {row.channel: Channel(row) for row in self.profile.incoming}
+        self.channels = {row.channel: Channel(row) for row in self.robot.incoming}
         self.node_name = "/gui_ros_node"
         self.open = True
         self.lease = {
@@ -78,8 +78,8 @@ class FakeLink(QObject):
         return self.channels[name]
 
     def has(self, name: str) -> bool:
-        outgoing = {row.channel for row in self.profile.outgoing}
-        return name in self.channels or name in outgoing or name in {row.name for row in self.profile.services}
+        outgoing = {row.channel for row in self.robot.outgoing}
+        return name in self.channels or name in outgoing or name in {row.name for row in self.robot.services}
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple:
         """A level camera one metre above the origin, looking along x."""

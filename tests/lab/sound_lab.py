@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pepper_sim.sound.speech import Manner, synthesise
+from pepper_sim.sound.speech import SpeechStyle, synthesise
 from telepresence.audio.pipeline import Gst
 from telepresence.station import processes
 
@@ -169,7 +169,7 @@ class Mouth:
 
 def sentence(text: str, voice: str = "en-us", amplitude: float = 0.5) -> np.ndarray:
     """A text as espeak-ng says it, at `RATE`, without the silence at its ends."""
-    samples, rate = synthesise(text, Manner(voice=voice))
+    samples, rate = synthesise(text, SpeechStyle(voice=voice))
     loud = np.flatnonzero(np.abs(samples) > 0.01)
     samples = samples[loud[0] : loud[-1]]
     at = np.arange(int(len(samples) * RATE / rate)) * rate / RATE

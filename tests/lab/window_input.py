@@ -168,14 +168,14 @@ FAKE_ROBOT = textwrap.dedent("""
     import sys, time, numpy as np, rospy
     from geometry_msgs.msg import Twist
     from sensor_msgs.msg import Image
-    from telepresence.images import fill_image_message
-    from telepresence.ros_master import MasterWatch
+    from telepresence.video.images import fill_image_message
+    from telepresence_ros.master_watch import MasterWatch
     rospy.init_node("fake_robot")
     images = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
     def hear(twist):
         print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
     rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
-    MasterWatch(rospy).start()
+    MasterWatch().start()
     pixels = np.zeros((48, 64, 3), np.uint8)
     pixels[:, :32], pixels[:, 32:] = (250, 30, 20), (20, 30, 250)
     print("ready", flush=True)

@@ -96,8 +96,8 @@ class Station:
         self._running.append(processes.start(list(argv), env=self.environment, **QUIET))
         return self._running[-1]
 
-    def screenshot(self) -> None:
-        """From now on it is known where the robot is; needs a ROS master."""
+    def start_tracking(self) -> None:
+        """Begin to follow where the robot is; needs a ROS master."""
         self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
         self.watch()
 
@@ -107,7 +107,11 @@ class Station:
         self.probe("watch", "/safety", "telepresence_msgs/SafetyState", ["state", "reason"])
         self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
 
-    def end_screenshot(self) -> None:
+    @property
+    def tracking(self) -> bool:
+        return self._probe is not None
+
+    def end_tracking(self) -> None:
         if self._probe is not None:
             self._probe.close()
             self._probe = None
@@ -169,7 +173,7 @@ class Station:
 
     def close(self) -> None:
         self.dismiss()
-        self.end_screenshot()
+        self.end_tracking()
         end_together(self._running)
 
 
@@ -180,15 +184,18 @@ class Desk:
         self.screen, self.find, self._arguments = screen, place, arguments
         self._manager = processes.start(["openbox", "--sm-disable"], env=screen.environment, **QUIET)
         self._corner: tuple[int, ...] | None = None
+        self.signed_in = False
         self.pressed: set[str] = set()
         """Names of what was clicked."""
         self.open()
 
     def open(self) -> None:
+        self.signed_in = False
         program = (sys.executable, "-m", "gui", "--tell")
         self.window = self.screen.open_window(*self._arguments, program=program, signed_in=False)
 
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
+        """On a fresh sign-in page, whose name field has the keyboard."""
         self.screen.do("key", "ctrl+a")
         self.screen.do("type", name)
         self.screen.do("key", "Return")

@@ -53,7 +53,7 @@ def test_it_tells_its_address_serves_and_ends(run_program, number):
     assert "Traceback" not in program.stderr.read()
 
 
-def test_a_taken_port_and_other_mistakes_are_told_in_one_line(run_here):
+def test_a_taken_port_and_other_mistakes_are_reported_in_one_line(run_here):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         status, out, err = run_here("--port", str(taken.getsockname()[1]))
     assert status == 1 and "Address already in use" in err and "Traceback" not in err and out == ""

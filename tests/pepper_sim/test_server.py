@@ -242,7 +242,7 @@ def test_many_clients_at_once(naoqi, connect):
     assert not failures and not any(thread.is_alive() for thread in threads)
 
 
-def test_a_taken_port_is_told_plainly(simulation):
+def test_a_taken_port_is_reported_plainly(simulation):
     with pytest.raises(CannotListen, match=r"cannot listen on tcp://127\.0\.0\.1:\d+: Address already in use"):
         NaoqiServer(simulation.robot, simulation.url)
 
@@ -258,6 +258,6 @@ def test_a_server_closes_and_its_clients_notice(simulation, wait_until):
     before = threading.active_count()
     server.close()
     server.close()
-    wait_until(lambda: gone, "the client was told")
+    wait_until(lambda: gone, "the client noticed")
     wait_until(lambda: threading.active_count() < before, "the server's threads ended")
     client.close()

@@ -1,4 +1,6 @@
-"""Driving over ROS, as rows for a profile: who may drive (avatar_gui, node drive_lease), and stopping. No ROS here."""
+"""Driving over ROS as rows of a robot's table: who may drive (avatar_gui, node drive_lease), and stopping.
+
+No ROS here."""
 
 from __future__ import annotations
 
@@ -85,7 +87,7 @@ def _leave_zero(_message: Any) -> None:
 
 INCOMING = (
     Incoming("lease", "drive/state", "telepresence_msgs/DriveState", read_lease_state),
-    Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_wish=True),
+    Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True),
     Incoming("safety_text", "safety_state", "std_msgs/String", _read_text),
 )
 SERVICES = (

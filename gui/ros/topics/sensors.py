@@ -203,7 +203,7 @@ def pepper() -> tuple[Incoming, ...]:
         ),
         Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperHistory().convert),
         Incoming("battery", "pepper_robot/battery", "sensor_msgs/BatteryState", read_battery),
-        Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
+        Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_request=True),
         Incoming("page", "com_cam/status", "diagnostic_msgs/DiagnosticStatus", read_page_state),
         Incoming(
             "posture", "pepper_robot/pose/body_pose/result", "naoqi_bridge_msgs/BodyPoseActionResult",
@@ -220,5 +220,5 @@ def robotino() -> tuple[Incoming, ...]:
         Incoming("laser", "scan", "sensor_msgs/LaserScan", scan_points("laser", Mount(0.08))),
         Incoming("bumper", "bumper", "std_msgs/Bool", bumper_ring),
         Incoming("battery", "battery", "sensor_msgs/BatteryState", read_battery),
-        Incoming("lens", "camera_info", "sensor_msgs/CameraInfo", read_lens, on_wish=True),
+        Incoming("lens", "camera_info", "sensor_msgs/CameraInfo", read_lens, on_request=True),
     )

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
+from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.codec import CodecError
 from pepper_sim.naoqi.raw_client import RawClient
 from pepper_sim.services.al_memory import split_stamp
@@ -25,10 +26,9 @@ from pepper_sim.sound.room import Room
 
 log = logging.getLogger(__name__)
 
-BLOCK = {48000: 4096, 16000: 1365}
+BLOCK = {SOUND_RATE: 4096, VOICE_RATE: 1365}
 """Rate -> samples per channel and block."""
 METHOD = "processRemote"
-_FAILURES = 3
 _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 """Channel flag of the 16 kHz form (1 left, 2 right, 3 front, 4 rear) -> microphone."""
 
@@ -37,14 +37,14 @@ _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 class Preferences:
     """What a client wants to hear: 48000 Hz all channels (0), or 16000 Hz one of them (1 to 4)."""
 
-    rate: int = 48000
+    rate: int = SOUND_RATE
     channels: int = 0
     deinterleaved: bool = False
 
     @property
     def count(self) -> int:
         """Channels in a buffer."""
-        return 4 if self.channels == 0 else 1
+        return MICROPHONES if self.channels == 0 else 1
 
     def cut(self, block: np.ndarray) -> np.ndarray:
         """The wanted part of a block of (n, 4) samples, in the order of the buffer."""
@@ -76,17 +76,17 @@ class MicrophoneStream:
             self._thread.join(timeout=3.0)
 
     def _run(self) -> None:
-        wire = self._open()
+        client = self._open()
         rate, count = self._preferences.rate, BLOCK[self._preferences.rate]
         start = time.monotonic()
         try:
-            while self._failures < _FAILURES:
+            while self._failures < MAX_FAILURES:
                 end = start + count / rate
                 if self._closing.wait(max(0.0, end - time.monotonic())):
                     return
                 block = self._preferences.cut(self._room.listen(start, count, rate))
                 stamp = split_stamp(time.time() - (time.monotonic() - start))
-                if self._deliver(wire, count, stamp, block):
+                if self._deliver(client, count, stamp, block):
                     self._failures = 0
                 elif not self._clients.exists(self.name):
                     break
@@ -98,8 +98,8 @@ class MicrophoneStream:
         except Exception:
             log.exception("the microphones failed for '%s'", self.name)
         finally:
-            if wire is not None:
-                wire.close()
+            if client is not None:
+                client.close()
 
     def _open(self) -> RawClient | None:
         """A raw connection to the client's service, if one of its endpoints can be reached."""
@@ -110,11 +110,11 @@ class MicrophoneStream:
                 log.info("'%s' cannot be called at %s: %s", self.name, endpoint, error)
         return None
 
-    def _deliver(self, wire: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
+    def _deliver(self, client: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
         channels = self._preferences.count
-        if wire is not None:
+        if client is not None:
             try:
-                wire.post(channels, count, stamp, block)
+                client.post(channels, count, stamp, block)
                 return True
             except (OSError, CodecError):
                 return False

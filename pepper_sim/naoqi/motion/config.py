@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.naoqi.identity import ARM_VERSION, BODY_VERSION, HEAD_VERSION, MODEL_TYPE
 from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, joints_of
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
@@ -12,7 +13,6 @@ from pepper_sim.robot import Pepper
 
 MASS = 28.68
 """Sum of the URDF's links (ros-naoqi/pepper_robot) [kg]."""
-MOTION_CYCLE_MS = 20
 _SWITCH_CHAINS = ("Body", "Legs", "Leg", "Arms", "LArm", "RArm", "Head")
 _BREATH_LIMITS = {"Bpm": (5.0, 50.0), "Amplitude": (0.0, 1.0)}
 _MOTION_CONFIG = {
@@ -77,7 +77,7 @@ class MotionConfig:
     @remote("i()")
     def getMotionCycleTime(self) -> int:
         """Returns the controller's period [ms]."""
-        return MOTION_CYCLE_MS
+        return round(1000 * MOTION_CYCLE)
 
     @remote("s()")
     def getSummary(self) -> str:

@@ -63,7 +63,8 @@ SENSORS: dict[str, str] = {
 }
 """Sensor name of getSensorNames -> frame of the URDF (ros-naoqi/pepper_robot)."""
 
-_FRAME_LINKS = {0: "torso", 1: None, 2: "base_footprint"}
+FRAME_LINKS: dict[int, str | None] = {0: "torso", 1: None, 2: "base_footprint"}
+"""Frame of reference -> its link; None for the world."""
 
 
 class MotionFrames:
@@ -95,13 +96,13 @@ class MotionFrames:
         return sorted(SENSORS)
 
     def _pose(self, name: str, space: int) -> np.ndarray:
-        one_of(space, _FRAME_LINKS, "space")
+        one_of(space, FRAME_LINKS, "space")
         link, offset = _EFFECTORS.get(name, (_JOINT_LINKS.get(name) or SENSORS.get(name), (0.0, 0.0, 0.0)))
         if link is None:
             raise ServiceError(f"name: unknown chain, joint or sensor {shown(name)}")
         with self._robot.world.locked():  # both links of one instant
             pose = self._robot.link_pose(link)
-            frame = _FRAME_LINKS[space]
+            frame = FRAME_LINKS[space]
             reference = np.eye(4) if frame is None else self._robot.link_pose(frame)
         pose[:3, 3] += pose[:3, :3] @ offset
         return np.linalg.inv(reference) @ pose

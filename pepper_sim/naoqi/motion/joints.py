@@ -10,6 +10,7 @@ import concurrent.futures
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, values_for
 from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
@@ -21,8 +22,6 @@ PEAK_OVER_MEAN_SPEED = 1.5
 SHORTEST_MOTION = 0.05
 _HAND_TIME = 0.6
 _MAX_KNOTS = 10_000
-_MOTION_CYCLE = 0.02
-"""ALMotion's cycle [s]; a first knot at time zero is reached one cycle later."""
 
 Knots = dict[str, list[tuple[float, float]]]
 
@@ -88,7 +87,9 @@ class MotionJoints:
                 raise ServiceError(f"timeLists holds {len(moments)} times for the {len(row)} angles of {joint}")
             _check_rising(moments, joint)
             knots[joint] = [
-                (max(moment, _MOTION_CYCLE), start + angle) for moment, angle in zip(moments, row, strict=True)
+                # A first knot at time zero is reached one cycle later.
+                (max(moment, MOTION_CYCLE), start + angle)
+                for moment, angle in zip(moments, row, strict=True)
             ]
         return self.follow("angleInterpolation", knots)
 

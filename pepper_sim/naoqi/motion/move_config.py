@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from pepper_sim.body.description import ACC_THETA, ACC_XY, BRAKING, HARD_MAX_THETA, HARD_MAX_XY, MAX_THETA, MAX_XY
 from pepper_sim.naoqi.service import ServiceError, finite, shown
 from telepresence.sim.base import BaseLimits
 
 PARAMETERS: dict[str, tuple[float, float, float]] = {
-    "MaxVelXY": (0.35, 0.1, 0.55),
-    "MaxVelTheta": (1.0, 0.2, 2.0),
-    "MaxAccXY": (0.3, 0.1, 0.55),
-    "MaxAccTheta": (0.75, 0.1, 3.0),
+    "MaxVelXY": (MAX_XY, 0.1, HARD_MAX_XY),
+    "MaxVelTheta": (MAX_THETA, 0.2, HARD_MAX_THETA),
+    "MaxAccXY": (ACC_XY, 0.1, BRAKING.xy),
+    "MaxAccTheta": (ACC_THETA, 0.1, BRAKING.theta),
     "MaxJerkXY": (1.0, 0.2, 5.0),
     "MaxJerkTheta": (2.0, 0.2, 50.0),
 }

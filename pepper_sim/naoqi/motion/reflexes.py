@@ -15,7 +15,7 @@ _MAX_DISTANCE = 5.0
 _CONSENT = "the owner has not consented on the robot's page to switch this off"
 
 
-class MotionSafety:
+class MotionReflexes:
     """Reflex part of ALMotion."""
 
     def __init__(self, robot: Pepper, memory: ALMemory) -> None:

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
+from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.body.postures import CROUCH, STAND
 from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, joints_of, values_for
 from pepper_sim.naoqi.motion.joints import MotionJoints
@@ -22,7 +23,6 @@ from pepper_sim.services.al_memory import ALMemory
 _WAKE_SPEED = 0.4
 _REST_SPEED = 0.35
 _EVENTS = ("wakeUpStarted", "wakeUpFinished", "restStarted", "restFinished")
-_STIFFNESS_PERIOD = 0.02
 
 
 class MotionStiffness:
@@ -110,9 +110,9 @@ class MotionStiffness:
 
     def _ramp(self, targets: dict[str, float], duration: float) -> None:
         start = self._robot.snapshot().stiffness
-        steps = max(1, round(duration / _STIFFNESS_PERIOD))
+        steps = max(1, round(duration / MOTION_CYCLE))
         for step in range(1, steps + 1):
-            if self._workers.closing.wait(_STIFFNESS_PERIOD if duration else 0.0):
+            if self._workers.closing.wait(MOTION_CYCLE if duration else 0.0):
                 return
             share = step / steps
             self._apply({joint: start[joint] + share * (value - start[joint]) for joint, value in targets.items()})

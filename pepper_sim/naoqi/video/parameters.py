@@ -48,7 +48,8 @@ class CameraParameters:
     """The settings of one camera."""
 
     def __init__(self) -> None:
-        self._values = {identity: parameter.default for identity, parameter in PARAMETERS.items()}
+        self._values: dict[int, int] = {}
+        self.set_all_defaults()
 
     def get(self, identity: int) -> int:
         """The value, or FAILED for an unknown id."""
@@ -72,7 +73,7 @@ class CameraParameters:
         self._values[identity] = known_parameter(identity).default
 
     def set_all_defaults(self) -> None:
-        self.__init__()
+        self._values = {identity: parameter.default for identity, parameter in PARAMETERS.items()}
 
     @property
     def flips(self) -> tuple[bool, bool]:

@@ -41,11 +41,11 @@ class VideoSettings:
         self.parameters = {index: CameraParameters() for index in self.cameras}
         self.active = 0
         self._camera_of = camera_of
-        self._shut: set[int] = set()
+        self._closed: set[int] = set()
 
     def is_open(self, camera: Camera) -> bool:
         """Whether the camera delivers pictures: nobody has shut or stopped it."""
-        return camera.index not in self._shut
+        return camera.index not in self._closed
 
     # --- which cameras there are -------------------------------------------------------------------------------------
 
@@ -127,13 +127,13 @@ class VideoSettings:
     @remote("b(i)")
     def openCamera(self, cameraIndex: int) -> bool:
         """Opens a camera. All are open at the start."""
-        self._shut.discard(known_camera(self.cameras, cameraIndex).index)
+        self._closed.discard(known_camera(self.cameras, cameraIndex).index)
         return True
 
     @remote("b(i)")
     def closeCamera(self, cameraIndex: int) -> bool:
         """Shuts a camera: its pictures are None."""
-        self._shut.add(known_camera(self.cameras, cameraIndex).index)
+        self._closed.add(known_camera(self.cameras, cameraIndex).index)
         return True
 
     @remote("b(i)")

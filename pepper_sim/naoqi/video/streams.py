@@ -57,7 +57,7 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Shot:
+class ConvertedImage:
     """A converted picture: contiguous bytes, and the instant it shows [s since 1970]."""
 
     data: np.ndarray
@@ -95,7 +95,7 @@ class Streams:
         self._lock = threading.Lock()
         self._shared: dict[Key, _Shared] = {}
 
-    def read(self, camera: Camera, key: Key, space: int, cursor: Cursor) -> Shot | None:
+    def read(self, camera: Camera, key: Key, space: int, cursor: Cursor) -> ConvertedImage | None:
         """Wait for a picture newer than the reader's last one and convert it, once for all readers of this key.
 
         Args:
@@ -116,7 +116,7 @@ class Streams:
         if picture is None:
             return None
         cursor.feed, cursor.sequence = shared.feed, picture.sequence
-        return Shot(self._convert(shared, camera, key, picture, space), picture.stamp)
+        return ConvertedImage(self._convert(shared, camera, key, picture, space), picture.stamp)
 
     def close_idle(self, idle_time: float = IDLE_TIME) -> None:
         """Close the feeds that nobody asked for lately."""

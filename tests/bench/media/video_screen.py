@@ -12,7 +12,7 @@ import time
 from PyQt5.QtGui import QPaintEvent
 from PyQt5.QtWidgets import QApplication
 
-from gui.profiles import PROFILES
+from gui.robots import ROBOTS
 from gui.ros.link import RosLink, RosNode
 from gui.widgets.video_view import VideoView
 
@@ -28,7 +28,7 @@ def main(topic: str) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     application = QApplication(["video_screen"])
     node = RosNode()
-    link = RosLink(node, PROFILES["pepper"].with_feed(topic))
+    link = RosLink(node, ROBOTS["pepper"].with_feed(topic))
     view = TimedView()
     view.resize(960, 720)
     link.channel("picture").arrived.connect(view.show_picture)

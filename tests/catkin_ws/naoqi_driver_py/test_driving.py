@@ -1,6 +1,6 @@
 """The driver with the simulated robot and the watchdog: it drives as told, and stops whatever dies.
 
-Without the safety gate, which would slow down what leads where no sensor looks; see test_guarded_driving.py.
+Without the safety gate, which would slow down what leads where no sensor looks; see test_gated_driving.py.
 """
 
 from __future__ import annotations

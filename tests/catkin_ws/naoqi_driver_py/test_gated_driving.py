@@ -15,7 +15,7 @@ from gated_station import STANDING, STOP_WITHIN, GatedStation
 
 from telepresence.station import processes
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = [pytest.mark.ros]
 
 
 class Robot:

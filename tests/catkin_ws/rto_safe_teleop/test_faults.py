@@ -13,7 +13,7 @@ import pytest
 from corrupting_proxy import CorruptingProxy
 from gated_station import STOP_WITHIN, GatedStation
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = [pytest.mark.ros]
 
 SPEED = 0.15
 DISTANCES = "/data/distancesensorarray"

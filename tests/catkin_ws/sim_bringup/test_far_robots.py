@@ -16,7 +16,7 @@ import pytest
 
 from telepresence.station import processes
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = [pytest.mark.ros]
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]

@@ -94,12 +94,12 @@ class Command(NamedTuple):
 LISTENER = textwrap.dedent("""
     import time, rospy
     from geometry_msgs.msg import Twist
-    from telepresence.ros_master import MasterWatch
+    from telepresence_ros.master_watch import MasterWatch
     rospy.init_node("listener")
     def hear(twist):
         print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
     rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
-    MasterWatch(rospy).start()
+    MasterWatch().start()
     print("ready", flush=True)
     rospy.spin()
 """)

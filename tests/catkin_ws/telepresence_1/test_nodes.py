@@ -161,7 +161,7 @@ def test_the_launch_file_starts_what_it_promises(
 PUBLISHER = """
 import rospy, numpy
 from sensor_msgs.msg import Image
-from telepresence.images import fill_image_message
+from telepresence.video.images import fill_image_message
 rospy.init_node("robot")
 publisher = rospy.Publisher("/camera", Image, queue_size=1)
 pixels = numpy.full((240, 320, 3), {colour}, numpy.uint8)

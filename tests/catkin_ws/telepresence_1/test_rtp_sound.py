@@ -16,6 +16,8 @@ from rtp_replay import likeness, pack, spoil, unpack
 from sound_lab import RATE, Recorder, SoundServer, sentence
 from telepresence_1.rtp_sound import CODECS, RtpPlayer
 
+pytestmark = pytest.mark.slow
+
 CUT = (8.0, 18.0)
 """Seconds from the beginning."""
 MEDIAN, MEAN = {"l16": 0.9, "opus": 0.97}, {"l16": 0.85, "opus": 0.97}

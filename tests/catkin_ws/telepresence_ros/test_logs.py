@@ -1,9 +1,20 @@
 """Logs of modules without ROS go where rospy's go."""
 
 import logging
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
-from telepresence_ros.logs import OURS, route_logs_to_ros
+from telepresence_ros.logs import our_packages, route_logs_to_ros
+
+ROOT = Path(__file__).resolve().parents[3]
+SOURCES = [ROOT / "telepresence", *sorted((ROOT / "catkin_ws/src").glob("*/src/*/"))]
+
+
+def logs(package: Path) -> bool:
+    """Whether a module of the package logs by Python's own logging."""
+    return any("logging.getLogger(__name__)" in path.read_text() for path in package.rglob("*.py"))
 
 
 class Kept(logging.Handler):
@@ -19,15 +30,27 @@ class Kept(logging.Handler):
 def rosout(monkeypatch):
     handler = Kept()
     monkeypatch.setattr(logging.getLogger("rosout"), "handlers", [handler])
-    for name in OURS:
+    for name in our_packages():
         for what in ("handlers", "propagate", "level"):
             monkeypatch.setattr(logging.getLogger(name), what, getattr(logging.getLogger(name), what))
     return handler
 
 
-@pytest.mark.parametrize("name", OURS)
-def test_what_our_modules_tell_is_told_once_on_rosout(rosout, name):
+@pytest.mark.parametrize("name", ["telepresence", "telepresence_ros"])
+def test_what_our_modules_log_is_on_rosout_once(rosout, name):
     route_logs_to_ros()
     logging.getLogger(f"{name}.part").info("the robot answers")
-    logging.getLogger(f"{name}.part").debug("nobody wants to know")
+    logging.getLogger(f"{name}.part").debug("a detail")
+    logging.getLogger("somebody_else").warning("not of ours")
     assert rosout.lines == ["the robot answers"]
+
+
+def test_every_package_of_ours_that_logs_is_found_where_catkin_shows_it():
+    program = "from telepresence_ros.logs import our_packages; print(*our_packages())"
+    shown = str(ROOT / "catkin_ws/devel/lib/python3/dist-packages")
+    found = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {shown!r}); {program}"],
+        capture_output=True, text=True, timeout=60, cwd="/",
+    )  # fmt: skip
+    assert found.returncode == 0, found.stderr
+    assert {path.name for path in SOURCES if logs(path)} <= set(found.stdout.split())

@@ -8,7 +8,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
 from gui.app.controller import Attach, Controller
-from gui.driving.coordinator import STOP_REPEATS
+from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.ros.picture import Picture
 from gui.terminal.commands import KEYBOARD, SECOND_NAME
 from gui.window import OperatorWindow, style_sheet
@@ -248,7 +248,7 @@ def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, lin
 
     def late(seconds):
         def told():
-            views._cap.note_command(seconds, time.monotonic())
+            views._delay_limit.note_command(seconds, time.monotonic())
             return window.controller.driving._share == (1.0 if seconds < 0.5 else 0.5 if seconds < 1.0 else 0.0)
 
         spin(told, f"{seconds} s are noticed")

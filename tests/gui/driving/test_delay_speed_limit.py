@@ -2,12 +2,12 @@
 
 import math
 
-from gui.driving.delay_speed_limit import FORGET_AFTER, DelayCap
+from gui.driving.delay_speed_limit import FORGET_AFTER, DelaySpeedLimit
 
 
 def noted(*, command=(), picture=()):
     """A delay every 0.1 s; the last one at 0."""
-    cap = DelayCap()
+    cap = DelaySpeedLimit()
     for note, delays in ((cap.note_command, command), (cap.note_picture, picture)):
         for index, delay in enumerate(delays):
             note(delay, 0.1 * (index + 1 - len(delays)))
@@ -15,7 +15,7 @@ def noted(*, command=(), picture=()):
 
 
 def test_the_share_falls_with_the_greater_delay():
-    assert DelayCap().share(0.0) == 1.0, "nothing is known"
+    assert DelaySpeedLimit().share(0.0) == 1.0, "nothing is known"
     assert noted(command=[0.4] * 6, picture=[0.3] * 6).share(0.0) == 1.0
     assert noted(command=[0.6] * 6, picture=[0.3] * 6).share(0.0) == 0.5
     assert noted(command=[0.1] * 6, picture=[0.6] * 6).share(0.0) == 0.5

@@ -55,10 +55,10 @@ def test_drives_only_while_lb_is_held(pad, spin):
     assert pad.sent == []
     pad.plug.send((BUTTON, LB, 1))
     spin(lambda: pad.sent[-3:] == [(pytest.approx(0.2), 0.0, 0.0)] * 3, "it drives, repeatedly")
-    assert pad.held and pad.state.driving
+    assert pad.keeps_control and pad.state.driving
     pad.plug.send((BUTTON, LB, 0))
     spin(lambda: pad.sent[-1] == ZERO, "letting go stops")
-    assert not pad.held
+    assert not pad.keeps_control
 
 
 def test_rb_is_fast_within_the_top_speed(pad, spin):

@@ -1,4 +1,4 @@
-"""Several hands, one robot."""
+"""Several input devices, one robot."""
 
 import pytest
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -9,12 +9,13 @@ AHEAD, BACK, ZERO = (0.2, 0.0, 0.0), (-0.2, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 class InputDevice(QObject):
+    keeps_control = False
     velocity = pyqtSignal(float, float, float)
 
     def __init__(self):
         super().__init__()
         self.speed = self.turn = 0.0
-        self.block, self.moving = "", False
+        self.block, self.passing, self.moving = "", False, False
 
     def move(self, velocity):
         self.moving = any(velocity)
@@ -24,8 +25,8 @@ class InputDevice(QObject):
         if self.moving:
             self.move(ZERO)
 
-    def set_block(self, reason):
-        self.block = reason
+    def set_block(self, reason, passing=False):
+        self.block, self.passing = reason, passing
         if reason:
             self.release_all()
 
@@ -73,29 +74,33 @@ def test_stop_sends_zero_even_when_nothing_moves(mux):
     assert mux.sent[0] == ZERO and mux.sent[-1] == ZERO and not mux.pad.moving
 
 
-def test_speeds_reach_every_hand_also_a_later_one(mux):
+def test_speeds_reach_every_device_also_a_later_one(mux):
     mux.set_speeds(0.3, 0.7)
     late = InputDevice()
     mux.add(late)
-    assert {(hand.speed, hand.turn) for hand in (mux.pad, mux.stick, late)} == {(0.3, 0.7)}
+    assert {(device.speed, device.turn) for device in (mux.pad, mux.stick, late)} == {(0.3, 0.7)}
 
 
-def test_only_who_waits_hears_that_a_block_passes_by_itself(mux):
-    class Waiter(InputDevice):
-        waits = True
-
-        def set_block(self, reason, passing):
-            self.block = (reason, passing)
-
-    waiter = Waiter()
-    mux.add(waiter)
+def test_every_device_is_told_whether_a_block_passes_by_itself(mux):
+    late = InputDevice()
     mux.set_block("the picture is late", passing=True)
-    assert waiter.block == ("the picture is late", True) and mux.pad.block == "the picture is late"
+    mux.add(late)
+    assert mux.pad.block == late.block == "the picture is late" and mux.pad.passing and late.passing
     mux.set_block("the picture is late")
-    assert waiter.block == ("the picture is late", False)
+    assert late.block == "the picture is late" and not mux.pad.passing and not late.passing
 
 
-def test_who_begins_ends_what_the_others_hold_even_when_that_waits(mux):
+def test_a_zero_keeps_control_while_something_is_held(mux):
+    mux.stick.keeps_control = True
+    mux.stick.move(AHEAD)
+    mux.stick.move(ZERO)
+    assert mux.sent == [AHEAD, ZERO] and mux.driver is mux.stick
+    mux.stick.keeps_control = False
+    mux.stick.move(ZERO)
+    assert mux.driver is None
+
+
+def test_who_begins_releases_what_the_others_hold(mux):
     waiting = []
     mux.stick.release_all = lambda: waiting.append("released")
     mux.pad.move(AHEAD)

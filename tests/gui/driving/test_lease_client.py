@@ -104,7 +104,7 @@ def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
     page = SignInPage(Users(tmp_path / "none.db"))
     page.show()
     assert "python -m gui.users add" in page.signInMessage.text()
-    page.try_in()
+    page.try_sign_in()
     assert "Type your name" in page.signInMessage.text()
     page.close()
 

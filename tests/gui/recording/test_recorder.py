@@ -8,12 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
+from PyQt5.QtCore import QObject
 
+from gui.recording import recorder as recorder_module
+from gui.recording.recorder import Recorder
 from telepresence.station import processes
 
-pytestmark = pytest.mark.ros
-
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 TALK = textwrap.dedent("""
     import rospy
     from nav_msgs.msg import Odometry
@@ -29,7 +30,7 @@ RECORD = textwrap.dedent("""
     import signal, sys
     from pathlib import Path
     from PyQt5.QtCore import QCoreApplication, QTimer
-    from gui.recorder import Recorder
+    from gui.recording.recorder import Recorder
     application = QCoreApplication(sys.argv)
     recorder = Recorder(Path(sys.argv[1]))
     recorder.failed.connect(lambda text: print("failed", text, flush=True))
@@ -62,6 +63,7 @@ def messages_in(bag):
     return int(info.stdout or 0)
 
 
+@pytest.mark.ros
 def test_a_recording_that_is_ended_leaves_a_bag_and_a_report(recording, tmp_path):
     processes.send(recording.pid, signal.SIGUSR1)
     said, _ = recording.communicate(timeout=60)
@@ -70,6 +72,7 @@ def test_a_recording_that_is_ended_leaves_a_bag_and_a_report(recording, tmp_path
     assert "<svg" in (tmp_path / "kept" / "session.html").read_text()
 
 
+@pytest.mark.ros
 def test_a_killed_owner_leaves_a_whole_bag_and_no_process(recording, tmp_path, wait_until):
     family = processes.descendants(recording.pid)
     assert family
@@ -79,3 +82,20 @@ def test_a_killed_owner_leaves_a_whole_bag_and_no_process(recording, tmp_path, w
     wait_until(bag.exists, "the bag is closed")
     assert messages_in(bag) > 5
     wait_until(lambda: not {*family} & {*processes.descendants()}, "the recorder has ended")
+
+
+def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_path, monkeypatch):
+    """Two recordings end one after the other; the first one's report is ready last."""
+    program = tmp_path / "program"
+    program.write_text('#!/bin/sh\ncase "$3" in *first*) sleep 0.5; echo slow; exit 1;; esac\n')
+    program.chmod(0o755)
+    monkeypatch.setattr(recorder_module.sys, "executable", str(program))
+    parent = QObject()
+    recorder = Recorder(tmp_path, parent)
+    happened = []
+    recorder.reported.connect(lambda page: happened.append(Path(page).name))
+    recorder.failed.connect(happened.append)
+    for name in ("first", "second"):
+        recorder._write_report(tmp_path / f"{name}.bag")
+    spin(lambda: len(happened) == 2, "both reports have ended")
+    assert happened == ["second.html", "first.bag is recorded, but its report failed: slow"]

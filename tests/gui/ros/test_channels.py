@@ -39,7 +39,7 @@ def test_a_message_that_cannot_be_used_is_said_once(qt):
 
 
 def test_nothing_arrives_on_a_channel_that_nobody_wants(qt):
-    channel = Channel(Incoming("numbers", "numbers", "std_msgs/Int32", double, on_wish=True))
+    channel = Channel(Incoming("numbers", "numbers", "std_msgs/Int32", double, on_request=True))
     heard, _ = listen(channel)
     channel.post(1)
     qt.processEvents()

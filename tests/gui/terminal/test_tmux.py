@@ -6,9 +6,11 @@ import pty
 import subprocess
 import termios
 import threading
+from pathlib import Path
 
 import pytest
 
+from gui.terminal import tmux as tmux_module
 from gui.terminal.tmux import Tmux, TmuxError, environment
 from telepresence.station import processes
 
@@ -16,7 +18,7 @@ from telepresence.station import processes
 @pytest.fixture
 def tmux(wait_until):
     server = Tmux(f"telepresence-test-{os.getpid()}")
-    guard = server.start_guard()
+    reaper = server.start_reaper()
     master, slave = pty.openpty()
     termios.tcsetwinsize(slave, (24, 80))
     client = subprocess.Popen(
@@ -31,8 +33,8 @@ def tmux(wait_until):
     os.close(slave)
     threading.Thread(target=_drain, args=[master], daemon=True).start()
     yield server
-    guard.stdin.close()
-    guard.wait(10)
+    reaper.stdin.close()
+    reaper.wait(10)
     processes.end(client)
     wait_until(lambda: not server._has_session(), "the server has ended")
 
@@ -85,3 +87,17 @@ def test_a_closed_terminal_is_named(monkeypatch):
     monkeypatch.setattr("gui.terminal.tmux.TIMEOUT", 0.1)
     with pytest.raises(TmuxError):
         Tmux("telepresence-test-nobody").windows()
+
+
+def test_the_shell_finds_the_project_by_itself():
+    bashrc = Path(tmux_module.__file__).with_name("terminal.bashrc")
+    words = ["bash", "--noprofile", "--rcfile", str(bashrc), "-i", "-c", "echo $ROS_PACKAGE_PATH"]
+    shell = subprocess.run(
+        words,
+        env={"PATH": os.defpath, "HOME": "/"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=30,
+    )
+    assert "catkin_ws" in shell.stdout, shell.stderr

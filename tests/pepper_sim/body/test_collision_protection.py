@@ -17,7 +17,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 def zone_with(*points: tuple[float, float]) -> SecurityZone:
     zone = SecurityZone()
-    zone.see("test", np.array(points, float).reshape(-1, 2), ORIGIN)
+    zone.update("test", np.array(points, float).reshape(-1, 2), ORIGIN)
     return zone
 
 
@@ -56,7 +56,7 @@ def test_motion_that_does_not_approach_is_free():
 
 def test_obstacles_stay_where_they_were_seen():
     zone = SecurityZone()
-    zone.see("laser", np.array([[0.8, 0.0]]), (1.0, 0.0, math.pi / 2))
+    zone.update("laser", np.array([[0.8, 0.0]]), (1.0, 0.0, math.pi / 2))
     factor, obstacle = zone.limit(0.3, 0.0, (1.0, 0.52, math.pi / 2))
     assert factor == pytest.approx(0.0, abs=0.3)
     assert obstacle == pytest.approx((1.0, 0.8))
@@ -65,7 +65,7 @@ def test_obstacles_stay_where_they_were_seen():
 
 def test_a_sensor_that_sees_nothing_more_clears_its_obstacles():
     zone = zone_with((0.2, 0.0))
-    zone.see("test", np.zeros((0, 2)), ORIGIN)
+    zone.update("test", np.zeros((0, 2)), ORIGIN)
     assert zone.limit(0.3, 0.0, ORIGIN) == (1.0, None)
 
 
@@ -75,7 +75,7 @@ def test_distances_can_be_set_and_the_protection_switched_off():
     zone.orthogonal = 0.1
     assert zone.limit(0.35, 0.0, ORIGIN)[0] == 1.0 > cautious
     zone.orthogonal = 0.8
-    zone.see("test", np.array([[0.175 + 0.2, 0.0]]), ORIGIN)
+    zone.update("test", np.array([[0.175 + 0.2, 0.0]]), ORIGIN)
     assert zone.limit(0.35, 0.0, ORIGIN)[0] < cautious
     zone.enabled = False
     assert zone.limit(0.35, 0.0, ORIGIN) == (1.0, None)

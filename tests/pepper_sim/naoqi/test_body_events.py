@@ -18,15 +18,15 @@ PARTS = {
 @pytest.mark.parametrize("part", PARTS)
 def test_touch_raises_its_event_and_shows_in_its_keys(naoqi, wait_until, part):
     event, key = PARTS[part]
-    heard, changes = [], []
+    received, changes = [], []
     touched, changed = naoqi.ALMemory.subscriber(event), naoqi.ALMemory.subscriber("TouchChanged")
-    touched.signal.connect(heard.append)
+    touched.signal.connect(received.append)
     changed.signal.connect(changes.append)
     naoqi.robot.press(part, True)
-    wait_until(lambda: heard == [1.0], "the press was told")
+    wait_until(lambda: received == [1.0], "the press was reported")
     assert naoqi.ALMemory.getListData([event, key]) == [1.0, 1.0]
     naoqi.robot.press(part, False)
-    wait_until(lambda: heard == [1.0, 0.0], "the release was told")
+    wait_until(lambda: received == [1.0, 0.0], "the release was reported")
     assert naoqi.ALMemory.getListData([event, key]) == [0.0, 0.0]
     wait_until(lambda: len(changes) == 2, "TouchChanged was raised twice")
     assert changes[0][0][1] is True and changes[1][0][1] is False
@@ -39,7 +39,7 @@ def test_the_chest_button_clicks(naoqi, wait_until):
     naoqi.robot.press("ChestButton", True)
     wait_until(lambda: naoqi.ALMemory.getData("ChestButtonPressed") == 1.0, "the press was seen")
     naoqi.robot.press("ChestButton", False)
-    wait_until(lambda: clicks, "the click was told")
+    wait_until(lambda: clicks, "the click was reported")
 
 
 def test_data_behind_events_is_there_from_the_start(naoqi):

@@ -24,17 +24,17 @@ def test_subscriptions_of_an_extractor(naoqi, refused):
 
 def test_sonar_events_only_while_somebody_listens(naoqi, wait_until, simulation):
     service = next(s for s in simulation.server.catalogue.services if s.name == "ALSonar")
-    heard = []
+    received = []
     subscriber = naoqi.ALMemory.subscriber("SonarLeftNothingDetected")
-    subscriber.signal.connect(heard.append)
+    subscriber.signal.connect(received.append)
     naoqi.ALSonar.subscribe("listener")
-    wait_until(lambda: heard, "the free way was told")
-    assert heard[0] > 0.5
+    wait_until(lambda: received, "the free way was reported")
+    assert received[0] > 0.5
     near = []
     detected = naoqi.ALMemory.subscriber("SonarRightDetected")
     detected.signal.connect(near.append)
     service._poll(0.3)
-    wait_until(lambda: near, "the obstacle was told")
+    wait_until(lambda: near, "the obstacle was reported")
     assert near == [pytest.approx(0.3)]
     naoqi.ALSonar.unsubscribe("listener")
 

@@ -70,7 +70,7 @@ def test_an_error_names_service_method_and_argument():
         _binding("turn", "(f)")(math.nan)
 
 
-def test_what_nobody_foresaw_is_told_shortly_and_logged(caplog):
+def test_an_unforeseen_error_is_short_for_the_client_and_logged(caplog):
     with pytest.raises(ServiceError, match="ALExample::fail: internal error"):
         _binding("fail", "()")()
     assert "unforeseen" in caplog.text and "Traceback" in caplog.text

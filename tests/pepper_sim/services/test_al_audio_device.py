@@ -161,12 +161,12 @@ def test_volume_and_mute_act_on_the_sound(audio, simulation):
     assert audio.isAudioOutMuted() is True and audio.getOutputVolume() == 50
 
 
-def test_playing_is_told_while_it_lasts(audio, wait_until):
-    told = []
-    audio.speakersPlaying.connect(told.append)
+def test_speakers_playing_is_signalled_while_sound_plays(audio, wait_until):
+    events = []
+    audio.speakersPlaying.connect(events.append)
     audio.playSine(440, 20, 0, 0.4)
-    wait_until(lambda: told and told[-1] is False, "the end was told")
-    assert True in told
+    wait_until(lambda: events and events[-1] is False, "the end was reported")
+    assert True in events
 
 
 def test_energy_and_recording(audio, simulation, refused, wait_until):

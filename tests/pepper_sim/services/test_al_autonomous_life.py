@@ -7,9 +7,9 @@ ACTIVITY = "robotvideo/behaviour"
 
 def test_states_wake_the_robot_and_send_it_to_rest(naoqi, wait_until, refused):
     life = naoqi.ALAutonomousLife
-    heard = []
+    received = []
     subscriber = naoqi.ALMemory.subscriber("AutonomousLife/State")
-    subscriber.signal.connect(heard.append)
+    subscriber.signal.connect(received.append)
     assert life.getState() == "disabled"
     life.setState("solitary")
     assert life.getState() == "solitary" == naoqi.ALMemory.getData("AutonomousLife/State")
@@ -18,7 +18,7 @@ def test_states_wake_the_robot_and_send_it_to_rest(naoqi, wait_until, refused):
     life.setState("interactive")
     assert naoqi.ALMotion.robotIsWakeUp() is True
     life.setState("disabled")
-    wait_until(lambda: heard == ["solitary", "disabled", "interactive", "disabled"], "every change was told")
+    wait_until(lambda: received == ["solitary", "disabled", "interactive", "disabled"], "every change was reported")
     assert life.getStateHistory(1)[0][0] == "disabled"
     assert "state" in refused(life.setState, "asleep")
 
@@ -108,7 +108,7 @@ def test_behaviors_start_and_stop(naoqi, wait_until, refused):
     manager.stopBehavior(ACTIVITY)
     manager.runBehavior(ACTIVITY)
     assert manager.getRunningBehaviors() == []
-    wait_until(lambda: started == stopped == [ACTIVITY] * 2, "starts and stops were told")
+    wait_until(lambda: started == stopped == [ACTIVITY] * 2, "starts and stops were reported")
     assert "not installed" in refused(manager.startBehavior, "dance/tango")
     assert "not running" in refused(manager.stopBehavior, ACTIVITY)
     manager.stopAllBehaviors()

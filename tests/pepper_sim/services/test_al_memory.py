@@ -36,27 +36,27 @@ def test_the_body_cannot_be_overwritten(naoqi):
 
 
 def test_events_reach_every_subscriber_with_their_values(naoqi, connect, wait_until):
-    heard: dict[str, list] = {"a": [], "b": []}
+    received: dict[str, list] = {"a": [], "b": []}
     subscribers = []  # the object must stay referenced
-    for name in heard:
+    for name in received:
         subscriber = connect().service("ALMemory").subscriber("Test/Event")
-        subscriber.signal.connect(heard[name].append)
+        subscriber.signal.connect(received[name].append)
         subscribers.append(subscriber)
     for value in (1, "two", [3.0]):
         naoqi.ALMemory.raiseEvent("Test/Event", value)
-    wait_until(lambda: all(len(values) == 3 for values in heard.values()), "both heard three events")
-    assert heard["a"] == heard["b"] == [1, "two", [3.0]]
+    wait_until(lambda: all(len(values) == 3 for values in received.values()), "both received three events")
+    assert received["a"] == received["b"] == [1, "two", [3.0]]
     assert naoqi.ALMemory.getData("Test/Event") == [3.0]
 
 
 def test_inserting_data_raises_no_event(naoqi, wait_until):
-    heard = []
+    received = []
     subscriber = naoqi.ALMemory.subscriber("Test/Quiet")
-    subscriber.signal.connect(heard.append)
+    subscriber.signal.connect(received.append)
     naoqi.ALMemory.insertData("Test/Quiet", 1)
     naoqi.ALMemory.raiseEvent("Test/Quiet", 2)
-    wait_until(lambda: heard, "the event arrived")
-    assert heard == [2]
+    wait_until(lambda: received, "the event arrived")
+    assert received == [2]
 
 
 def test_old_style_callbacks_with_and_without_message(naoqi, connect, wait_until, refused):

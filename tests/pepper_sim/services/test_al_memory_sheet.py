@@ -168,7 +168,7 @@ def test_nothing_is_uncertain_or_reflected(naoqi):
             assert (math.hypot(x, y), math.degrees(math.atan2(y, x))) == pytest.approx((5.6, bearing))
 
 
-def test_laser_boards_do_what_they_are_told(naoqi):
+def test_laser_boards_run_all_their_lasers(naoqi):
     keys = [f"{LASER}{side}/Reg/OperationMode/{{}}/Value" for side in ("Front", "Left", "Right")]
     for part in ("Sensor", "Actuator"):
         assert naoqi.ALMemory.getListData([key.format(part) for key in keys]) == [7.0, 1.0, 1.0]

@@ -31,12 +31,12 @@ def test_wrong_names_and_speeds_are_refused(naoqi, refused):
     posture.setMaxTryNumber(3)
 
 
-def test_the_change_is_told(naoqi, wait_until):
-    heard = []
+def test_a_change_of_posture_raises_an_event(naoqi, wait_until):
+    received = []
     subscriber = naoqi.ALMemory.subscriber("PostureChanged")
-    subscriber.signal.connect(heard.append)
+    subscriber.signal.connect(received.append)
     naoqi.ALRobotPosture.goToPosture("Crouch", 1.0)
-    wait_until(lambda: "Crouch" in heard, "the new posture was told")
+    wait_until(lambda: "Crouch" in received, "the new posture was reported")
     assert naoqi.ALMemory.getData("PostureFamilyChanged") in ("Crouching", "Unknown", "Standing")
 
 

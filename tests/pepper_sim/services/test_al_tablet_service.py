@@ -62,19 +62,19 @@ def test_a_page_is_fetched_and_shown(tablet, pages, simulation, wait_until):
     tablet.onPageFinished.connect(lambda: finished.append(True))
     assert tablet.loadUrl(pages + "/") is True
     assert tablet.showWebview() is True
-    wait_until(lambda: finished, "the page was told to be finished")
+    wait_until(lambda: finished, "the page was reported as finished")
     wait_until(lambda: _near(_colour(simulation), ORANGE), "the page's picture is on the screen")
     assert simulation.tablet.visible
     assert tablet.hideWebview() is True
     wait_until(lambda: not _near(_colour(simulation), ORANGE), "the screen is dark again")
 
 
-def test_a_server_that_does_not_answer_is_told(tablet, free_port, wait_until):
+def test_a_server_that_does_not_answer_is_reported(tablet, free_port, wait_until):
     errors = []
     tablet.onLoadPageError.connect(lambda code, text, url: errors.append((code, text, url)))
     address = f"http://127.0.0.1:{free_port()}/page"
     assert tablet.showWebview(address) is True
-    wait_until(lambda: errors, "the error was told")
+    wait_until(lambda: errors, "the error was reported")
     code, text, url = errors[0]
     assert code < 0 and text and url == address
 

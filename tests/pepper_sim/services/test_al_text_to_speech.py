@@ -25,18 +25,20 @@ def test_say_takes_as_long_as_the_words_and_keeps_them(speech, simulation):
 
 
 def test_events_tell_what_is_said(naoqi, speech, wait_until):
-    heard = []
+    received = []
     subscribers = []
     for event in ("TextStarted", "CurrentSentence", "CurrentWord", "TextDone", "Status"):
         subscriber = naoqi.ALMemory.subscriber(f"ALTextToSpeech/{event}")
-        subscriber.signal.connect(lambda value, event=event: heard.append((event, value)))
+        subscriber.signal.connect(lambda value, event=event: received.append((event, value)))
         subscribers.append(subscriber)
     speech.say("Hello Pepper")
     states = ["started", "done"]
-    wait_until(lambda: [value[1] for event, value in heard if event == "Status"] == states, "both states were told")
-    wait_until(lambda: ("TextDone", True) in heard, "the end was told")
-    assert ("TextStarted", True) in heard and ("CurrentSentence", "Hello Pepper") in heard
-    words = [value for event, value in heard if event == "CurrentWord" and value]
+    wait_until(
+        lambda: [value[1] for event, value in received if event == "Status"] == states, "both states were reported"
+    )
+    wait_until(lambda: ("TextDone", True) in received, "the end was reported")
+    assert ("TextStarted", True) in received and ("CurrentSentence", "Hello Pepper") in received
+    words = [value for event, value in received if event == "CurrentWord" and value]
     assert words == ["Hello", "Pepper"]
 
 
@@ -51,7 +53,7 @@ def test_stop_all_interrupts_what_is_said_and_what_waits(naoqi, speech, wait_unt
     speech.stopAll()
     for call in calls:
         call.value(3000)
-    wait_until(lambda: interrupted == [True], "the interruption was told once")
+    wait_until(lambda: interrupted == [True], "the interruption was reported once")
 
 
 def test_other_services_answer_while_the_robot_speaks(naoqi, speech):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pepper_sim.sound.loudspeaker_output import RATE, LoudspeakerOutput
-from pepper_sim.sound.room import MEMORY, Track, sine, write_wave
+from pepper_sim.sound.room import HISTORY, Track, sine, write_wave
 from pepper_sim.sound.room_sounds import RoomSounds
 
 
@@ -27,8 +27,8 @@ def test_buffers_of_a_stream_have_no_seam() -> None:
     stream = track.open(rate, start=100.0)
     for first in range(0, len(tone), 441):
         track.extend(stream, tone[first : first + 441])
-    heard = track.render(100.1 + 1 / 97000, RATE // 2, RATE)
-    steps = np.abs(np.diff(heard))
+    rendered = track.render(100.1 + 1 / 97000, RATE // 2, RATE)
+    steps = np.abs(np.diff(rendered))
     assert steps.max() < 1.2 * 0.5 * 2 * np.pi * 441.0 / RATE, "a click"
 
 
@@ -38,7 +38,7 @@ def test_a_stream_forgets_what_is_long_over_and_keeps_its_time() -> None:
     for second in range(100):
         track.extend(stream, np.full(1000, second / 100.0, np.float32))
     assert stream.end == pytest.approx(100.0)
-    assert len(stream.samples) <= 2 * MEMORY * 1000
+    assert len(stream.samples) <= 2 * HISTORY * 1000
     assert track.render(98.5, 10, 1000) == pytest.approx(0.98) and track.render(99.5, 10, 1000) == pytest.approx(0.99)
 
 

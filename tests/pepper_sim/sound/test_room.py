@@ -20,8 +20,8 @@ def test_sounds_add_up_where_they_overlap():
 def test_another_rate_keeps_the_tone():
     track, now = Track(), time.monotonic()
     track.play(sine(100, 1.0, 22050), 22050, start=now)
-    heard = track.render(now + 0.1, 4800, 48000)
-    spectrum = np.abs(np.fft.rfft(heard))
+    rendered = track.render(now + 0.1, 4800, 48000)
+    spectrum = np.abs(np.fft.rfft(rendered))
     assert np.argmax(spectrum) * 10 == 100
 
 

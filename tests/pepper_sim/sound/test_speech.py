@@ -7,7 +7,7 @@ import pytest
 
 from pepper_sim.sound import speech
 from pepper_sim.sound.room import Loudspeaker, read_wave
-from pepper_sim.sound.speech import Manner, Voice, synthesise
+from pepper_sim.sound.speech import SpeechStyle, Voice, synthesise
 
 
 @pytest.fixture
@@ -18,31 +18,31 @@ def voice(tmp_path):
 
 
 def test_synthesis_really_speaks_and_speed_changes_the_length():
-    samples, rate = synthesise("one two three four five", Manner())
-    slow, _ = synthesise("one two three four five", Manner(speed=50))
+    samples, rate = synthesise("one two three four five", SpeechStyle())
+    slow, _ = synthesise("one two three four five", SpeechStyle(speed=50))
     assert np.abs(samples).max() > 0.05 and 0.5 < len(samples) / rate < 4
     assert len(slow) > 1.5 * len(samples)
 
 
 def test_text_is_never_read_as_an_option():
-    samples, rate = synthesise("--help -v xx; rm -rf /", Manner())
+    samples, rate = synthesise("--help -v xx; rm -rf /", SpeechStyle())
     assert len(samples) / rate > 0.5
 
 
 def test_without_a_synthesiser_there_is_silence_of_the_same_order(monkeypatch):
     monkeypatch.setattr(speech, "SPEAKER", "no-such-program")
-    samples, rate = synthesise("one two three", Manner())
+    samples, rate = synthesise("one two three", SpeechStyle())
     assert not samples.any() and len(samples) / rate == pytest.approx(60 * 3 / 175, rel=0.01)
 
 
 def test_texts_are_said_in_order_with_their_words(voice):
-    told = []
-    voice.on_begin = lambda text: told.append(text)
-    voice.on_word = lambda word, position: told.append((word, position))
-    voice.on_end = lambda interrupted: told.append(interrupted)
-    first, second = voice.say("Good day", Manner()), voice.say("Bye", Manner())
+    events = []
+    voice.on_begin = lambda text: events.append(text)
+    voice.on_word = lambda word, position: events.append((word, position))
+    voice.on_end = lambda interrupted: events.append(interrupted)
+    first, second = voice.say("Good day", SpeechStyle()), voice.say("Bye", SpeechStyle())
     assert first.result(20) is True and second.result(20) is True
-    assert told == ["Good day", ("Good", 0), ("day", 5), False, "Bye", ("Bye", 0), False]
+    assert events == ["Good day", ("Good", 0), ("day", 5), False, "Bye", ("Bye", 0), False]
     samples, _ = read_wave(voice.last_spoken)
     assert samples.any()
 
@@ -50,27 +50,27 @@ def test_texts_are_said_in_order_with_their_words(voice):
 def test_stop_interrupts_at_once(voice):
     began = []
     voice.on_begin = began.append
-    calls = [voice.say("a rather long sentence that takes its time", Manner()) for _ in range(3)]
+    calls = [voice.say("a rather long sentence that takes its time", SpeechStyle()) for _ in range(3)]
     while not began:
         time.sleep(0.01)
     begin = time.monotonic()
     voice.stop()
     assert [call.result(20) for call in calls] == [False] * 3
     assert time.monotonic() - begin < 5.0, "three sentences take longer"
-    assert voice.say("again", Manner()).result(20) is True
+    assert voice.say("again", SpeechStyle()).result(20) is True
 
 
 def test_a_cancelled_text_is_not_said(voice):
     began = []
     voice.on_begin = began.append
-    first, second = voice.say("one", Manner()), voice.say("two", Manner())
+    first, second = voice.say("one", SpeechStyle()), voice.say("two", SpeechStyle())
     second.cancel()
     first.result(20)
-    assert voice.say("three", Manner()).result(20) is True
+    assert voice.say("three", SpeechStyle()).result(20) is True
     assert began == ["one", "three"]
 
 
 def test_a_closed_voice_says_nothing(tmp_path):
     voice = Voice(Loudspeaker(), tmp_path / "last.wav")
     voice.close()
-    assert voice.say("hello", Manner()).result(1) is False
+    assert voice.say("hello", SpeechStyle()).result(1) is False

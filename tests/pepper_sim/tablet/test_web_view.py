@@ -59,7 +59,7 @@ def test_finds_the_picture_of_a_page(markup: str, site, glass, eventually, encod
 
 
 def test_keeps_cookies_over_redirects(site, glass, encoded) -> None:
-    def door(handler: http.server.BaseHTTPRequestHandler) -> None:
+    def sign_in(handler: http.server.BaseHTTPRequestHandler) -> None:
         if "k=secret" in handler.path:
             cookie = {"Location": "/", "Set-Cookie": "tp=secret; HttpOnly; SameSite=Lax; Path=/"}
             site.answer(handler, b"", status=302, headers=cookie)
@@ -68,7 +68,7 @@ def test_keeps_cookies_over_redirects(site, glass, encoded) -> None:
         else:
             site.answer(handler, b"Forbidden", status=403)
 
-    site.routes["/"] = door
+    site.routes["/"] = sign_in
     site.serve("/picture", encoded(GREEN), "image/jpeg")
     glass.open(site.url("/?k=secret"))
     assert glass.shows(GREEN)

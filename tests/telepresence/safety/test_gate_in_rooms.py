@@ -10,6 +10,8 @@ from safety.suite import GATES, Cell
 from safety.trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
 from safety.worlds import PERSON
 
+pytestmark = pytest.mark.slow
+
 SEED = 2
 """One of the tuning seeds: these rooms are not those of the published figures."""
 

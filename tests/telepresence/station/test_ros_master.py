@@ -14,12 +14,12 @@ pytestmark = pytest.mark.ros
 
 NODE = textwrap.dedent("""
     import rospy, std_msgs.msg, std_srvs.srv, logging
-    from telepresence.ros_master import MasterWatch
+    from telepresence_ros.master_watch import MasterWatch
     rospy.init_node("phoenix")
     publisher = rospy.Publisher("embers", std_msgs.msg.String, queue_size=1)
     rospy.Subscriber("wood", std_msgs.msg.String, lambda message: publisher.publish(message.data + " burnt"))
     rospy.Service("rise", std_srvs.srv.Trigger, lambda request: (True, "risen"))
-    MasterWatch(rospy, lambda: print("lost", flush=True), lambda: print("found", flush=True)).start()
+    MasterWatch(lambda: print("lost", flush=True), lambda: print("found", flush=True)).start()
     print("ready", flush=True)
     rospy.spin()
 """)

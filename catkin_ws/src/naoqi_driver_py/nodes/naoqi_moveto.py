@@ -56,8 +56,8 @@ class MoveTo:
         self._wake = threading.Event()
         self._late = StaleCommandFilter()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
-        self._gate = GatedDrive() if rospy.get_param("~safety", True) else None
-        self._gate = self._gate or CommandGate()
+        self._gated = GatedDrive() if rospy.get_param("~safety", True) else None
+        self._gate = self._gated or CommandGate()
         look = rospy.get_param("~look", 0.15)
         self._base = BaseDriver(
             self._node.connection,
@@ -70,10 +70,10 @@ class MoveTo:
         self._state_due = 0.0
         self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
-        if self._gate is not None:
+        if self._gated is not None:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
-            self._safety = SafetyTopics(PEPPER, frame, self._gate, self._gate.obstacles)
-            self._sensors = RangeSensorReader(self._node.connection, self._gate.receive).start()
+            self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles)
+            self._sensors = RangeSensorReader(self._node.connection, self._gated.receive).start()
         rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
@@ -138,7 +138,7 @@ class MoveTo:
                 commanded = time.monotonic()
             self._base.step(time.monotonic(), self._node.master.alive)
             self._report(time.monotonic())
-        if self._gate is not None:
+        if self._gated is not None:
             self._sensors.close()
         self._gate.clear()
         try:
@@ -147,8 +147,8 @@ class MoveTo:
             rospy.logerr("could not stop the robot at the end, its watchdog has to: %s", error)
 
     def _report(self, now: float) -> None:
-        if self._gate is not None and self._gate.decision is not None:
-            self._safety.report(now, self._gate.decision)
+        if self._gated is not None and self._gated.decision is not None:
+            self._safety.report(now, self._gated.decision)
         if self._base.state != self._state or now >= self._state_due:
             if self._base.state != self._state:
                 rospy.loginfo("%s", self._base.state)

@@ -14,8 +14,9 @@ import rospy
 from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFeedback, SpeechWithFeedbackResult
 from naoqi_bridge_msgs.srv import GetString, GetStringResponse, SetString, SetStringResponse
 from naoqi_driver.connection import RobotError
-from naoqi_driver.naoqi_node import NaoqiNode, hide_late_publications
+from naoqi_driver.naoqi_node import NaoqiNode
 from std_msgs.msg import String
+from telepresence_ros.node import hide_late_publications
 
 POLL_PERIOD = 0.1
 
@@ -31,7 +32,7 @@ class Speech:
         self._action.start()
 
     def run(self) -> int:
-        return self._node.run(self._node.stop.wait)
+        return self._node.run()
 
     def _on_speech(self, message: String) -> None:
         try:

@@ -27,11 +27,12 @@ from naoqi_bridge_msgs.msg import (
     JointTrajectoryResult,
 )
 from naoqi_driver.connection import PendingCall, RobotError
-from naoqi_driver.naoqi_node import NaoqiNode, hide_late_publications
+from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpolation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
+from telepresence_ros.node import hide_late_publications
 
 SLOW_TIMEOUT = 15.0
 """Seconds that waking up, resting and a change of life may take."""

@@ -8,19 +8,15 @@ Parameters: ~poses: name -> joint_names, positions, time_from_start (see config/
 """
 
 import sys
-import threading
 
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseResult, JointTrajectoryAction, JointTrajectoryGoal
-from naoqi_driver.naoqi_node import hide_late_publications
 from naoqi_pose.poses import Pose, UnusablePose, read_poses
 from std_srvs.srv import Empty
-from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.node import Node, hide_late_publications
 from trajectory_msgs.msg import JointTrajectoryPoint
-
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 
 CONTROLLER_TIMEOUT = 10.0
 """Seconds to wait for pose_controller."""
@@ -31,13 +27,8 @@ GRACE = 5.0
 
 class PoseManager:
     def __init__(self) -> None:
-        wait_for_master()
-        rospy.init_node("pose_manager")
-        route_logs_to_ros()
+        self._node = Node("pose_manager")
         hide_late_publications()
-        self._stop = threading.Event()
-        rospy.on_shutdown(self._stop.set)
-        MasterWatch(rospy).start()
         try:
             self._poses = read_poses(rospy.get_param("~poses", {}))
         except UnusablePose as error:
@@ -49,6 +40,10 @@ class PoseManager:
         self._server = actionlib.SimpleActionServer("body_pose", BodyPoseAction, self._on_goal, auto_start=False)
         self._server.start()
         rospy.loginfo("poses: %s", ", ".join(sorted(self._poses)))
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run()
 
     def _on_goal(self, goal) -> None:
         pose = self._poses.get(goal.pose_name)
@@ -62,7 +57,7 @@ class PoseManager:
         self._controller.send_goal(trajectory_goal(pose))
         deadline = rospy.Time.now() + rospy.Duration(pose.points[-1][0] + GRACE)
         while not self._controller.wait_for_result(rospy.Duration(POLL_PERIOD)):
-            if self._server.is_preempt_requested() or self._stop.is_set():
+            if self._server.is_preempt_requested() or self._node.stop.is_set():
                 self._controller.cancel_goal()
                 self._server.set_preempted(BodyPoseResult(), "withdrawn")
                 return
@@ -82,7 +77,7 @@ class PoseManager:
     def _wait_for_controller(self) -> bool:
         deadline = rospy.Time.now() + rospy.Duration(CONTROLLER_TIMEOUT)
         while not self._controller.wait_for_server(rospy.Duration(POLL_PERIOD)):
-            if self._stop.is_set() or self._server.is_preempt_requested() or rospy.Time.now() > deadline:
+            if self._node.stop.is_set() or self._server.is_preempt_requested() or rospy.Time.now() > deadline:
                 return False
         return True
 
@@ -104,5 +99,4 @@ def trajectory_goal(pose: Pose) -> JointTrajectoryGoal:
 
 
 if __name__ == "__main__":
-    PoseManager()
-    rospy.spin()
+    sys.exit(PoseManager().run())

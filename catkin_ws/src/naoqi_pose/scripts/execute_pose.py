@@ -11,8 +11,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseGoal
-
-from telepresence.station.ros_master import wait_for_master
+from telepresence_ros.master_watch import wait_for_master
 
 SERVER_TIMEOUT = 10.0
 POSE_TIMEOUT = 30.0

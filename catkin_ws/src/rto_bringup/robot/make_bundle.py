@@ -3,36 +3,26 @@
 
     python3 catkin_ws/src/rto_bringup/robot/make_bundle.py [FOLDER]
 
-The file holds our own modules only. NumPy, and for the camera aiortc and aiohttp, come from the robot's own Python.
+The file holds our own modules only: those of rto_bringup.onboard and all that they import. The packages that they need
+from elsewhere are in requirements.txt.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import shutil
 import sys
 import tempfile
 import zipapp
+from collections.abc import Iterator
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[3]
-CONTENTS = {
-    ROOT: (
-        "telepresence/__init__.py",
-        "telepresence/video/__init__.py",
-        "telepresence/video/images.py",
-        "telepresence/video/frame_timestamp.py",
-        "telepresence/video/webrtc.py",
-        "telepresence/safety",
-    ),
-    ROOT / "catkin_ws/src/rto_node/src": (
-        "rto_node/__init__.py",
-        "rto_node/client.py",
-        "rto_node/drive_datagram.py",
-    ),
-    ROOT / "catkin_ws/src/rto_bringup/src": ("rto_bringup/__init__.py", "rto_bringup/onboard"),
-}
+SOURCES = (ROOT, ROOT / "catkin_ws/src/rto_node/src", ROOT / "catkin_ws/src/rto_bringup/src")
+"""Where our modules are."""
+PROGRAMS = "rto_bringup.onboard"
 BESIDE = ("requirements.txt", "robotino-onboard@.service")
 NAME = "robotino_onboard.pyz"
 
@@ -43,9 +33,11 @@ def main(arguments: list[str] | None = None) -> int:
     folder = parser.parse_args(arguments).folder
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        for base, names in CONTENTS.items():
-            for name in names:
-                copy(base / name, Path(scratch) / name)
+        for name, source in modules(PROGRAMS).items():
+            target = Path(scratch, *name.split("."))
+            target = target / "__init__.py" if is_package(source) else target.with_suffix(".py")
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, target)
         (Path(scratch) / "__main__.py").write_text(
             "import sys\n\nfrom rto_bringup.onboard.__main__ import main\n\nsys.exit(main())\n"
         )
@@ -56,12 +48,48 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def copy(source: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if source.is_dir():
-        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
-    else:
-        shutil.copy(source, target)
+def modules(package: str) -> dict[str, Path]:
+    """Return our modules that belong to `package` or are imported by one that does, each with its file."""
+    start = find(package)
+    if start is None:
+        raise ModuleNotFoundError(f"there is no package {package} in {', '.join(map(str, SOURCES))}")
+    waiting = [f"{package}.{path.stem}" for path in start.parent.glob("*.py") if not is_package(path)]
+    found: dict[str, Path] = {}
+    while waiting:
+        name = waiting.pop()
+        if not name or name in found or (path := find(name)) is None:
+            continue
+        found[name] = path
+        waiting += [name.rpartition(".")[0], *imports(name, path)]
+    return found
+
+
+def find(name: str) -> Path | None:
+    """Return the file of one of our modules or packages; None for other names."""
+    for base in SOURCES:
+        path = base.joinpath(*name.split("."))
+        for candidate in (path / "__init__.py", path.with_suffix(".py")):
+            if candidate.is_file():
+                return candidate
+    return None
+
+
+def is_package(path: Path) -> bool:
+    return path.name == "__init__.py"
+
+
+def imports(name: str, path: Path) -> Iterator[str]:
+    """Yield the names that a module imports, also those that it imports inside of a function."""
+    package = name if is_package(path) else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(), str(path))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = package.split(".")
+            base = ".".join(parents[: len(parents) - node.level + 1]) if node.level else ""
+            origin = ".".join(filter(None, (base, node.module)))
+            yield origin
+            yield from (f"{origin}.{alias.name}" for alias in node.names)  # each may be a module
 
 
 if __name__ == "__main__":

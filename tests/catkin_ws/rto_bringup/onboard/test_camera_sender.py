@@ -15,6 +15,8 @@ from rto_bringup.onboard import picture_sources
 from rto_bringup.onboard.picture_sources import open_source
 from rto_node.webrtc_camera import WebrtcCamera, sender_url
 
+pytestmark = pytest.mark.slow
+
 
 def ask(port: int, method: str = "GET", path: str = "/camera", body: bytes | None = None, kind="application/sdp"):
     request = urllib.request.Request(

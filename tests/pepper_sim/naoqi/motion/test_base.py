@@ -128,7 +128,7 @@ def test_a_sleeping_robot_does_not_move_and_says_why(naoqi, wait_until):
     start = _pose(naoqi)
     assert motion.moveTo(0.3, 0.0, 0.0) is False
     motion.move(0.3, 0.0, 0.0)
-    wait_until(lambda: len(failures) >= 1, "the refusal was told")
+    wait_until(lambda: len(failures) >= 1, "the refusal was reported")
     assert failures[0][0] == "stiffness" and failures[0][1] == 0
     assert _moved(naoqi, start) == pytest.approx((0, 0, 0), abs=0.005)
     motion.wakeUp()

@@ -5,9 +5,9 @@ import pytest
 
 def test_rest_ends_in_crouch_without_stiffness_and_wake_up_stands(naoqi, wait_until):
     motion, posture = naoqi.ALMotion, naoqi.ALRobotPosture
-    heard = []
+    received = []
     subscriber = naoqi.ALMemory.subscriber("robotIsWakeUp")
-    subscriber.signal.connect(heard.append)
+    subscriber.signal.connect(received.append)
     assert motion.robotIsWakeUp() is True
     motion.rest()
     assert motion.robotIsWakeUp() is False
@@ -17,7 +17,7 @@ def test_rest_ends_in_crouch_without_stiffness_and_wake_up_stands(naoqi, wait_un
     assert motion.robotIsWakeUp() is True
     assert motion.getStiffnesses("Body") == [1.0] * 17
     assert posture.getPosture() == "Stand"
-    wait_until(lambda: heard == [False, True], "both changes were told")
+    wait_until(lambda: received == [False, True], "both changes were reported")
 
 
 def test_stiffness_applies_to_head_and_arms_and_leaves_the_leg(naoqi, wait_until):

@@ -19,7 +19,6 @@ import threading
 import time
 from pathlib import Path
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
@@ -33,29 +32,33 @@ from telepresence_msgs.srv import (
     DriveJoinRequest,
     DriveJoinResponse,
 )
+from telepresence_ros.node import Node
 
-from telepresence.station.ros_master import MasterWatch, master_answers
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2
 """Seconds after which an unchanged state is repeated: windows take a second of silence for a dead arbiter."""
-LAYER_TIMEOUT = 2.0
+PARTING_TIME = 0.05
+"""Seconds for the last zero to leave: rospy sends from a thread of its own."""
+GATE_TIMEOUT = 2.0
 """Seconds in which the safety gate's stop must be found."""
-_LAYER = {"stop": "stop_drive", "reset_stop": "reset_stop"}
+_GATE_SERVICES = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
 class LeaseNode:
+    """Joins the lease, which decides who drives, and the topics."""
+
     def __init__(self) -> None:
+        self._node = Node("drive_lease")
         self._sign_in = bool(rospy.get_param("~sign_in", True))
         path = str(rospy.get_param("~users", ""))
         self._users = Users(Path(path) if path else None)
         self._lease = DriveLease(self._find_account)
         self._epoch = secrets.token_hex(4)
-        self._lock = threading.Lock()  # guards the lease: callbacks come on threads of their own
+        self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
         self._state, self._state_due = DriveState(), 0.0
-        self._stop = threading.Event()
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         self._states = rospy.Publisher("drive/state", DriveState, queue_size=1, latch=True)
         self._holds = rospy.Publisher("drive/hold", String, queue_size=1, latch=True)
@@ -69,19 +72,21 @@ class LeaseNode:
         rospy.Service("drive/join", DriveJoin, self._on_join)
         rospy.Service("drive/ask", DriveAsk, self._on_ask)
 
-    def run(self) -> None:
-        """Until the node is shut down; leaves with a zero."""
-        rospy.core.add_preshutdown_hook(lambda _reason: self._end())
-        MasterWatch(rospy).start()
-        while not self._stop.wait(PERIOD):
+    def run(self) -> int:
+        """Until the node is shut down; leaves with a zero. The exit code."""
+        return self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        for now in self._node.cycles(PERIOD):
             lost = self._lost_windows()
-            now = time.monotonic()
             with self._lock:
                 zeros = [self._lease.lost(node, now) for node in lost]
                 velocity = next(filter(None, zeros), None) or self._lease.tick(now)
                 state = self._lease.state(now)
             self._publish(velocity)
             self._report(state, now)
+        self._publish(ZERO)
+        time.sleep(PARTING_TIME)
 
     def _lost_windows(self) -> set[str]:
         """Nodes whose connection has closed since the last look. The kernel closes it when a process is killed, and
@@ -127,15 +132,15 @@ class LeaseNode:
             velocity, state = self._lease.tick(now), self._lease.state(now)
         self._publish(velocity)
         self._report(state, now)
-        if reply.ok and request.action in _LAYER:
-            service = _LAYER[request.action]
+        if reply.ok and request.action in _GATE_SERVICES:
+            service = _GATE_SERVICES[request.action]
             threading.Thread(target=self._call_gate, args=(service,), name=service, daemon=True).start()
         return DriveAskResponse(reply.ok, reply.reason)
 
     def _call_gate(self, service: str) -> None:
         """The safety gate's own stop also holds against programs that drive past the lease."""
         try:
-            rospy.wait_for_service(service, timeout=LAYER_TIMEOUT)
+            rospy.wait_for_service(service, timeout=GATE_TIMEOUT)
             rospy.ServiceProxy(service, Trigger)()
         except (rospy.ROSException, rospy.ServiceException) as error:
             rospy.logwarn("%s was not done by the safety gate: %s", service, error)
@@ -148,7 +153,7 @@ class LeaseNode:
         try:
             self._velocities.publish(message)
         except rospy.ROSException:
-            self._stop.set()  # the topic was closed: this node is being shut down
+            self._node.stop.set()  # the topic was closed: this node is being shut down
 
     def _report(self, state: object, now: float) -> None:
         message = DriveState(
@@ -172,20 +177,7 @@ class LeaseNode:
             self._state, self._state_due = message, now + STATE_PERIOD
             self._states.publish(message)
 
-    def _end(self) -> None:
-        """Also called by rospy before it closes the topics (rosnode kill)."""
-        if not self._stop.is_set():
-            self._stop.set()
-            self._publish(ZERO)
-            time.sleep(0.05)  # rospy sends from a thread of its own
-
 
 def main() -> int:
     """Run the node; the exit code."""
-    uri = rosgraph.get_master_uri()
-    if not master_answers(uri, timeout=5.0):
-        print(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        return 1
-    rospy.init_node("drive_lease")
-    LeaseNode().run()
-    return 0
+    return LeaseNode().run()

@@ -40,7 +40,7 @@ class GatedDrive:
         """The safety gate's last word."""
         self._commands = CommandGate()
         self._gate = VelocityGate(PROFILE)
-        self._lock = threading.Lock()  # guards the gate and the latches
+        self._lock = threading.Lock()  # protects the gate and the latches
         self._command: Command | None = None
         self._odometry: Odometry | None = None
         self._readings: deque[Reading] = deque(maxlen=MOST_READINGS)

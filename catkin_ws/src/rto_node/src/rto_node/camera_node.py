@@ -17,9 +17,10 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.node import Node
 
 from rto_node.client import RobotinoClient
-from rto_node.node import Link, RosNode, find_address
+from rto_node.link import Link, find_address
 from telepresence.video.images import fill_image_message
 
 CALIBRATED_WIDTH = 640
@@ -29,7 +30,7 @@ IDLE_PERIOD = 0.2
 
 class CameraNode:
     def __init__(self) -> None:
-        self._node = RosNode("rto_camera_node")
+        self._node = Node("rto_camera_node")
         address = find_address()
         self._link = Link(address)
         self._period = 1.0 / float(rospy.get_param("~rate", 15.0))

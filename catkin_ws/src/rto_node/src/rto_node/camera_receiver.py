@@ -23,8 +23,9 @@ from aiortc.contrib.signaling import CopyAndPasteSignaling
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, String
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.node import Node
 
-from rto_node.node import REMINDER_PERIOD, RosNode
+from rto_node.link import REMINDER_PERIOD
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
 from telepresence.video.images import fill_image_message
 from telepresence.video.webrtc import release_early
@@ -38,7 +39,7 @@ SIGNALING = ("http", "copy-paste")
 
 class CameraReceiver:
     def __init__(self) -> None:
-        self._node = RosNode("rto_camera_receiver")
+        self._node = Node("rto_camera_receiver")
         self._frame = rospy.get_param("~frame_id", "camera_optical_frame")
         self._measure = bool(rospy.get_param("~measure", False))
         self._image = rospy.Publisher("img_raw", Image, queue_size=1)

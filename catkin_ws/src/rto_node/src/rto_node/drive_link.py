@@ -51,7 +51,7 @@ class DriveLink:
         self.host, self.port = parse_address(address)
         self.problem = f"The drive server at {self.host}:{self.port} has not answered yet."
         self.outages = 0
-        self._lock = threading.Lock()  # guards what the pilot gives and asks
+        self._lock = threading.Lock()  # protects what the pilot gives and asks
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
         self._careful = False
@@ -96,7 +96,7 @@ class DriveLink:
             self._velocity = None
 
     def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
-        """Have the robot do one of `drive_wire.REQUESTS`; waits for the answer, asking again until it comes."""
+        """Have the robot do one of `drive_datagram.REQUESTS`; waits for the answer, asking again until it comes."""
         with self._lock:
             self._number += 1
             number = self._number

@@ -21,10 +21,10 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from telepresence_msgs.msg import SafetyState
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.node import Node
 
 from rto_node.drive_datagram import Report
 from rto_node.drive_link import DriveLink
-from rto_node.node import RosNode
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
@@ -37,7 +37,7 @@ SECTORS = 72
 class DriveLinkNode:
     def __init__(self) -> None:
         self._late = StaleCommandFilter()
-        self._node = RosNode("rto_drive_link", on_master_lost=self._on_master_lost)
+        self._node = Node("rto_drive_link", on_master_lost=self._on_master_lost)
         self._careful = bool(rospy.get_param("~careful", False))
         self._state, self._state_due = "", 0.0
         self._refused = 0

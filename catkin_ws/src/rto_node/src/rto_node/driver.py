@@ -26,11 +26,12 @@ from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.node import Node
 
 from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
-from rto_node.node import Link, RosNode, find_address
+from rto_node.link import Link, find_address
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -49,7 +50,7 @@ class Driver:
 
     def __init__(self) -> None:
         self._wake = threading.Event()
-        self._node = RosNode("rto_node", on_master_lost=self._wake.set)
+        self._node = Node("rto_node", on_master_lost=self._wake.set)
         address = find_address()
         self._gate = CommandGate(_read_limits())
         self._commands, self._sensors = Link(address), Link(address)

@@ -11,9 +11,10 @@ import math
 import rospy
 from sensor_msgs.msg import LaserScan
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.node import Node
 
 from rto_node.client import RobotinoClient, Scan
-from rto_node.node import Link, RosNode, find_address
+from rto_node.link import Link, find_address
 
 ABSENT_PERIOD = 2.0
 """Seconds between two questions to a robot without a laser."""
@@ -21,7 +22,7 @@ ABSENT_PERIOD = 2.0
 
 class LaserNode:
     def __init__(self) -> None:
-        self._node = RosNode("rto_laserrangefinder_node")
+        self._node = Node("rto_laserrangefinder_node")
         address = find_address()
         self._link = Link(address)
         self._period = 1.0 / float(rospy.get_param("~rate", 10.0))

@@ -17,10 +17,11 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.node import Node
 from tf2_msgs.msg import TFMessage
 
 from rto_node.client import Odometry, RobotinoClient
-from rto_node.node import Link, RosNode, find_address
+from rto_node.link import Link, find_address
 from rto_node.odometry_frame import OdometryFrame, Pose
 
 POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
@@ -31,14 +32,14 @@ UNMEASURED = 1e6
 
 class OdometryNode:
     def __init__(self) -> None:
-        self._node = RosNode("rto_odometry_node")
+        self._node = Node("rto_odometry_node")
         address = find_address()
         self._link = Link(address)
         self._period = 1.0 / float(rospy.get_param("~rate", 20.0))
         self._odom_frame = rospy.get_param("~odom_frame_id", "odom")
         self._base_frame = rospy.get_param("~base_frame_id", "base_link")
         self._frame = OdometryFrame()
-        self._lock = threading.Lock()  # guards the frame between the loop and the service
+        self._lock = threading.Lock()  # protects the frame between the loop and the service
         self._restarts = 0
         self._odom = rospy.Publisher("odom", OdometryMessage, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if rospy.get_param("~publish_tf", True) else None

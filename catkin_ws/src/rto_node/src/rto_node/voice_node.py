@@ -13,9 +13,9 @@ from __future__ import annotations
 import logging
 
 import rospy
+from telepresence_ros.node import Node
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
-from rto_node.node import RosNode
 from rto_node.robot_sound import RobotSound
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.loudspeaker import Loudspeaker
@@ -27,7 +27,7 @@ class Voice:
     """Joins microphone and loudspeaker with the robot's sound server."""
 
     def __init__(self) -> None:
-        self._node = RosNode("rto_voice")
+        self._node = Node("rto_voice")
         logging.getLogger("aioice").setLevel(logging.WARNING)
         self._levels = (Level(), Level())
         try:
@@ -41,7 +41,7 @@ class Voice:
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
-        self._surface = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
@@ -52,7 +52,7 @@ class Voice:
         try:
             for part in parts:
                 part.start()
-            self._surface.run(self._node.cycles(LEVEL_PERIOD))
+            self._topics.run(self._node.cycles(LEVEL_PERIOD))
         finally:
             for part in (*parts, self._echo):
                 if part is not None:

@@ -20,11 +20,11 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rto_node.node import RosNode
 from rto_node.robot_facts import SENSORS, ranges_of_guide_points
 from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
+from telepresence_ros.node import Node
 from telepresence_ros.safety_topics import SafetyTopics
 
 from rto_safe_teleop.bubble import ClampLimits
@@ -39,7 +39,7 @@ LAYERS = ("gate", "bubble")
 class SafeDrive:
     def __init__(self) -> None:
         self._late = StaleCommandFilter()
-        self._node = RosNode("safe_omni_drive", on_master_lost=self._late.link_lost)
+        self._node = Node("safe_omni_drive", on_master_lost=self._late.link_lost)
         self._gate = _choose_gate()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)

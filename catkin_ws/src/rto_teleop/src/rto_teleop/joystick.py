@@ -13,12 +13,11 @@ import dataclasses
 import threading
 import time
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
+from telepresence_ros.node import Node
 
-from telepresence.station.ros_master import MasterWatch, master_answers
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
@@ -28,24 +27,30 @@ LOOK_PERIOD = 1.0
 
 
 class JoystickNode:
-    def __init__(self, sticks: JoystickMapping, device: str) -> None:
-        self._sticks = sticks
-        self._device = device
-        self._stop = threading.Event()
-        self._lock = threading.Lock()  # guards the sticks
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        rospy.on_shutdown(self._stop.set)
-        self._master = MasterWatch(rospy, on_lost=self._lose).start()
+    """Reads a gamepad, or the topic joy, and publishes what it asks for."""
 
-    def run(self) -> None:
-        """Until the node is shut down."""
+    def __init__(self) -> None:
+        self._lock = threading.Lock()  # protects the sticks
+        self._sticks = JoystickMapping()
+        self._node = Node("rto_teleop_joystick", on_master_lost=self._lose)
+        settings = {
+            field.name: rospy.get_param(f"~{field.name}", field.default) for field in dataclasses.fields(Layout)
+        }
+        self._sticks = JoystickMapping(Layout(**settings))
+        self._device = str(rospy.get_param("~device", "/dev/input/js0"))
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
         if self._device:
-            threading.Thread(target=self._read_device, name="gamepad", daemon=True).start()
-        else:
-            rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
-        while not self._stop.wait(PERIOD):
+            return self._node.run(self._publish, self._read_device)
+        rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
+        return self._node.run(self._publish)
+
+    def _publish(self) -> None:
+        for now in self._node.cycles(PERIOD):
             with self._lock:
-                velocity = self._sticks.command(time.monotonic())
+                velocity = self._sticks.command(now)
             if velocity is not None:
                 message = Twist()
                 message.linear.x, message.linear.y, message.angular.z = velocity
@@ -61,37 +66,30 @@ class JoystickNode:
 
     def _read_device(self) -> None:
         missing = False
-        while not self._stop.is_set():
+        while not self._node.stop.is_set():
             try:
                 pad = Joystick(self._device)
             except OSError as error:
                 if not missing:
                     rospy.logwarn("no gamepad at %s (%s); looking again every second", self._device, error.strerror)
                 missing = True
-                self._stop.wait(LOOK_PERIOD)
+                self._node.stop.wait(LOOK_PERIOD)
                 continue
             missing = False
             rospy.loginfo("gamepad at %s: hold the drive button and move the sticks", self._device)
             try:
-                while not self._stop.is_set():
+                while not self._node.stop.is_set():
                     pad.wait(PERIOD)
                     with self._lock:
                         self._sticks.update(pad.axes, pad.buttons, time.monotonic())
             except OSError as error:
                 rospy.logwarn("%s; the robot stops", error)
                 self._lose()
-                self._stop.wait(LOOK_PERIOD)
+                self._node.stop.wait(LOOK_PERIOD)
             finally:
                 pad.close()
 
 
 def main() -> int:
     """Run the node; the exit code."""
-    uri = rosgraph.get_master_uri()
-    if not master_answers(uri, timeout=2.0):
-        print(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        return 1
-    rospy.init_node("rto_teleop_joystick")
-    settings = {field.name: rospy.get_param("~" + field.name, field.default) for field in dataclasses.fields(Layout)}
-    JoystickNode(JoystickMapping(Layout(**settings)), rospy.get_param("~device", "/dev/input/js0")).run()
-    return 0
+    return JoystickNode().run()

@@ -6,19 +6,16 @@ Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 import time
-from types import FrameType
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from telepresence_ros.node import Node, stop_on_signals
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 from rto_teleop.keys import HELP, HeldKeys, Velocity
-from telepresence.station.ros_master import MasterWatch, master_answers
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
@@ -28,40 +25,27 @@ PARTING_TIME = 0.1
 
 def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
     """Run the node called `name`, which publishes on `topic`; the exit code."""
-    stop = threading.Event()
-
-    def request_stop(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, request_stop)
-    uri = rosgraph.get_master_uri()
-    if not master_answers(uri, timeout=2.0):
-        print(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-        return 1
-    # rospy's own handlers would leave no time for the last zero.
-    rospy.init_node(name, disable_signals=True)
+    master_lost = threading.Event()
+    node = Node(name, on_master_lost=master_lost.set, stop=stop_on_signals(threading.Event()))
     try:
         keys = HeldKeys(float(rospy.get_param("~scale_linear", 1.0)), float(rospy.get_param("~scale_angular", 1.0)))
     except ValueError as error:
         print(f"{name}: wrong parameter: {error}", file=sys.stderr)
         return 1
-    KeyboardNode(keys, topic, stop).run()
-    rospy.signal_shutdown("keyboard driving ended")
+    KeyboardNode(keys, topic, node.stop, master_lost).run()
+    node.shut_down("keyboard driving ended")
     return 0
 
 
 class KeyboardNode:
-    """Joins keys and topic. `stop` ends `run`."""
+    """Joins keys and topic. `stop` ends `run`; the robot stops when `master_lost` is set."""
 
-    def __init__(self, keys: HeldKeys, topic: str, stop: threading.Event) -> None:
+    def __init__(self, keys: HeldKeys, topic: str, stop: threading.Event, master_lost: threading.Event) -> None:
         self._keys = keys
         self._stop = stop
         self._driving = False
-        self._master_lost = threading.Event()
+        self._master_lost = master_lost
         self._publisher = rospy.Publisher(topic, Twist, queue_size=1)
-        rospy.on_shutdown(stop.set)
-        MasterWatch(rospy, on_lost=self._master_lost.set).start()
 
     def run(self) -> None:
         """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""

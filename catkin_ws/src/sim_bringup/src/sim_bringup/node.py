@@ -1,7 +1,7 @@
 """A world with simulated robots as a ROS node, `robot_control_node`.
 
 Drivers reach every robot through its own wire (NAOqi, REST), as they reach a real one. Beside the wires stands what the
-simulation guide defines, and what only a simulator can tell. For every robot, in its namespace (see `surface.py`):
+simulation guide defines, and what only a simulator can tell. For every robot, in its namespace (see `interface.py`):
 
     robot_camera      sensor_msgs/Image, 640x480 rgb8, 10 Hz, frame robot_camera: through wire and driver
     movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety gate, driver and wire
@@ -25,14 +25,13 @@ import logging
 import signal
 from collections.abc import Callable
 
-import rosgraph
 import rospy
+from telepresence_ros.node import Node
 
 from sim_bringup.ros_interface import RobotTopics, WorldInterface
 from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
-from telepresence.station.ros_master import MasterWatch, master_answers
 
 DEFAULT_SCENE = "apartment"
 
@@ -64,16 +63,13 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
     Returns:
         The exit code.
     """
-    uri = rosgraph.get_master_uri()
-    if not master_answers(uri, timeout=2.0):
-        raise SystemExit(f"no ROS master answers at {uri}: start roscore, or set ROS_MASTER_URI to where one runs")
-    rospy.init_node(name)
-    signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("the terminal was closed"))
+    node = Node(name)
+    signal.signal(signal.SIGHUP, lambda *_: node.shut_down("the terminal was closed"))
     logging.getLogger("OpenGL").setLevel(logging.WARNING)
     try:
-        wishes = robots()
+        requests = robots()
         simulation = Simulation(
-            wishes,
+            requests,
             str(rospy.get_param("~scene", scene)),
             int(rospy.get_param("~seed", 0)),
             str(rospy.get_param("~address", "127.0.0.1")),
@@ -82,20 +78,19 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
         rospy.logfatal("%s", error)
         return 1
     with simulation:
-        MasterWatch(rospy).start()
         for robot, simulated in simulation.robots.items():
             for url in simulated.urls:
                 rospy.loginfo("simulated %s listens on %s", robot, url)
         settings = rospy.get_param("~wires", {})
         with WorldInterface(
-            simulation, {request.name: RobotTopics.read(request, settings) for request in wishes}
-        ) as surface:
+            simulation, {request.name: RobotTopics.read(request, settings) for request in requests}
+        ) as interface:
             if rospy.get_param("~viewer", False):
                 try:
-                    view(simulation.world, surface.stop)
+                    view(simulation.world, interface.stop)
                 except NoDisplay as error:
                     rospy.logerr("%s", error)
-            while not surface.stop.wait(1.0):
+            while not interface.stop.wait(1.0):
                 if simulation.failure:
                     rospy.logfatal("%s", simulation.failure)
                     return 1

@@ -11,18 +11,16 @@ heard nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is bri
 from __future__ import annotations
 
 import math
-import signal
 import sys
 import threading
 import time
-from types import FrameType
 
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
+from telepresence_ros.node import Node, stop_on_signals
 
-from telepresence.station.ros_master import MasterWatch, master_answers
 from twist_keyboard.keys import HELP, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
@@ -33,17 +31,14 @@ NEWCOMER_SILENCE = 1.0
 
 def main() -> int:
     """Run the node; the exit code."""
-    stop = threading.Event()
-
-    def request_stop(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, request_stop)
-    if not _wait_for_master(stop):
-        return 0
-    # rospy's own handlers would not handle SIGHUP, and leave no time for the last zero.
-    rospy.init_node("teleop_twist_keyboard", disable_signals=True)
+    master_lost = threading.Event()
+    # It waits for a master as long as it takes: people open the terminal for the keys first.
+    node = Node(
+        "teleop_twist_keyboard",
+        on_master_lost=master_lost.set,
+        stop=stop_on_signals(threading.Event()),
+        master_timeout=math.inf,
+    )
     try:
         keys = LatchedKeys(
             rospy.get_param("~speed", 0.2),
@@ -52,12 +47,12 @@ def main() -> int:
             rospy.get_param("~turn_limit", 2.0),
             rospy.get_param("~key_timeout", 0.0),
         )
-        node = KeyboardNode(keys, rospy.get_param("~repeat_rate", 10.0), stop)
+        keyboard = KeyboardNode(keys, rospy.get_param("~repeat_rate", 10.0), node.stop, master_lost)
     except (ValueError, TypeError) as error:
         print(f"teleop_twist_keyboard: wrong parameter: {error}", file=sys.stderr, flush=True)
         return 1
-    node.run()
-    rospy.signal_shutdown("keyboard driving ended")
+    keyboard.run()
+    node.shut_down("keyboard driving ended")
     return 0
 
 
@@ -68,18 +63,21 @@ class KeyboardNode:
         keys: The latched command.
         repeat_rate: Publications per second while a key is latched [Hz]; 0: one per key.
         stop: Set by others to end `run`.
+        master_lost: Set by others when the ROS master does not answer any more: the robot stops.
     Raises:
         ValueError: The rate is too low to keep a robot driving, or not a number.
     """
 
-    def __init__(self, keys: LatchedKeys, repeat_rate: float, stop: threading.Event) -> None:
+    def __init__(
+        self, keys: LatchedKeys, repeat_rate: float, stop: threading.Event, master_lost: threading.Event
+    ) -> None:
         if not (repeat_rate == 0 or 4.0 <= repeat_rate <= 100.0):
             raise ValueError(f"repeat_rate must be 0 or 4 to 100 Hz; it is {repeat_rate}")
         self._keys = keys
         self._repeats = repeat_rate != 0
         self._period = 1.0 / repeat_rate if self._repeats else IDLE_PERIOD
         self._stop = stop
-        self._master_lost = threading.Event()
+        self._master_lost = master_lost
         self._taken_over = threading.Event()
         self._heard_at: dict[str, float] = {}
         self._line = ""
@@ -89,7 +87,6 @@ class KeyboardNode:
         self._hold = ""
         self._holds = rospy.Subscriber(f"{beside}drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
         rospy.on_shutdown(self._end)
-        MasterWatch(rospy, on_lost=self._master_lost.set).start()
 
     def run(self) -> None:
         """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
@@ -209,16 +206,3 @@ def say(text: str) -> None:
         print(text, flush=True)
     except OSError:
         return
-
-
-def _wait_for_master(stop: threading.Event) -> bool:
-    """False when asked to stop meanwhile. rospy.init_node would wait for ever, and deaf to Ctrl-C."""
-    uri = rosgraph.get_master_uri()
-    told = False
-    while not master_answers(uri, timeout=1.0):
-        if not told:
-            told = True
-            say(f"No ROS master answers at {uri}. Start one with:  roscore")
-        if stop.wait(0.5):
-            return False
-    return True

@@ -24,16 +24,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import threading
 import time
 import urllib.parse
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
-from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.node import Node
 
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
@@ -44,16 +42,25 @@ from telepresence_1.tablet_link import TabletLink, public
 
 VISIT_PATIENCE = 10.0
 """Seconds after which a tablet that was told to show the page and has not asked for the picture is a problem."""
+STATUS_PERIOD = 1.0
+"""Seconds between two reports."""
+SHUTDOWN_TIMEOUT = 4.0
+"""Seconds for `ComCam.close`, twice what it takes."""
 
 
 class ComCam:
     """Joins camera, page and tablet; reads its parameters once.
 
+    Args:
+        node: The started node.
+        qi_url: The robot, in place of its parameters; for example tcp://192.168.1.20:9559.
+
     Raises:
         NoRoute, OSError, ValueError: The page cannot be served, or a parameter makes no sense; the text says why.
     """
 
-    def __init__(self, qi_url: str | None) -> None:
+    def __init__(self, node: Node, qi_url: str | None) -> None:
+        self._node = node
         robot = qi_url or str(rospy.get_param("~nao_ip", "127.0.0.1"))
         own = str(rospy.get_param("~roscore_ip", ""))
         address = choose_address(str(rospy.get_param("~address", "")), own, robot)
@@ -90,7 +97,20 @@ class ComCam:
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self._unvisited = False
 
+    def run(self) -> int:
+        """Until the node is shut down; the exit code."""
+        return self._node.run(self._loop)
+
+    def _loop(self) -> None:
+        try:
+            self.start()
+            for _ in self._node.cycles(STATUS_PERIOD):
+                self.report()
+        finally:
+            self.close()
+
     def start(self) -> None:
+        """Begin to film, to serve the page, and to show it on the tablet."""
         self.camera.start()
         self.server.start()
         rospy.loginfo("the page is at %s", public(self.page_url))
@@ -102,7 +122,7 @@ class ComCam:
             self.link.start()
 
     def close(self) -> None:
-        """Within two seconds, whatever the robot and the camera do."""
+        """End everything within two seconds, whatever the robot and the camera do."""
         if self.connection is not None and self.link is not None:
             self.link.close()
             self.connection.close()
@@ -159,23 +179,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="com_cam.py", description="Show the pilot's camera on the robot's tablet.")
     parser.add_argument("--qi-url", help="the robot, for example tcp://192.168.1.20:9559")
     arguments, _ = parser.parse_known_args(rospy.myargv(sys.argv)[1:])
-    wait_for_master()
-    rospy.init_node("com_cam")
-    route_logs_to_ros()
-    stop = threading.Event()
-    rospy.on_shutdown(stop.set)
+    node = Node("com_cam")
+    node.shutdown_timeout = SHUTDOWN_TIMEOUT
     try:
-        com_cam = ComCam(arguments.qi_url)
+        com_cam = ComCam(node, arguments.qi_url)
     except (NoRoute, OSError, ValueError) as error:
         rospy.logfatal("%s", error)
         return 1
-    master = MasterWatch(rospy).start()
-    try:
-        com_cam.start()
-        while not stop.is_set():
-            com_cam.report()
-            stop.wait(1.0)
-    finally:
-        com_cam.close()
-        master.close()
-    return 0
+    return com_cam.run()

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable
 
-from PyQt5.QtCore import Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QKeyEvent
-from PyQt5.QtWidgets import QApplication, QVBoxLayout, QWidget
+import numpy as np
+from PyQt5.QtCore import QRectF, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QColor, QImage, QKeyEvent, QPainter, QPaintEvent
+from PyQt5.QtWidgets import QApplication, QWidget
 
-from gui.ros.picture import Picture
-from gui.widgets.video_view import VideoView
+from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 
 log = logging.getLogger(__name__)
 
-CHECK_PERIOD = 100  # ms between two looks whether the program shall end
+STALE_AFTER = 1.0
+"""Seconds without a new picture after which the last one is greyed."""
+CHECK_PERIOD = 100
+"""Milliseconds between two checks of the picture's age, and of whether the program shall end."""
+_GROUND, _VEIL, _TEXT, _ALERT = QColor("#0d1116"), QColor(13, 17, 22, 140), QColor("#c5cdd8"), QColor("#f0a53a")
 
 
 class PictureWindow(QWidget):
@@ -27,17 +30,17 @@ class PictureWindow(QWidget):
     def __init__(self, newest: LatestImage, title: str) -> None:
         super().__init__()
         self._newest = newest
+        self._title = title
+        self._image: QImage | None = None
         self._sequence = 0
         self._pending = False
         self._complaint = ""
-        self._view = VideoView(self)
-        self._view.clear("Waiting for the robot's picture", title)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._view)
         self.setWindowTitle(title)
         self.resize(960, 720)
         self._arrived.connect(self._show_newest)
+        self._ages = QTimer(self)
+        self._ages.timeout.connect(self._check_age)
+        self._ages.start(CHECK_PERIOD)
         newest.add_listener(self._notify)
 
     def _notify(self) -> None:  # on the thread that brings the pictures
@@ -53,21 +56,59 @@ class PictureWindow(QWidget):
         self._sequence = picture.sequence
         message = picture.pixels
         try:
-            pixels = read_image_message(message)
-            arrived = time.monotonic() - self._newest.age()
-            self._view.show_picture(Picture(pixels, message.encoding, picture.stamp, arrived))
+            self._image = as_qimage(as_bgr(read_image_message(message), message.encoding))
         except ValueError as error:
             if str(error) != self._complaint:
                 log.error("the picture cannot be shown: %s", error)
                 self._complaint = str(error)
+        self.update()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key_F:
-            self.setWindowState(self.windowState() ^ Qt.WindowFullScreen)
-        elif event.key() == Qt.Key_Escape:
-            self.setWindowState(self.windowState() & ~Qt.WindowFullScreen)
-        elif event.key() == Qt.Key_Q:
+    def _check_age(self) -> None:
+        if self._newest.age() > STALE_AFTER:
+            self.update()
+
+    def paintEvent(self, _event: QPaintEvent | None) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.fillRect(self.rect(), _GROUND)
+        image = self._image
+        if image is None:
+            self._write(painter, _TEXT, f"Waiting for the robot's picture\n{self._title}")
+            return
+        scale = min(self.width() / image.width(), self.height() / image.height())
+        width, height = image.width() * scale, image.height() * scale
+        target = QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height)
+        age = self._newest.age()
+        if age <= STALE_AFTER:
+            painter.drawImage(target, image)
+            return
+        painter.drawImage(target, image.convertToFormat(QImage.Format.Format_Grayscale8))
+        painter.fillRect(target, _VEIL)
+        self._write(painter, _ALERT, f"Picture lost\nThe last one is {age:.1f} s old.")
+
+    def _write(self, painter: QPainter, colour: QColor, text: str) -> None:
+        font = self.font()
+        font.setPixelSize(20)
+        painter.setFont(font)
+        painter.setPen(colour)
+        painter.drawText(self.rect(), int(Qt.AlignmentFlag.AlignCenter) | int(Qt.TextFlag.TextWordWrap), text)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        key = event.key() if event is not None else None
+        if key == Qt.Key.Key_F:
+            self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+        elif key == Qt.Key.Key_Escape:
+            self.setWindowState(self.windowState() & ~Qt.WindowStates(Qt.WindowState.WindowFullScreen))
+        elif key == Qt.Key.Key_Q:
             self.close()
+
+
+def as_qimage(pixels: np.ndarray) -> QImage:
+    """Return what `as_bgr` returned as Qt paints it, with pixels of its own."""
+    pixels = np.ascontiguousarray(pixels)
+    height, width = pixels.shape[:2]
+    kind = QImage.Format.Format_BGR888 if pixels.ndim == 3 else QImage.Format.Format_Grayscale8
+    return QImage(pixels.tobytes(), width, height, pixels.strides[0], kind).copy()
 
 
 def run_window(newest: LatestImage, title: str, ended: Callable[[], bool]) -> int:
@@ -75,7 +116,12 @@ def run_window(newest: LatestImage, title: str, ended: Callable[[], bool]) -> in
     application = QApplication([title])
     window = PictureWindow(newest, title)
     window.show()
-    checks = QTimer(interval=CHECK_PERIOD)
-    checks.timeout.connect(lambda: ended() and application.quit())
-    checks.start()
+
+    def check() -> None:
+        if ended():
+            application.quit()
+
+    checks = QTimer()
+    checks.timeout.connect(check)
+    checks.start(CHECK_PERIOD)
     return application.exec_()

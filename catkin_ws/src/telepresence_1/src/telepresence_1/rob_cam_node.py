@@ -13,17 +13,16 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import time
 
 import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import Image
-from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.node import Node
 
-from telepresence.station.ros_master import MasterWatch, wait_for_master
 from telepresence.station.virtual_display import display_answers
+from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.server import WebServer
@@ -36,19 +35,13 @@ STALE_AFTER = 1.0
 
 def main() -> int:
     """Run the node; the exit code for the process."""
-    wait_for_master()
-    rospy.init_node("rob_cam")
-    route_logs_to_ros()
+    node = Node("rob_cam")
     topic = str(rospy.get_param("~image", "/pepper_robot/camera/front/image_raw"))
     newest = LatestImage()  # of messages: they are taken apart by the thread that shows them
     rospy.Subscriber(topic, Image, lambda message: newest.put(message, message.header.stamp.to_sec()), queue_size=1)
-    master = MasterWatch(rospy).start()
-    try:
-        if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
-            return show_window(newest, topic)
-        return serve_page(newest, topic, int(rospy.get_param("~port", 10004)))
-    finally:
-        master.close()
+    if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
+        return show_window(newest, topic)
+    return serve_page(node, newest, topic, int(rospy.get_param("~port", 10004)))
 
 
 def show_window(newest: LatestImage, topic: str) -> int:
@@ -59,10 +52,8 @@ def show_window(newest: LatestImage, topic: str) -> int:
     return run_window(newest, topic, rospy.is_shutdown)
 
 
-def serve_page(newest: LatestImage, topic: str, port: int) -> int:
+def serve_page(node: Node, newest: LatestImage, topic: str, port: int) -> int:
     """Serve the picture on loopback until the node ends."""
-    stop = threading.Event()
-    rospy.on_shutdown(stop.set)
     page = LatestImage()
     stream = MjpegStream(page)
 
@@ -74,33 +65,26 @@ def serve_page(newest: LatestImage, topic: str, port: int) -> int:
     except OSError as error:
         rospy.logfatal("there is no display, and no page instead: %s", error)
         return 1
-    with server:
-        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
+
+    def show() -> None:
         sequence, complaint = 0, ""
-        while not stop.is_set():
+        while not node.stop.is_set():
             picture = newest.wait_newer(sequence, timeout=0.5)
             try:
                 if picture is not None:
                     sequence = picture.sequence
-                    page.put(_encode(_as_bgr(picture.pixels)), picture.stamp)
+                    message = picture.pixels
+                    page.put(_encode(as_bgr(read_image_message(message), message.encoding)), picture.stamp)
                 elif newest.age() > STALE_AFTER:
                     page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes on {topic}.", time.time())))
             except ValueError as error:
                 if str(error) != complaint:
                     rospy.logerr("pictures on %s cannot be shown: %s", topic, error)
                     complaint = str(error)
-    return 0
 
-
-def _as_bgr(message: Image) -> np.ndarray:
-    """Raises ValueError for what has no colours to show."""
-    pixels = read_image_message(message)
-    conversions = {"rgb8": cv2.COLOR_RGB2BGR, "rgba8": cv2.COLOR_RGBA2BGR, "bgra8": cv2.COLOR_BGRA2BGR}
-    if message.encoding in conversions:
-        return cv2.cvtColor(pixels, conversions[message.encoding])
-    if message.encoding in ("bgr8", "mono8"):
-        return pixels
-    raise ValueError(f"encoding {message.encoding} is not one of {', '.join(conversions)}, bgr8, mono8")
+    with server:
+        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
+        return node.run(show)
 
 
 def _encode(pixels: np.ndarray) -> bytes:

@@ -1,16 +1,31 @@
-"""What modules without ROS log, shown as if rospy had logged it."""
+"""Shows what modules without ROS log as if rospy had logged it."""
 
 from __future__ import annotations
 
+import importlib.metadata
 import logging
+from pathlib import Path
 
-OURS = ("naoqi_driver", "naoqi_pose", "pepper_sensors", "rto_node", "telepresence", "telepresence_1")
-"""Packages whose modules log by Python's own logging."""
+
+def our_packages() -> set[str]:
+    """Return the names of the Python packages that log for us: those of the distribution telepresence, and those of the
+    catkin workspace that this package was found in."""
+    import telepresence_ros
+
+    names = set()
+    try:
+        top_level = importlib.metadata.distribution("telepresence").read_text("top_level.txt") or ""
+        names |= set(top_level.split())
+    except importlib.metadata.PackageNotFoundError:
+        names.add("telepresence")  # run from the source tree
+    # In catkin's devel and install spaces all packages of the workspace lie side by side.
+    workspace = Path(str(telepresence_ros.__file__)).parents[1]
+    return names | {init.parent.name for init in workspace.glob("*/__init__.py")}
 
 
 def route_logs_to_ros() -> None:
-    """Show the logs of `OURS` on the terminal and on /rosout. Call it after `rospy.init_node`."""
-    for name in OURS:
+    """Show the logs of our packages on the terminal and on /rosout. Call it after `rospy.init_node`."""
+    for name in our_packages():
         logger = logging.getLogger(name)
         logger.setLevel(logging.INFO)
         logger.propagate = False

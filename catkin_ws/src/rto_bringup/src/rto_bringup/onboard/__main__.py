@@ -18,7 +18,7 @@ ROBOT = LOOPBACK = "127.0.0.1"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one of the two programs; the exit status."""
+    """Run one of the three programs; the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s")
     logging.getLogger("aioice").setLevel(logging.WARNING)

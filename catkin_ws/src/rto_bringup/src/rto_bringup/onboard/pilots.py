@@ -74,7 +74,7 @@ class Pilots:
         self._sessions: dict[str, Session] = {}
         self._driver: Session | None = None
         self._driven = -math.inf  # when the driver's last velocity arrived
-        self._wish: Command | None = None
+        self._command: Command | None = None
         self._let_go = True
 
     @property
@@ -107,11 +107,11 @@ class Pilots:
     def command(self, now: float) -> Command | None:
         """The command that counts now; None if there is none."""
         self._expire(now)
-        return self._wish
+        return self._command
 
     def deadline(self) -> float:
         """When the present command ends unless another follows [s]; infinity without one."""
-        return self._driven + SILENCE if self._wish is not None else math.inf
+        return self._driven + SILENCE if self._command is not None else math.inf
 
     @property
     def driver(self) -> Session | None:
@@ -133,7 +133,7 @@ class Pilots:
     def release(self, session: Session) -> None:
         """This pilot drives no more, and says so itself."""
         if session is self._driver:
-            self._driver, self._wish, self._let_go = None, None, True
+            self._driver, self._command, self._let_go = None, None, True
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -164,7 +164,7 @@ class Pilots:
         session.seq = drive.seq
         if drive.velocity is None:
             if session is self._driver:
-                self._wish, self._let_go, self.problem = None, True, ""
+                self._command, self._let_go, self.problem = None, True, ""
             return
         self._expire(now)
         if self._driver not in (None, session):
@@ -173,10 +173,10 @@ class Pilots:
         problem = self._problem(session, drive, age, now)
         if problem:
             self.refused += 1
-            self._wish, self.problem = None, problem
+            self._command, self.problem = None, problem
             return
         self._driver, self._driven, self._let_go = session, now, False
-        self._wish = Command(*drive.velocity, now - max(0.0, age))
+        self._command = Command(*drive.velocity, now - max(0.0, age))
         self.careful, self.problem = drive.careful, ""
 
     def _problem(self, session: Session, drive: Drive, age: float, now: float) -> str:
@@ -192,11 +192,11 @@ class Pilots:
     def _drop_request(self, address: Address, problem: str) -> None:
         """What the driver sends cannot be understood: what it wished before must not go on."""
         if self._driver is not None and self._driver.address == address:
-            self._wish, self._let_go, self.problem = None, True, problem
+            self._command, self._let_go, self.problem = None, True, problem
 
     def _expire(self, now: float) -> None:
-        if self._wish is not None and now - self._driven >= SILENCE:
-            self._wish, self.problem = None, f"Nothing was heard from the pilot for {SILENCE:g} s."
+        if self._command is not None and now - self._driven >= SILENCE:
+            self._command, self.problem = None, f"Nothing was heard from the pilot for {SILENCE:g} s."
         if self._driver is not None and now - self._driven > OWNERSHIP:
             self._driver = None
         for session in self.sessions:

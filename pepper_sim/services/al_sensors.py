@@ -1,4 +1,4 @@
-"""ALSensors and ALChestButton: extractors behind touch, bumper and chest button events, which `body_events` raises."""
+"""ALSensors: the extractor behind touch and bumper events, which `body_events` raises."""
 
 from __future__ import annotations
 
@@ -13,14 +13,4 @@ class ALSensors(Extractor):
         *("RightBumperPressed", "LeftBumperPressed", "BackBumperPressed"),
         *("FrontTactilTouched", "MiddleTactilTouched", "RearTactilTouched"),
         *("HandRightBackTouched", "HandLeftBackTouched", "ChestButtonPressed"),
-    )
-
-
-class ALChestButton(Extractor):
-    """Raises the events of the chest button."""
-
-    name = "ALChestButton"
-    events = (
-        *("ALChestButton/SimpleClickOccurred", "ALChestButton/DoubleClickOccurred"),
-        "ALChestButton/TripleClickOccurred",
     )

@@ -1,4 +1,4 @@
-"""ALSpeechRecognition and the sound extractors: settings are kept; there is no recogniser, so no word is ever heard."""
+"""ALSpeechRecognition: settings are kept; there is no recogniser, so no word is ever heard."""
 
 from __future__ import annotations
 
@@ -83,30 +83,3 @@ class ALSpeechRecognition(Extractor):
     def removeAllContext(self) -> None:
         """Forgets all grammars."""
         self._vocabulary = []
-
-
-class ALSoundDetection(Extractor):
-    """Detects noises."""
-
-    name = "ALSoundDetection"
-    events = ("SoundDetected",)
-
-    def __init__(self, memory: ALMemory) -> None:
-        super().__init__(memory)
-        self._parameters: dict[str, float] = {"Sensitivity": 0.9}
-
-    @remote("v(sm)")
-    def setParameter(self, parameter: str, value: Any) -> None:
-        """Sets a parameter ("Sensitivity", 0 to 1)."""
-        self._parameters[one_of(parameter, self._parameters, "parameter")] = finite(value, "value")
-
-
-class ALSoundLocalization(ALSoundDetection):
-    """Tells where noises come from."""
-
-    name = "ALSoundLocalization"
-    events = ("ALSoundLocalization/SoundLocated", "ALSoundLocalization/SoundsLocated")
-
-    def __init__(self, memory: ALMemory) -> None:
-        super().__init__(memory)
-        self._parameters = {"Sensitivity": 0.9, "EnergyComputation": 0.0}

@@ -1,47 +1,48 @@
-"""Driving one robot: joins the hands on it (pad, gamepad, picture) with who may drive, what keeps it from driving, and
-the red stop."""
+"""Driving one robot: connects its input devices (pad, gamepad, picture) with the lease, with what forbids driving, and
+with the red stop."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.driving.input_mux import InputMux
+from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 
 if TYPE_CHECKING:
     from gui.driving.drive_controls import DriveControls
     from gui.driving.gamepad import Gamepad
-    from gui.driving.lease_client import DriveAccess
+    from gui.driving.lease_client import LeaseClient
     from gui.ros.link import RosLink
     from gui.window import OperatorWindow
 
 STOP_REPEATS = 5
-"""Zeros after a stop, one every 100 ms: a keyboard somewhere else hears them and lets go of its latched key."""
+"""Number of zeros after a stop: a keyboard node elsewhere receives them and releases its latched key."""
 ZERO_PERIOD = 100  # ms
 
 
-class Driving(QObject):
-    """From held keys to commands.
+class DriveCoordinator(QObject):
+    """Sends the commands of whichever input device drives, as long as nothing forbids it.
 
     Args:
-        window: Its pad and its picture.
+        window: Pad and picture.
         link: The robot.
         access: Whether this window may drive.
-        gamepad, controls: Hands.
+        gamepad, controls: The gamepad, and the widget with speed limit and red stop.
     """
 
     said = pyqtSignal(str, str)
-    """A sentence for the pilot, and its level."""
+    """A message for the pilot, and its level."""
     sent = pyqtSignal()
-    """A command has left."""
+    """A command has been sent."""
 
     def __init__(
         self,
         window: OperatorWindow,
         link: RosLink,
-        access: DriveAccess,
+        access: LeaseClient,
         gamepad: Gamepad,
         controls: DriveControls,
     ) -> None:
@@ -51,8 +52,7 @@ class Driving(QObject):
         self._away = ""
         self._share = 1.0
         self._zeros_left = 0
-        self._zeros = QTimer(self, interval=ZERO_PERIOD)
-        self._zeros.timeout.connect(self._send_zero)
+        self._zeros = PeriodicTimer(ZERO_PERIOD, self._send_zero, self)
         self.mux = InputMux(self)
         for source in (window.pad, gamepad):
             self.mux.add(source)
@@ -60,7 +60,7 @@ class Driving(QObject):
             source.blocked.connect(lambda reason: self.said.emit(reason, "warn"))
         self.mux.velocity.connect(self._on_velocity)
         gamepad.restart_wanted.connect(self.restart_simulation)
-        gamepad.lost.connect(lambda: self.said.emit("The gamepad is gone.", "warn"))
+        gamepad.lost.connect(lambda: self.said.emit("The gamepad was unplugged or fell silent.", "warn"))
         gamepad.changed.connect(controls.show_pad)
         controls.speeds_changed.connect(self._set_speeds)
         controls.stop_wanted.connect(self.red_stop)
@@ -75,13 +75,13 @@ class Driving(QObject):
 
     @property
     def picture_problem(self) -> str:
-        """Why nobody may drive by this window's picture; empty when everybody may."""
+        """Why this window's picture forbids driving; empty when it does not."""
         if not self._window.video.stale:
             return ""
         return "The robot's picture is lost, so nothing drives. Turn Robot feed off to drive without it."
 
     def update_block(self) -> None:
-        """A pad that drives nothing, or a robot that nobody sees, is worse than one that says why it does not."""
+        """Find out what forbids driving, and show it: a pad that does nothing must say why."""
         state, passing = self._link.state, False
         if self._away:
             reason = self._away
@@ -106,41 +106,41 @@ class Driving(QObject):
         self._window.padLabel.setToolTip(reason)
 
     def set_away(self, reason: str) -> None:
-        """Nobody drives this robot from here, for this reason; with an empty one, it is this window's again."""
+        """Do not drive this robot from this window for a reason, until it is an empty string again."""
         self._away = reason
         self.mux.release_all()
         self.update_block()
 
     def set_share(self, share: float) -> None:
-        """How much of the speed the link's delay leaves, 0 to 1; see `gui.driving.delay_speed_limit`."""
+        """Set the share of the speed that the link's delay allows, 0 to 1; see `gui.driving.delay_speed_limit`."""
         self._share = share
         self.update_block()
 
     def stop(self) -> None:
-        """Let go of everything; keyboards elsewhere, too."""
+        """Stop driving, and make keyboard nodes elsewhere release their latched keys."""
         self.mux.stop()
         self._zeros_left = STOP_REPEATS
         self._send_zero()
         self._zeros.start()
 
     def red_stop(self) -> None:
-        """Stop the robot, and keep it stopped whoever drives by whatever, until `release_red_stop`."""
+        """Stop the robot and keep it stopped, whatever anybody sends, until `release_red_stop`."""
         self.stop()
         self._access.ask("stop")
-        # Also directly: the gate's stop holds where nobody decides who drives.
+        # Directly as well: the gate's stop also works where no drive_lease runs.
         self._link.call("stop_drive", then=self._on_gate_stop)
 
     def release_red_stop(self) -> None:
-        """Let the robot go, if this window may."""
+        """Release the red stop, if this window may."""
         if self._access.state is None and self._access.is_pilot:
             self._link.call("reset_stop", then=self._on_gate_release)
         else:
             self._access.ask("reset_stop")
 
     def restart_simulation(self) -> None:
-        """Put the simulated world back to its start."""
+        """Reset the simulated world."""
         if not self._access.mine:
-            self.said.emit(self._access.obstacle() or "Only who drives restarts the simulation.", "warn")
+            self.said.emit(self._access.obstacle() or "Only the pilot can restart the simulation.", "warn")
             return
         self.mux.stop()
         self._link.call("restart_simulation", then=self._on_restarted)
@@ -169,12 +169,12 @@ class Driving(QObject):
 
     def _on_gate_stop(self, answer: Answer) -> None:
         if not answer.ok and self._access.state is None:
-            self.said.emit(f"The robot was told to stop, but nothing keeps it stopped: {answer.text}", "bad")
+            self.said.emit(f"The robot was asked to stop, but nothing keeps it stopped: {answer.text}", "bad")
 
     def _on_gate_release(self, answer: Answer) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 
     def _on_restarted(self, answer: Answer) -> None:
-        text = answer.text or "The simulation starts anew."
+        text = answer.text or "The simulation restarts."
         self.said.emit(text, "good" if answer.ok else "warn")

@@ -14,12 +14,14 @@ import subprocess
 import threading
 from collections.abc import Callable
 
-from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
-from PyQt5.QtWidgets import QApplication, QFrame, QLabel, QStackedLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
+from gui.periodic_timer import PeriodicTimer
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
-from gui.terminal.x11 import Host, X11Error
+from gui.terminal.x11 import HostWindow, X11Error
+from gui.theme import application
 
 log = logging.getLogger(__name__)
 
@@ -53,11 +55,11 @@ class TerminalView(QFrame):
     def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
         """`name` tells it from other terminals of this process."""
         super().__init__(parent)
-        self.setFocusPolicy(Qt.NoFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
-        self._guard: subprocess.Popen | None = None
-        self._host: Host | None = None
+        self._reaper: subprocess.Popen | None = None
+        self._host: HostWindow | None = None
         self._guest: int | None = None
         self._has_keyboard = False
         self._wants_keyboard = False
@@ -68,16 +70,15 @@ class TerminalView(QFrame):
         self._worker.start()
 
         self._container = QWidget()
-        self._container.setAttribute(Qt.WA_DontCreateNativeAncestors)
-        self._container.setAttribute(Qt.WA_NativeWindow)
+        self._container.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
+        self._container.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
         self._cover = _Cover()
         self._cover.clicked.connect(self.start)
         self._layout = QStackedLayout(self)
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
-        self._search = QTimer(self, interval=SEARCH_PERIOD)
-        self._search.timeout.connect(self._look_for_guest)
-        QApplication.instance().installEventFilter(self)
+        self._search = PeriodicTimer(SEARCH_PERIOD, self._find_guest, self)
+        application().installEventFilter(self)
 
     @property
     def has_keyboard(self) -> bool:
@@ -108,20 +109,20 @@ class TerminalView(QFrame):
             return
         self._layout.setCurrentWidget(self._container)
         try:
-            self._host = Host(int(self._container.winId()))
+            self._host = HostWindow(int(self._container.winId()))
         except X11Error as error:
             self._cover.say(str(error))
             self._layout.setCurrentWidget(self._cover)
             return
         for key in (_LEAVE_KEY, _STOP_KEY):
-            self._host.keep_key(key)
-        self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Read, self)
+            self._host.grab_key(key)
+        self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
         self._clicks.activated.connect(self._on_x_event)
         self._wants_keyboard = self.isVisible()
-        self._guard = self._guard or self._tmux.start_guard()
+        self._reaper = self._reaper or self._tmux.start_reaper()
         self._xterm = QProcess(self)
         self._xterm.setProcessEnvironment(_process_environment())
-        self._xterm.setProcessChannelMode(QProcess.ForwardedChannels)
+        self._xterm.setProcessChannelMode(QProcess.ProcessChannelMode.ForwardedChannels)
         self._xterm.finished.connect(self._on_ended)
         program, *arguments = self._xterm_command()
         self._xterm.start(program, arguments)
@@ -160,15 +161,16 @@ class TerminalView(QFrame):
         self._search.stop()
         self._jobs.put(None)
         self._worker.join(timeout=6.0)
-        if self._xterm is None:
+        if self._reaper is None:
             return
-        self._guard.stdin.close()
-        if not self._xterm.waitForFinished(2000):
+        assert self._reaper.stdin is not None  # `start_reaper` asks for a pipe
+        self._reaper.stdin.close()
+        if self._xterm is not None and not self._xterm.waitForFinished(2000):
             log.warning("xterm did not end with its tmux")
             self._xterm.kill()
             self._xterm.waitForFinished(1000)
         try:
-            self._guard.wait(timeout=2.0)
+            self._reaper.wait(timeout=2.0)
         except subprocess.TimeoutExpired:
             log.warning("tmux does not answer and was left behind")
 
@@ -179,9 +181,7 @@ class TerminalView(QFrame):
     def hideEvent(self, event: QHideEvent) -> None:
         """What is typed must not go where nobody sees it."""
         super().hideEvent(event)
-        if self._has_keyboard and self._host is not None:
-            self._host.take_keyboard(int(self.window().winId()))
-            self._set_keyboard(False)
+        self.give_keyboard_back()
 
     def _xterm_command(self) -> list[str]:
         resources = [f"XTerm*color{index}: {colour}" for index, colour in enumerate(PALETTE)]
@@ -195,15 +195,15 @@ class TerminalView(QFrame):
             command += ["-xrm", resource]
         return [*command, "-e", *self._tmux.attach_command]
 
-    def _look_for_guest(self) -> None:
-        guest = self._host.guest()
-        if guest is None:
+    def _find_guest(self) -> None:
+        guest = self._host.guest() if self._host is not None else None
+        if self._host is None or guest is None:
             return
         self._search.stop()
         self._guest = guest
         self._fit()
         self._host.raise_shield()
-        if self._wants_keyboard and self.isVisible() and self.window().isActiveWindow():
+        if self._wants_keyboard and self.isVisible() and self.isActiveWindow():
             self.take_keyboard()
         self.ready.emit()
 
@@ -216,18 +216,20 @@ class TerminalView(QFrame):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Notice who has the keyboard. Qt does not: a child of its window got it, so for Qt nothing has changed."""
         kind = event.type()
-        if self._guest is not None and isinstance(watched, QWidget) and watched.window() is self.window():
-            if kind == QEvent.WindowActivate and self._wants_keyboard and self.isVisible():
+        if self._host is None or self._guest is None:
+            return False
+        if isinstance(watched, QWidget) and watched.window() is self.window():
+            if kind == QEvent.Type.WindowActivate and self._wants_keyboard and self.isVisible():
                 self.take_keyboard()
-            elif kind in (QEvent.WindowActivate, QEvent.WindowDeactivate):
+            elif kind in (QEvent.Type.WindowActivate, QEvent.Type.WindowDeactivate):
                 self._host.raise_shield()
                 self._set_keyboard(False)
-            elif kind == QEvent.MouseButtonPress:
+            elif kind == QEvent.Type.MouseButtonPress:
                 self.give_keyboard_back()
-        return super().eventFilter(watched, event)
+        return False
 
     def _on_x_event(self) -> None:
-        happened = self._host.news() if self._host is not None else []
+        happened = self._host.events() if self._host is not None else []
         if _STOP_KEY in happened:
             self.stop_typed.emit()
         if _LEAVE_KEY in happened:
@@ -237,8 +239,9 @@ class TerminalView(QFrame):
 
     def give_keyboard_back(self) -> None:
         """From now on keys go to the window again."""
-        if self._has_keyboard:
-            self._host.take_keyboard(int(self.window().winId()))
+        window = self.window()
+        if self._has_keyboard and self._host is not None and window is not None:
+            self._host.take_keyboard(int(window.winId()))
             self._set_keyboard(False)
 
     def _set_keyboard(self, has_keyboard: bool) -> None:
@@ -251,8 +254,10 @@ class TerminalView(QFrame):
             return
         self._search.stop()
         self._clicks.setEnabled(False)
-        self._host.close()
-        self._xterm.deleteLater()
+        if self._host is not None:
+            self._host.close()
+        if self._xterm is not None:
+            self._xterm.deleteLater()
         self._xterm = self._host = self._guest = None
         self._set_keyboard(False)
         self._cover.say("The terminal was closed. Click here to open it again.")
@@ -265,7 +270,9 @@ class TerminalView(QFrame):
             except (TmuxError, ValueError) as error:
                 self.refused.emit(str(error))
             except Exception:
+                # One line that fails for whatever reason must not end the thread that types all later ones.
                 log.exception("typing into the terminal failed")
+                self.refused.emit("The line could not be typed. The window's log says why.")
 
 
 class _Cover(QLabel):
@@ -276,7 +283,7 @@ class _Cover(QLabel):
     def __init__(self) -> None:
         super().__init__("")
         self.setObjectName("terminalCover")
-        self.setAlignment(Qt.AlignCenter)
+        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setWordWrap(True)
 
     def say(self, text: str) -> None:

@@ -1,0 +1,131 @@
+"""The base of every ROS node: a master that may come and go, logs, loops in threads of their own, an orderly end."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+
+import rospy
+
+from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
+
+SHUTDOWN_TIMEOUT = 2.0
+"""Seconds that the loops have to end, together."""
+
+
+class Node:
+    """A ROS node: waits for the master, survives its restart, and ends in order.
+
+    Args:
+        name: The node's name, unless the launch file gives another.
+        on_master_lost: Called when the ROS master does not answer any more.
+        stop: An event that the program's own signal handlers set, see `stop_on_signals`; rospy then handles no signals.
+        master_timeout: How long to wait for a master at the start [s].
+
+    Raises:
+        SystemExit: There is no ROS master.
+    """
+
+    shutdown_timeout = SHUTDOWN_TIMEOUT
+
+    def __init__(
+        self,
+        name: str,
+        on_master_lost: Callable[[], None] | None = None,
+        stop: threading.Event | None = None,
+        master_timeout: float = START_TIMEOUT,
+    ) -> None:
+        wait_for_master(master_timeout, stop)
+        rospy.init_node(name, disable_signals=stop is not None)
+        route_logs_to_ros()
+        self.stop = stop or threading.Event()
+        """Set when the node ends."""
+        self.master = MasterWatch(on_lost=on_master_lost).start()
+        self._threads: list[threading.Thread] = []
+        self._closers: list[Callable[[], None]] = []
+        self._failed = threading.Event()
+        rospy.on_shutdown(self._end)
+
+    def run(self, *loops: Callable[[], None]) -> int:
+        """Run each loop in a thread until the node ends; return the exit code for the process.
+
+        Ctrl-C sets `stop`; the loops then have two seconds to stop the robot and return, while ROS still works. The
+        node also ends when one of them returns.
+        """
+        self._threads = [
+            threading.Thread(target=self._run_loop, args=(loop,), name=loop.__name__, daemon=True) for loop in loops
+        ]
+        for thread in self._threads:
+            thread.start()
+        rospy.spin()
+        return 1 if self._failed.is_set() else 0
+
+    def cycles(self, period: float) -> Iterator[float]:
+        """Yield the time [s, monotonic] every `period` seconds until the node ends. A late cycle is not made up for."""
+        due = time.monotonic()
+        while not self.stop.wait(max(0.0, due - time.monotonic())):
+            now = time.monotonic()
+            yield now
+            due = max(due + period, now)
+
+    def shut_down(self, reason: str) -> None:
+        """End the node."""
+        rospy.signal_shutdown(reason)
+
+    def at_end(self, close: Callable[[], None]) -> None:
+        """Have `close` called when the loops have ended, the newest such call first."""
+        self._closers.insert(0, close)
+
+    def _run_loop(self, loop: Callable[[], None]) -> None:
+        try:
+            loop()
+        except rospy.ROSException:
+            if not self.stop.is_set():  # else a topic or a wait was closed by the shutdown itself
+                self._fail()
+        except Exception:  # whatever it is, the node must end with a traceback and an exit code
+            self._fail()
+        if not self.stop.is_set():
+            self.shut_down("a loop of the node ended")
+
+    def _fail(self) -> None:
+        rospy.logfatal("the node fails", exc_info=True)
+        self._failed.set()
+
+    def _end(self) -> None:
+        """Called by rospy when the node is to end, before it closes the topics."""
+        self.stop.set()
+        deadline = time.monotonic() + self.shutdown_timeout
+        for thread in self._threads:
+            if threading.current_thread() is not thread:
+                thread.join(max(0.0, deadline - time.monotonic()))
+        for close in self._closers:
+            close()
+
+
+def stop_on_signals(stop: threading.Event) -> threading.Event:
+    """Let Ctrl-C, SIGTERM and a closed terminal set `stop` and do nothing else; return `stop`.
+
+    For nodes that read keys: rospy's own handlers know no closed terminal and leave no time for a last zero.
+    """
+
+    def request_stop(_signal: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, request_stop)
+    return stop
+
+
+def hide_late_publications() -> None:
+    """For nodes with actions: hide that actionlib publishes from a timer that outlives the topics by a moment."""
+    report = threading.excepthook
+
+    def hook(arguments: threading.ExceptHookArgs) -> None:
+        if not (rospy.is_shutdown() and isinstance(arguments.exc_value, rospy.ROSException)):
+            report(arguments)
+
+    threading.excepthook = hook

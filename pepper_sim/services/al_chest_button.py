@@ -1,0 +1,15 @@
+"""ALChestButton: the extractor behind the chest button's events, which `body_events` raises."""
+
+from __future__ import annotations
+
+from pepper_sim.naoqi.extractor import Extractor
+
+
+class ALChestButton(Extractor):
+    """Raises the events of the chest button."""
+
+    name = "ALChestButton"
+    events = (
+        *("ALChestButton/SimpleClickOccurred", "ALChestButton/DoubleClickOccurred"),
+        "ALChestButton/TripleClickOccurred",
+    )

@@ -1,0 +1,97 @@
+"""A session as a person brings it up in the window, step by step: sign in, Roscore start, Session start, Robot feed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+from window_station import PASSWORD, Desk, Station
+
+from telepresence.station.ros_master import master_answers
+
+SETTINGS = ["microphone_muted", "speaker_muted", "microphone", "speaker"]
+PROGRAMS = {
+    "/pepper_publisher", "/naoqi_driver", "/pepper_robot/pepper_sonar", "/pepper_robot/pepper_laser",
+    "/pepper_robot/pose/pose_manager", "/pepper_robot/camera/front", "/com_cam", "/teleop_twist_keyboard",
+}  # fmt: skip
+"""The eight of the original."""
+FEED = "/pepper_robot/camera/front/image_raw"
+WATCHED = (
+    ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
+    ("/drive/state", "telepresence_msgs/DriveState", ["pilot", "stopped_by"]),
+    ("/speech", "std_msgs/String", ["data"]),
+    ("/joint_states", "sensor_msgs/JointState", ["name", "position"]),
+    ("/voice/settings", "telepresence_msgs/VoiceSettings", SETTINGS),
+    ("/voice/state", "std_msgs/String", ["data"]),
+)
+"""Topics whose messages are noted: name, type, fields."""
+
+
+@dataclasses.dataclass
+class Session:
+    """The window, and what runs behind it."""
+
+    desk: Desk
+    station: Station
+    wait_until: Callable
+
+    def sign_in(self) -> None:
+        """Open the window if it has ended, and sign in by mouse if nobody is signed in."""
+        desk = self.desk
+        if desk.window.process.poll() is not None:
+            desk.open()
+        if desk.signed_in:
+            return
+        for field, text in (("nameField", "anna"), ("passwordField", PASSWORD)):
+            desk.click(field, "signInPage")
+            desk.screen.do("type", text)
+        desk.click("signInButton", "signInPage")
+        self.wait_until(lambda: "$" in desk.window.terminal_text(), "the terminal shows a prompt")
+        desk.signed_in = True
+
+    def start_master(self) -> None:
+        """Press Roscore start if there is no master."""
+        self.sign_in()
+        if not master_answers(self.station.master_uri):
+            self.desk.click("roscoreButton")
+            self.wait_until(lambda: master_answers(self.station.master_uri), "a master answers")
+
+    def start_robot(self) -> None:
+        """Start the simulated robot, which stands for the real one, if it does not run."""
+        self.start_master()
+        station = self.station
+        if station.robot is None:
+            station.robot = station.start(
+                "rosrun", "pepper_bringup", "pepper_sim", f"_port:={station.port}", "_scene:=flat"
+            )
+        if not station.tracking:
+            station.start_tracking()
+            for topic, kind, fields in WATCHED:
+                station.probe("watch", topic, kind, fields)
+
+    def start(self) -> None:
+        """Type the robot's address and press Session start, if the session's programs do not run."""
+        self.start_robot()
+        desk = self.desk
+        if {*self.station.probe("nodes")} >= PROGRAMS:
+            return
+        desk.click("address")
+        desk.key("ctrl+a")
+        desk.screen.do("type", f"127.0.0.1:{self.station.port}")
+        desk.click("sessionButton")
+        self.wait_until(lambda: {*self.station.probe("nodes")} >= PROGRAMS, "all programs run", timeout=60.0)
+
+    def stop(self) -> None:
+        """Press Stop if a program of the session runs."""
+        if {*self.station.probe("nodes")} & PROGRAMS:
+            self.desk.click("stopButton")
+        self.wait_until(
+            lambda: not {*self.station.probe("nodes")} & PROGRAMS, "the session's programs have ended", timeout=60.0
+        )
+
+    def show_picture(self) -> None:
+        """Press Robot feed if the picture is not asked for; Pepper then takes commands, too."""
+        self.start()
+        if FEED not in self.station.subscriptions("/gui_ros_node"):
+            self.desk.click("feedButton")
+        self.wait_until(lambda: "first picture" in self.desk.window.output, "the picture is on the screen")
