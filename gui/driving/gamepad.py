@@ -15,7 +15,7 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QSocketNotifier, Qt, QTimer, pyqtSignal
 
 from telepresence.teleop.joystick import Joystick
-from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
+from telepresence.teleop.joystick_layouts import DEFAULT, XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping
 
 log = logging.getLogger(__name__)
@@ -77,7 +77,7 @@ class Gamepad(QObject):
         self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX
-        self._sticks = JoystickMapping(XBOX.sticks())
+        self._sticks = JoystickMapping(DEFAULT)
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
         self._heard: float | None = None
