@@ -18,6 +18,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from rto_node.robot_facts import SENSORS
+
 TIMEOUT = 0.5
 """Seconds that the robot has to connect, and to answer."""
 SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
@@ -106,8 +108,9 @@ class RobotinoClient:
         return Odometry(*values[:6], int(values[6]))
 
     def distances(self) -> tuple[float, ...]:
-        """Of the nine infrared sensors [m], 0 ahead, counter-clockwise; 0.41 is nothing, 0.04 the least."""
-        return self._numbers("distancesensorarray", 9)
+        """Readings of the nine infrared sensors [m], the first ahead, counter-clockwise; 0.41 is nothing, 0.04 the
+        least."""
+        return self._numbers("distancesensorarray", SENSORS)
 
     def bumper(self) -> bool:
         return self._flag(self._member("bumper", "value"), "bumper")
