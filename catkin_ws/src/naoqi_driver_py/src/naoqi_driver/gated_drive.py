@@ -107,7 +107,7 @@ class GatedDrive:
     def _take(self, reading: Reading, now: float) -> None:
         self._odometry = reading.odometry
         for name, points in reading.points.items():
-            self._gate.update_range_points(name, now, points, reading.odometry.stamp)
+            self._gate.update_range_points(name, now, points.tolist(), reading.odometry.stamp)
         for name, distance in reading.ranges.items():
             self._gate.update_ranges(name, now, [distance], reading.odometry.stamp)
         if set(reading.pressed) - set(self._pressed):

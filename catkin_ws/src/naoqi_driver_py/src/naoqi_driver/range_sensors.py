@@ -20,7 +20,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -104,7 +104,8 @@ class Reader:
         if len(position) != 3:
             raise ValueError(f"the robot's position should be x, y, theta, it is {position}")
         x, y, theta = (float(part) for part in position)
-        points, ranges = {}, {}
+        points: dict[str, np.ndarray] = {}
+        ranges: dict[str, float] = {}
         for index, (name, (_, heading)) in enumerate(LASERS.items()):
             own = values[2 * SEGMENTS * index : 2 * SEGMENTS * (index + 1)]
             if self._news[name].is_new(stamp, own, values[_COUNTS + index]):
@@ -210,7 +211,7 @@ class RangeSensorReader:
         return self._reader.read(values, position.result(CALL_TIMEOUT), stamp)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float)
 
 

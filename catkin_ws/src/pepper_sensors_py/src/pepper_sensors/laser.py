@@ -100,8 +100,8 @@ def to_scan(points: np.ndarray) -> Scan:
         bearings = np.arctan2(points[seen, 1], points[seen, 0])
         increment, angle_min = (float(part) for part in np.polyfit(seen, bearings, 1))
     elif np.count_nonzero(measured) == 1:
-        seen = int(np.flatnonzero(measured)[0])
-        angle_min = math.atan2(points[seen, 1], points[seen, 0]) - increment * seen
+        only = int(np.flatnonzero(measured)[0])
+        angle_min = math.atan2(points[only, 1], points[only, 0]) - increment * only
     return Scan(angle_min, increment, _to_ranges(distances, measured))
 
 

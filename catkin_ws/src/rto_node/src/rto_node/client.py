@@ -104,8 +104,8 @@ class RobotinoClient:
 
     def odometry(self) -> Odometry:
         """Raises RobotinoError, as all of these do."""
-        values = self._numbers("odometry", 7)
-        return Odometry(*values[:6], int(values[6]))
+        x, y, phi, vx, vy, omega, seq = self._numbers("odometry", 7)
+        return Odometry(x, y, phi, vx, vy, omega, int(seq))
 
     def distances(self) -> tuple[float, ...]:
         """Readings of the nine infrared sensors [m], the first ahead, counter-clockwise; 0.41 is nothing, 0.04 the
@@ -143,8 +143,16 @@ class RobotinoClient:
             return None
         try:
             ranges = tuple(_number(value, "scan0") for value in answer["ranges"])
-            fields = ("angle_min", "angle_increment", "time_increment", "scan_time", "range_min", "range_max")
-            return Scan(int(answer["seq"]), *(_number(answer[name], "scan0") for name in fields), ranges)
+            return Scan(
+                seq=int(answer["seq"]),
+                angle_min=_number(answer["angle_min"], "scan0"),
+                angle_increment=_number(answer["angle_increment"], "scan0"),
+                time_increment=_number(answer["time_increment"], "scan0"),
+                scan_time=_number(answer["scan_time"], "scan0"),
+                range_min=_number(answer["range_min"], "scan0"),
+                range_max=_number(answer["range_max"], "scan0"),
+                ranges=ranges,
+            )
         except (TypeError, KeyError, ValueError) as error:
             raise RequestRefused(f"Robotino at {self.address}: scan0 is not a scan: {error!r}") from None
 

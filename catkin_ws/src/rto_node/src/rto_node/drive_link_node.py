@@ -86,7 +86,7 @@ class DriveLinkNode:
             elif came:
                 self._safety.publish(_message(report))
                 self._say(f"{report.state}: {report.reason}", now)
-            level = ERROR if problem else WARN if report.state in ("fault", "sensor stale") else OK
+            level = ERROR if problem or report is None else WARN if report.state in ("fault", "sensor stale") else OK
             values = {"outages": self._link.outages, "refused commands": self._refused}
             self._diagnostics.report(now, level, problem or self._state, values)
         self._link.close()
