@@ -16,7 +16,7 @@ from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.joystick import Joystick
-from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
+from telepresence.teleop.joystick_layouts import DEFAULT, XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping
 
 log = logging.getLogger(__name__)
@@ -78,7 +78,7 @@ class Gamepad(QObject):
         self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX
-        self._mapping = JoystickMapping(XBOX.sticks())
+        self._mapping = JoystickMapping(DEFAULT)
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
         self._received_at: float | None = None

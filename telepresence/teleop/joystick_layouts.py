@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from telepresence.teleop.joystick_mapping import Layout
 
-DEAD_ZONE, CURVE = 0.12, 1.7
 _AXES = {
     "left_x": (0x00,),  # ABS_X
     "left_y": (0x01,),  # ABS_Y
@@ -43,7 +42,8 @@ class JoystickLayout:
     RB: int
 
     def sticks(self) -> Layout:
-        """Hold LB and move: left stick and cross drive, right stick turns, RB is fast."""
+        """Return what the pad's axes and buttons do: hold LB to drive with left stick and cross, turn with the right
+        stick; RB is fast."""
         return Layout(
             axis_x=self.left_y,
             axis_y=self.left_x,
@@ -52,13 +52,13 @@ class JoystickLayout:
             axis_hat_y=self.hat_y,
             button_drive=self.LB,
             button_turbo=self.RB,
-            dead_zone=DEAD_ZONE,
-            curve=CURVE,
         )
 
 
 XBOX = JoystickLayout(left_x=0, left_y=1, right_x=3, right_y=4, hat_x=6, hat_y=7, B=1, LB=4, RB=5)
 """Xbox (xpad), DualShock 4, Logitech F710 with its switch on X: where the kernel tells nothing."""
+DEFAULT = XBOX.sticks()
+"""What the window and the gamepad node take a pad for, unless the kernel or a parameter knows better."""
 DIRECT = JoystickLayout(left_x=0, left_y=1, right_x=2, right_y=3, hat_x=4, hat_y=5, B=2, LB=4, RB=5)
 """Logitech F710 with its switch on D, and other pads whose buttons have only numbers."""
 

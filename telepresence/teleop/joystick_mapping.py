@@ -1,7 +1,8 @@
 """Gamepad -> velocity. No ROS, no device, no clock: the time is an argument.
 
-Axes, buttons and scales by default: rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2), on an Xbox
-pad: left stick drives, right stick turns, RB held lets it drive, LB held with it drives twice as fast.
+Left stick and cross drive, right stick turns; the drive button lets it drive while it is held, the turbo button held
+with it drives faster. Which buttons these are on which pad: `telepresence.teleop.joystick_layouts`. Scales by default:
+rto_teleop's joystick (dietriro/rto_core, gulbasozan/robotino-ros2).
 """
 
 from __future__ import annotations
@@ -9,61 +10,53 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+
+from telepresence.geometry import ZERO_VELOCITY, Velocity
+from telepresence.teleop.command_timeout import ZEROS_TIME
 
 MAX_AGE = 0.2
 """Seconds after which a pad that has fallen silent counts as let go; it has to repeat its state meanwhile."""
 STUCK_TIME = 2.0
 """Seconds after which a deflected stick that has not moved by one count asks for a new press of the drive button: a
 hand trembles, a pad that has lost its radio does not."""
-ZEROS_TIME = 0.3
-"""Seconds for which zeros are sent after the pad was let go."""
-
-
-class Velocity(NamedTuple):
-    """Of base_link: forward and left [m/s], counter-clockwise [rad/s]."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Which axis and button does what; joy_node's signs, left and up positive.
+    """Which axis and button does what, by number; joy_node's signs, left and up positive.
 
     Args:
+        axis_x, axis_y, axis_turn: Forward, left, counter-clockwise.
+        axis_hat_x, axis_hat_y: Cross of keys; -1: none. It creeps with `creep` [m/s].
+        button_drive: The dead man's switch: nothing drives unless it is held.
+        button_turbo: Held with it: faster.
         scale_linear, scale_angular: Speed at full deflection [m/s, rad/s].
         turbo: Factor while the turbo button is held too.
         dead_zone: Deflections below this are none; above it speed starts at zero.
         curve: Exponent of the deflection; above 1 small deflections drive slower.
-        axis_hat_x, axis_hat_y: Cross of keys, left and up positive; -1: none. It creeps with `creep` [m/s].
     """
 
-    axis_x: int = 1
-    axis_y: int = 0
-    axis_turn: int = 3
-    button_drive: int = 5
-    button_turbo: int = 4
+    axis_x: int
+    axis_y: int
+    axis_turn: int
+    axis_hat_x: int
+    axis_hat_y: int
+    button_drive: int
+    button_turbo: int
     scale_linear: float = 0.3
     scale_angular: float = 0.6
     turbo: float = 2.0
-    dead_zone: float = 0.1
-    curve: float = 1.0
-    axis_hat_x: int = -1
-    axis_hat_y: int = -1
+    dead_zone: float = 0.12
+    curve: float = 1.7
     creep: float = 0.05
 
 
 class JoystickMapping:
     """The newest state of the pad, and what it asks for."""
 
-    def __init__(self, layout: Layout | None = None) -> None:
-        self._layout = layout or Layout()
-        self._velocity = ZERO
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._velocity = ZERO_VELOCITY
         self._held = False
         self._armed = False  # the drive button was seen up since the pad appeared
         self._heard = -math.inf
@@ -79,7 +72,7 @@ class JoystickMapping:
         self._heard = now
         pressed = _at(buttons, layout.button_drive) != 0
         self._armed = self._armed or not pressed
-        if tuple(axes) != self._axes or self._velocity == ZERO:
+        if tuple(axes) != self._axes or self._velocity == ZERO_VELOCITY:
             self._axes, self._moved = tuple(axes), now
         elif now - self._moved > STUCK_TIME and pressed:
             self._armed = False
@@ -116,7 +109,7 @@ class JoystickMapping:
             self._zeros_until = now + ZEROS_TIME
             return self._velocity
         self._held = False
-        return ZERO if now <= self._zeros_until else None
+        return ZERO_VELOCITY if now <= self._zeros_until else None
 
     def _deflection(self, axes: Sequence[float], axis: int) -> float:
         value = _at(axes, axis)

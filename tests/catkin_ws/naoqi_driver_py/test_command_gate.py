@@ -5,7 +5,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from naoqi_driver.command_gate import CommandGate, Velocity
+from naoqi_driver.command_gate import CommandGate
+
+from telepresence.geometry import Velocity
 
 
 def test_nothing_moves_before_the_first_command():

@@ -1,9 +1,14 @@
 import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 from rto_node import robot_facts
 
 from robotino_sim.kinematics import GEAR, motor_speeds
+from telepresence.safety import ROBOTINO
+
+ROOT = Path(__file__).resolve().parents[3]
 
 READINGS = [0.41, 0.1, 0.2, 0.41, 0.3, 0.41, 0.05, 0.41, 0.25]
 
@@ -30,3 +35,24 @@ def test_wheels_turn_as_the_robots_own_equations_say(velocity):
     """32 motor turns are one of the wheel."""
     expected = [rpm / GEAR * math.tau / 60.0 for rpm in motor_speeds(*velocity)]
     assert robot_facts.wheel_speeds(*velocity) == pytest.approx(expected)
+
+
+def test_the_gates_profile_has_the_same_ring():
+    (ring,) = ROBOTINO.sources
+    assert ring.origins[0] == pytest.approx((robot_facts.RING_RADIUS, 0.0)) and ring.beams == robot_facts.SENSORS
+    assert ring.bearings[1] == pytest.approx(robot_facts.RING_STEP)
+    assert ring.min_range == robot_facts.NEAREST and ring.max_range <= robot_facts.NOTHING
+
+
+def test_the_urdf_has_the_same_ring_wheels_and_laser():
+    urdf = ElementTree.parse(ROOT / "catkin_ws/src/rto_description/urdf/robotino.urdf").getroot()
+    places = {
+        joint.get("name"): [float(part) for part in joint.find("origin").get("xyz").split()]
+        for joint in urdf.findall("joint/origin[@xyz]/..")
+    }
+    assert set(robot_facts.WHEEL_JOINTS) <= set(places)
+    assert places["laser_joint"][0] == robot_facts.LASER_MOUNT
+    ahead = [place for place in places.values() if place == [robot_facts.RING_RADIUS, 0.0, robot_facts.RING_HEIGHT]]
+    assert len(ahead) == 1, "the sensor that looks ahead"
+    for joint in robot_facts.WHEEL_JOINTS:
+        assert math.hypot(*places[joint][:2]) == pytest.approx(robot_facts.CENTRE_TO_WHEEL, abs=1e-3)

@@ -4,7 +4,8 @@ of the layer: tests/catkin_ws/rto_safe_teleop/test_gates.py."""
 import math
 
 import pytest
-from rto_safe_teleop.bubble import BEAM_ANGLE, LOOK_AHEAD, POINT_OFFSET, Bubble, ClampLimits, clamp, points_of_ranges
+from rto_node.robot_facts import GUIDE_ANGLE, GUIDE_RADIUS
+from rto_safe_teleop.bubble import LOOK_AHEAD, Bubble, ClampLimits, clamp, points_of_ranges
 
 NOTHING = 0.41
 """What a beam reads when nothing is there [m]."""
@@ -26,11 +27,11 @@ def passes(made, vx, vy=0.0):
 
 def reading(beam, x, y, radius):
     """What a beam without width reads of a round pole; it starts at the rim of the guide's robot."""
-    angle = BEAM_ANGLE * beam
+    angle = GUIDE_ANGLE * beam
     along, across = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
     if along < 0.0 or abs(across) >= radius:
         return NOTHING
-    return min(NOTHING, along - math.sqrt(radius**2 - across**2) - POINT_OFFSET)
+    return min(NOTHING, along - math.sqrt(radius**2 - across**2) - GUIDE_RADIUS)
 
 
 # --- what it does -----------------------------------------------------------------------------------------------------
@@ -66,8 +67,8 @@ def test_a_breach_that_stays_one_leaves_only_the_turning():
 
 
 def test_f1_a_leg_between_two_beams_touches_the_body_unseen():
-    diameter, bearing = 0.20, 0.5 * BEAM_ANGLE
-    centre = POINT_OFFSET + 0.5 * diameter
+    diameter, bearing = 0.20, 0.5 * GUIDE_ANGLE
+    centre = GUIDE_RADIUS + 0.5 * diameter
     x, y = centre * math.cos(bearing), centre * math.sin(bearing)
     ranges = [reading(beam, x, y, 0.5 * diameter) for beam in range(9)]
     assert ranges == [NOTHING] * 9
@@ -86,7 +87,7 @@ def test_f3_outside_the_bubble_nobody_looks_ahead():
     distance = radius + 0.001
     assert passes(bubble(radius, (distance, 0.0)), speed)
     stopping = speed * REACTION + speed**2 / (2.0 * BRAKING)
-    assert distance - stopping < POINT_OFFSET  # it stops after the hit
+    assert distance - stopping < GUIDE_RADIUS  # it stops after the hit
 
 
 def test_f4_a_slow_robot_deep_in_the_bubble_never_gets_out():

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import time
 
 import pytest
 
 from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
 pytestmark = pytest.mark.ros
+
+LB, RB = 4, 5
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +40,15 @@ def test_stick_drives_while_the_button_is_held(pad, probe, until_true):
         return [fields for _, fields in probe.seen("/rto3/cmd_vel")]
 
     send(AXIS, 1, -32767)
-    send(BUTTON, 5, 0)
-    send(BUTTON, 5, 1)
+    send(BUTTON, RB, 0)
+    send(BUTTON, RB, 1)
+    time.sleep(0.5)
+    assert velocities() == [], "RB is not the dead man's switch"
+    send(BUTTON, RB, 0)
+    send(BUTTON, LB, 0)
+    send(BUTTON, LB, 1)
     until_true(lambda: [pytest.approx(0.3), 0.0, 0.0] in velocities(), "full speed ahead")
-    send(BUTTON, 5, 0)
+    send(BUTTON, RB, 1)
+    until_true(lambda: [pytest.approx(0.6), 0.0, 0.0] in velocities(), "RB is fast")
+    send(BUTTON, LB, 0)
     until_true(lambda: velocities()[-1] == [0.0, 0.0, 0.0], "zeros when the button is let go")

@@ -1,12 +1,15 @@
 import math
+from dataclasses import replace
 
 import pytest
 
-from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
+from telepresence.teleop.joystick_layouts import DEFAULT
+from telepresence.teleop.joystick_mapping import JoystickMapping
 
 UP = [0] * 8
-DRIVE = [0, 0, 0, 0, 0, 1, 0, 0]
+DRIVE = [0, 0, 0, 0, 1, 0, 0, 0]
 FAST = [0, 0, 0, 0, 1, 1, 0, 0]
+LINEAR = replace(DEFAULT, dead_zone=0.1, curve=1.0)
 
 
 def axes(x=0.0, y=0.0, turn=0.0):
@@ -15,7 +18,7 @@ def axes(x=0.0, y=0.0, turn=0.0):
 
 @pytest.fixture
 def sticks():
-    made = JoystickMapping()
+    made = JoystickMapping(LINEAR)
     made.update(axes(), UP, 0.0)
     return made
 
@@ -80,21 +83,21 @@ def test_a_lost_pad_stops(sticks):
 
 
 def test_a_small_pad_and_nonsense_do_no_harm():
-    sticks = JoystickMapping(Layout(axis_turn=40))
+    sticks = JoystickMapping(replace(LINEAR, axis_turn=40))
     sticks.update([], [], 0.0)
     sticks.update([math.nan, math.inf], DRIVE, 0.1)
     assert sticks.command(0.1) == (0.0, 0.0, 0.0)
 
 
 def test_a_curve_makes_small_deflections_slower():
-    sticks = JoystickMapping(Layout(curve=2.0))
+    sticks = JoystickMapping(replace(LINEAR, curve=2.0))
     sticks.update(axes(), UP, 0.0)
     sticks.update(axes(0.55), DRIVE, 0.1)
     assert sticks.command(0.1).vx == pytest.approx(0.3 * 0.25)
 
 
 def test_the_cross_creeps_and_does_not_have_to_tremble():
-    sticks = JoystickMapping(Layout(axis_hat_x=4, axis_hat_y=5))
+    sticks = JoystickMapping(replace(LINEAR, axis_hat_x=4, axis_hat_y=5))
     sticks.update([*axes(), 0.0, 0.0], UP, 0.0)
     for step in range(60):
         sticks.update([*axes(), 1.0, 1.0], DRIVE, 0.1 * step)
@@ -102,7 +105,7 @@ def test_the_cross_creeps_and_does_not_have_to_tremble():
 
 
 def test_other_speeds():
-    sticks = JoystickMapping()
+    sticks = JoystickMapping(LINEAR)
     sticks.rescale(0.1, 0.2, 1.5)
     sticks.update(axes(), UP, 0.0)
     sticks.update(axes(1.0, 0.0, -1.0), FAST, 0.1)

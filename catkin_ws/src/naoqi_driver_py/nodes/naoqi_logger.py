@@ -9,6 +9,7 @@ next link.
 """
 
 import sys
+from typing import Any
 
 import rospy
 from naoqi_driver.connection import RobotError
@@ -53,7 +54,7 @@ class Logger:
             ROS_LOG.get(level, rospy.logdebug)("NAOqi: %s: %s", category, text.strip())
 
 
-def read_message(message: object) -> tuple[int, str, str]:
+def read_message(message: Any) -> tuple[int, str, str]:
     """Level, category and text of a log message; libqi hands a structure over as a dict, or as an object with
     attributes."""
     if isinstance(message, dict):

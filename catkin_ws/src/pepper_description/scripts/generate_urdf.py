@@ -14,7 +14,7 @@ import argparse
 import csv
 import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
@@ -74,7 +74,7 @@ def generate() -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def add_link(robot: ET.Element, name: str, inertia: Row | None = None, shapes: object = ()) -> None:
+def add_link(robot: ET.Element, name: str, inertia: Row | None = None, shapes: Iterable[Row] = ()) -> None:
     link = ET.SubElement(robot, "link", name=name)
     if inertia is not None:
         element = ET.SubElement(link, "inertial")

@@ -16,12 +16,11 @@ import numpy as np
 import rospy
 from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.robot_facts import MAX_RANGE, MIN_RANGE
 from pepper_sensors.laser import (
     AROUND_MAX_RANGE,
     KEYS,
     LINES,
-    MAX_RANGE,
-    MIN_RANGE,
     SUBSCRIBER,
     Scan,
     merge,
@@ -38,7 +37,9 @@ class LaserNode:
     def __init__(self) -> None:
         self._node = NaoqiNode("pepper_laser")
         self._period = 1.0 / float(rospy.get_param("~laser_rate", 6.25))
-        self._frames = {name: rospy.get_param(f"~laser_{name}_frame_id", line.frame_id) for name, line in LINES.items()}
+        self._frames = {
+            name: rospy.get_param(f"~laser_{name}_frame_id", line.frame.frame_id) for name, line in LINES.items()
+        }
         self._around = rospy.Publisher("laser", LaserScan, queue_size=1)
         self._navigation = rospy.Publisher("pepper_navigation/front", LaserScan, queue_size=1)
         scans = LINES if rospy.get_param("~laserscan", True) else ()

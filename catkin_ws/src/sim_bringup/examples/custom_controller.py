@@ -41,7 +41,8 @@ class CustomController:
         self.start = None
         self.going_back = False
         self.done = False
-        self._state = self._picture = None
+        self._state: tuple = ()
+        self._picture = None
         self._state_time = self._picture_time = -math.inf
         self._command = rospy.Publisher("movement_command", Int32, queue_size=1)
         rospy.Subscriber("body_state", Float32MultiArray, self._take_state, queue_size=1)

@@ -35,7 +35,7 @@ from telepresence_msgs.srv import (
 from telepresence_ros.node import Node
 
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, Velocity
+from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, State, Velocity
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2
@@ -155,7 +155,7 @@ class LeaseNode:
         except rospy.ROSException:
             self._node.stop.set()  # the topic was closed: this node is being shut down
 
-    def _report(self, state: object, now: float) -> None:
+    def _report(self, state: State, now: float) -> None:
         message = DriveState(
             epoch=self._epoch,
             sign_in=self._sign_in,

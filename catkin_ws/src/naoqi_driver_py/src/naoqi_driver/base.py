@@ -14,9 +14,10 @@ import logging
 import math
 import threading
 
-from naoqi_driver.command_gate import CommandGate, Decision, Velocity
+from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.gated_drive import GatedDrive
+from telepresence.geometry import ZERO_VELOCITY, Velocity
 
 log = logging.getLogger(__name__)
 
@@ -36,7 +37,6 @@ REFUSAL_SHOWN = 2.0
 LOOK_SPEED = 0.1
 """Fraction of the head's top speed; slow, for whoever stands in front."""
 HEARTBEAT_KEY = "Telepresence/Driver/Heartbeat"
-ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 class BaseDriver:
@@ -183,19 +183,19 @@ class BaseDriver:
     def _drive(self, velocity: Velocity, reason: str, now: float) -> None:
         if self._take_goal() is not None:
             log.warning("goal ignored: somebody drives the robot with velocity commands")
-        velocity = ZERO if velocity.is_zero else velocity
-        if velocity == ZERO and not self.holds_robot:
+        velocity = ZERO_VELOCITY if is_zero(velocity) else velocity
+        if velocity == ZERO_VELOCITY and not self.holds_robot:
             self.state = reason
             return
-        if velocity == ZERO and self._sent == ZERO and now - self._sent_changed > STANDING_TIME:
+        if velocity == ZERO_VELOCITY and self._sent == ZERO_VELOCITY and now - self._sent_changed > STANDING_TIME:
             self._begin_stop(now, hard=False)
-        if velocity == ZERO and self._stopping is not None:
+        if velocity == ZERO_VELOCITY and self._stopping is not None:
             self._beat()
         else:
             self._send(velocity, now)
         if self._awake is False:
             self.state = "stopped: the robot sleeps; wake it up to drive"
-        elif velocity != ZERO and now < self._refusal_until:
+        elif velocity != ZERO_VELOCITY and now < self._refusal_until:
             self.state = f"driving, but the robot refuses: {self._refusal}"
         else:
             self.state = reason

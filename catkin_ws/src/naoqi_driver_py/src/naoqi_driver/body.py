@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from naoqi_driver.connection import Connection
+from telepresence.geometry import Pose, Velocity
 
 WHEELS = ("WheelFL", "WheelB", "WheelFR")
 WORLD_FRAME = 1
@@ -21,7 +22,10 @@ _AXES = ("X", "Y", "Z")
 _DEVICE = "Device/SubDeviceList"
 
 
-class Pose(NamedTuple):
+Vector = tuple[float, float, float]
+
+
+class TorsoPose(NamedTuple):
     """Position [m] and roll, pitch, yaw [rad], R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
     x: float
@@ -37,15 +41,18 @@ class Imu:
     """Roll, pitch, yaw [rad], angular velocity [rad/s] and acceleration with gravity [m/s²]; NaN where there is no
     sensor."""
 
-    angles: tuple[float, float, float]
-    gyro: tuple[float, float, float]
-    acceleration: tuple[float, float, float]
+    angles: Vector
+    gyro: Vector
+    acceleration: Vector
 
 
 @dataclass(frozen=True)
 class BodyState:
-    """One reading. Joint lists follow `BodyReader.joints`; velocities and torques are NaN where the robot has no
-    key."""
+    """One reading.
+
+    Joint lists follow `BodyReader.joints`; velocities and torques are NaN where the robot has no key. `floor` is x, y,
+    theta in the odometry's frame, `velocity` that of base_footprint.
+    """
 
     positions: list[float]
     velocities: list[float]
@@ -53,9 +60,9 @@ class BodyState:
     stiffness: list[float]
     wheel_speeds: list[float]
     imu: Imu
-    torso: Pose
-    floor: tuple[float, float, float]
-    velocity: tuple[float, float, float]
+    torso: TorsoPose
+    floor: Pose
+    velocity: Velocity
 
 
 class BodyReader:
@@ -114,11 +121,16 @@ class BodyReader:
             efforts=numbers[2 * count : 3 * count],
             stiffness=numbers[3 * count : 4 * count],
             wheel_speeds=numbers[4 * count : 4 * count + len(WHEELS)],
-            imu=Imu(tuple(rest[0:3]), tuple(rest[3:6]), tuple(rest[6:9])),
-            torso=Pose(*(float(part) for part in torso.result(timeout))),
-            floor=tuple(float(part) for part in floor.result(timeout)),
-            velocity=tuple(float(part) for part in velocity.result(timeout)),
+            imu=Imu(_vector(rest[0:3]), _vector(rest[3:6]), _vector(rest[6:9])),
+            torso=TorsoPose(*(float(part) for part in torso.result(timeout))),
+            floor=Pose(*_vector(floor.result(timeout))),
+            velocity=Velocity(*_vector(velocity.result(timeout))),
         )
+
+
+def _vector(values: Sequence[float]) -> Vector:
+    first, second, third = (float(value) for value in values)
+    return first, second, third
 
 
 def as_number(value: object) -> float:
@@ -140,4 +152,5 @@ def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, flo
 
 
 def all_finite(values: Sequence[float]) -> bool:
+    """Whether every value is a number that can be used."""
     return all(math.isfinite(value) for value in values)

@@ -14,12 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from naoqi_driver.command_gate import CommandGate, Decision, Velocity
+from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.range_sensors import Reading
 from telepresence import safety
+from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.safety import PEPPER, Command, Odometry, State, VelocityGate
 
-ZERO = Velocity(0.0, 0.0, 0.0)
 PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
 """One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
 silent is at zero within 0.35 s."""
@@ -107,7 +107,7 @@ class GatedDrive:
     def _take(self, reading: Reading, now: float) -> None:
         self._odometry = reading.odometry
         for name, points in reading.points.items():
-            self._gate.update_range_points(name, now, points, reading.odometry.stamp)
+            self._gate.update_range_points(name, now, points.tolist(), reading.odometry.stamp)
         for name, distance in reading.ranges.items():
             self._gate.update_ranges(name, now, [distance], reading.odometry.stamp)
         if set(reading.pressed) - set(self._pressed):
@@ -131,7 +131,7 @@ def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool
     """
     if stopped:
         return Decision(None, True, f"stopped: {stopped}; reset_stop lets it go")
-    if wanted.velocity is None or wanted.velocity.is_zero:
+    if wanted.velocity is None or is_zero(wanted.velocity):
         if not bumped:
             return wanted
         reason = f"{wanted.reason}; a bumper was hit, reset_bumper lets it go"
@@ -139,13 +139,13 @@ def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool
     velocity = Velocity(allowed.vx, allowed.vy, allowed.wz)
     if not all(map(math.isfinite, velocity)):  # never seen; but it would drive a robot
         return Decision(None, True, "stopped: the safety gate gave no number")
-    if not velocity.is_zero:
+    if not is_zero(velocity):
         slower = "" if allowed.state is State.CLEAR else f": {_as_clause(allowed.reason)}"
         return Decision(velocity, False, f"driving{slower}")
     reason = f"stopped: {_as_clause(allowed.reason)}"
     if allowed.state in BRAKE:
         return Decision(None, True, reason)
-    return Decision(ZERO, False, reason)
+    return Decision(ZERO_VELOCITY, False, reason)
 
 
 def _as_clause(sentence: str) -> str:

@@ -20,11 +20,12 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from naoqi_driver.connection import CallRefused, Connection, RobotError
+from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, RIGHT, SEGMENTS
 from telepresence.safety import PEPPER, UNKNOWN, Odometry
 
 log = logging.getLogger(__name__)
@@ -34,14 +35,17 @@ PERIOD = 0.05
 CALL_TIMEOUT = 0.4
 SONAR_SUBSCRIBER = "TelepresenceGuard"
 _PLATFORM = "Device/SubDeviceList/Platform"
-SEGMENTS = 15
-IN_FAN = math.radians(34.0)
+IN_FAN = 0.5 * LINE_WIDTH + math.radians(4.0)
 """A laser point farther than this from its camera's axis is none: the fan has 30 degrees to either side. Fillers such
 as (-1, -1) lie outside."""
 NOTHING_FROM, NOTHING_AT = 2.95, 3.5
 """A point farther than the first [m] is one where nothing was hit; it is put at the second, beyond the gate's range.
 A robot that fills such segments with points at exactly 3 m would seem to see a circle that moves along with it."""
-LASERS = {"front laser": ("Front", 0.0), "left laser": ("Left", 1.75728), "right laser": ("Right", -1.75728)}
+LASERS = {
+    "front laser": (FRONT.side, FRONT.theta),
+    "left laser": (LEFT.side, LEFT.theta),
+    "right laser": (RIGHT.side, RIGHT.theta),
+}
 """Name in the gate's profile: side, and direction of its camera in base_footprint [rad]."""
 SONARS = {"front sonar": "Front", "back sonar": "Back"}
 BUMPERS = {"FrontLeft": math.atan2(0.227, 0.129), "FrontRight": math.atan2(-0.227, 0.129), "Back": math.pi}
@@ -100,7 +104,8 @@ class Reader:
         if len(position) != 3:
             raise ValueError(f"the robot's position should be x, y, theta, it is {position}")
         x, y, theta = (float(part) for part in position)
-        points, ranges = {}, {}
+        points: dict[str, np.ndarray] = {}
+        ranges: dict[str, float] = {}
         for index, (name, (_, heading)) in enumerate(LASERS.items()):
             own = values[2 * SEGMENTS * index : 2 * SEGMENTS * (index + 1)]
             if self._news[name].is_new(stamp, own, values[_COUNTS + index]):
@@ -206,7 +211,7 @@ class RangeSensorReader:
         return self._reader.read(values, position.result(CALL_TIMEOUT), stamp)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float)
 
 

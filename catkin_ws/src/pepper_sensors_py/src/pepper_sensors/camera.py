@@ -57,8 +57,8 @@ def read_reply(reply: Sequence) -> CameraPicture:
     if not isinstance(reply[6], bytes | bytearray):
         raise ValueError(f"the pixels came as {type(reply[6]).__name__}, not as bytes")
     pixels, encoding = convert(reply[6], width, height, layers, space)
-    angles = tuple(float(part) for part in reply[8:12])
-    return CameraPicture(pixels, encoding, seconds + microseconds * 1e-6, angles)
+    left, top, right, bottom = (float(part) for part in reply[8:12])
+    return CameraPicture(pixels, encoding, seconds + microseconds * 1e-6, (left, top, right, bottom))
 
 
 class Camera:

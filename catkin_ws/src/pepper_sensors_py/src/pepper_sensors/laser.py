@@ -17,35 +17,27 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, MAX_RANGE, MIN_RANGE, RIGHT, SEGMENTS, FloorFrame
 
 SUBSCRIBER = "ROS"
-MIN_RANGE, MAX_RANGE = 0.1, 3.0
-"""[m]; 5.6 m in theory, 3 m in practice (softbankrobotics-research/qibullet, laser.py)."""
-LINE_WIDTH = math.radians(60.0)
 _DEVICE = "Device/SubDeviceList/Platform/LaserSensor"
 
 
 class Line(NamedTuple):
-    """One laser line: its name in ALMemory, its segments, and the floor frame of its camera.
-
-    `x`, `y`, `theta` place the frame in base_footprint [m, m, rad] (URDF of ros-naoqi/pepper_robot).
-    """
+    """One laser line: its name in ALMemory, its segments, and the floor frame of its camera."""
 
     key: str
     segments: int
-    frame_id: str
-    x: float
-    y: float
-    theta: float
+    frame: FloorFrame
 
 
 LINES: Mapping[str, Line] = {
-    "shovel": Line("Front/Shovel", 3, "SurroundingFrontLaser_frame", 0.0562, 0.0, 0.0),
-    "ground_left": Line("Front/Vertical/Left", 1, "SurroundingFrontLaser_frame", 0.0562, 0.0, 0.0),
-    "ground_right": Line("Front/Vertical/Right", 1, "SurroundingFrontLaser_frame", 0.0562, 0.0, 0.0),
-    "srd_front": Line("Front/Horizontal", 15, "SurroundingFrontLaser_frame", 0.0562, 0.0, 0.0),
-    "srd_left": Line("Left/Horizontal", 15, "SurroundingLeftLaser_frame", -0.018, 0.0899, 1.75728),
-    "srd_right": Line("Right/Horizontal", 15, "SurroundingRightLaser_frame", -0.018, -0.0899, -1.75728),
+    "shovel": Line("Front/Shovel", 3, FRONT),
+    "ground_left": Line("Front/Vertical/Left", 1, FRONT),
+    "ground_right": Line("Front/Vertical/Right", 1, FRONT),
+    "srd_front": Line("Front/Horizontal", SEGMENTS, FRONT),
+    "srd_left": Line("Left/Horizontal", SEGMENTS, LEFT),
+    "srd_right": Line("Right/Horizontal", SEGMENTS, RIGHT),
 }
 AROUND = ("srd_right", "srd_front", "srd_left")
 """The three horizontal lines, 0.034 m above the floor."""
@@ -108,16 +100,16 @@ def to_scan(points: np.ndarray) -> Scan:
         bearings = np.arctan2(points[seen, 1], points[seen, 0])
         increment, angle_min = (float(part) for part in np.polyfit(seen, bearings, 1))
     elif np.count_nonzero(measured) == 1:
-        seen = int(np.flatnonzero(measured)[0])
-        angle_min = math.atan2(points[seen, 1], points[seen, 0]) - increment * seen
+        only = int(np.flatnonzero(measured)[0])
+        angle_min = math.atan2(points[only, 1], points[only, 0]) - increment * only
     return Scan(angle_min, increment, _to_ranges(distances, measured))
 
 
 def to_base(name: str, points: np.ndarray) -> np.ndarray:
     """Points of a line (n, 2) [m] in base_footprint."""
-    line = LINES[name]
-    c, s = math.cos(line.theta), math.sin(line.theta)
-    return points @ np.array(((c, s), (-s, c))) + (line.x, line.y)
+    frame = LINES[name].frame
+    c, s = math.cos(frame.theta), math.sin(frame.theta)
+    return points @ np.array(((c, s), (-s, c))) + (frame.x, frame.y)
 
 
 AROUND_MAX_RANGE = MAX_RANGE + 0.1

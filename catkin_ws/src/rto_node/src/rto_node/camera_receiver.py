@@ -18,6 +18,7 @@ import asyncio
 import time
 
 import av
+import numpy as np
 import rospy
 from aiortc.contrib.signaling import CopyAndPasteSignaling
 from sensor_msgs.msg import Image
@@ -66,6 +67,7 @@ class CameraReceiver:
 
     def _receive(self) -> None:
         camera = self._camera
+        assert camera is not None, "with copy and paste there is no connection to keep"
         sequence, counted_at, counted, due = 0, time.monotonic(), 0, 0.0
         while not self._node.stop.is_set():
             watched = self._image.get_num_connections() > 0 or self._measure
@@ -115,7 +117,7 @@ class CameraReceiver:
             )  # fmt: skip
             self._failed = True
 
-    def _publish(self, pixels, stamp: float) -> None:
+    def _publish(self, pixels: np.ndarray, stamp: float) -> None:
         message = fill_image_message(Image(), pixels, "bgr8")
         message.header.stamp, message.header.frame_id = rospy.Time.from_sec(stamp), self._frame
         self._image.publish(message)

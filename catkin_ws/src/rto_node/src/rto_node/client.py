@@ -18,6 +18,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from rto_node.robot_facts import SENSORS
+
 TIMEOUT = 0.5
 """Seconds that the robot has to connect, and to answer."""
 SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
@@ -102,12 +104,13 @@ class RobotinoClient:
 
     def odometry(self) -> Odometry:
         """Raises RobotinoError, as all of these do."""
-        values = self._numbers("odometry", 7)
-        return Odometry(*values[:6], int(values[6]))
+        x, y, phi, vx, vy, omega, seq = self._numbers("odometry", 7)
+        return Odometry(x, y, phi, vx, vy, omega, int(seq))
 
     def distances(self) -> tuple[float, ...]:
-        """Of the nine infrared sensors [m], 0 ahead, counter-clockwise; 0.41 is nothing, 0.04 the least."""
-        return self._numbers("distancesensorarray", 9)
+        """Readings of the nine infrared sensors [m], the first ahead, counter-clockwise; 0.41 is nothing, 0.04 the
+        least."""
+        return self._numbers("distancesensorarray", SENSORS)
 
     def bumper(self) -> bool:
         return self._flag(self._member("bumper", "value"), "bumper")
@@ -140,8 +143,16 @@ class RobotinoClient:
             return None
         try:
             ranges = tuple(_number(value, "scan0") for value in answer["ranges"])
-            fields = ("angle_min", "angle_increment", "time_increment", "scan_time", "range_min", "range_max")
-            return Scan(int(answer["seq"]), *(_number(answer[name], "scan0") for name in fields), ranges)
+            return Scan(
+                seq=int(answer["seq"]),
+                angle_min=_number(answer["angle_min"], "scan0"),
+                angle_increment=_number(answer["angle_increment"], "scan0"),
+                time_increment=_number(answer["time_increment"], "scan0"),
+                scan_time=_number(answer["scan_time"], "scan0"),
+                range_min=_number(answer["range_min"], "scan0"),
+                range_max=_number(answer["range_max"], "scan0"),
+                ranges=ranges,
+            )
         except (TypeError, KeyError, ValueError) as error:
             raise RequestRefused(f"Robotino at {self.address}: scan0 is not a scan: {error!r}") from None
 

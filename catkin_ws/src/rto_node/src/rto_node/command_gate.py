@@ -1,25 +1,22 @@
-"""Decides which velocity goes to the robot now. No clock, no thread, no robot: the time is an argument.
+"""Decides which velocity goes to Robotino now. No clock, no thread, no robot: the time is an argument.
 
-Silence counts as danger: a velocity holds for half a second. A value that is not a number, or a ROS master that does
-not answer, stops the robot too. After a stop zeros are sent for a moment, and then nothing, so that others may drive.
+How long a command counts is `telepresence.teleop.command_timeout`. Here the robot's limits are added, and that after a
+stop zeros are sent for a moment, and then nothing, so that others may drive.
 """
 
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass
 from typing import NamedTuple
 
-COMMAND_TIMEOUT = 0.5
-"""Seconds that a velocity command holds."""
-ZEROS_TIME = 0.3
-"""Seconds for which zeros are sent after the last command."""
+from telepresence.geometry import ZERO_VELOCITY, Velocity
+from telepresence.teleop.command_timeout import COMMAND_TIMEOUT, ZEROS_TIME, CommandState, LatestCommand
 
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Of the driver; the names are those of the old nodes.
+    """Limits of the driver; the names are those of the old nodes.
 
     Args:
         max_linear: Larger velocities are shortened to this, in their direction [m/s].
@@ -44,6 +41,7 @@ class SpeedLimits:
                 raise ValueError(f"min_{name}_vel {least} and max_{name}_vel {most} leave no speed between them")
 
     def apply(self, velocity: Velocity) -> Velocity:
+        """Return the velocity within the limits."""
         vx, vy = (_raised(part, self.min_linear) for part in velocity[:2])
         size = math.hypot(vx, vy)
         scale = self.max_linear / size if size > self.max_linear else 1.0
@@ -51,19 +49,8 @@ class SpeedLimits:
         return Velocity(vx * scale, vy * scale, wz)
 
 
-class Velocity(NamedTuple):
-    """Of base_link: forward and left [m/s], counter-clockwise [rad/s]."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-ZERO = Velocity(0.0, 0.0, 0.0)
-
-
 class Decision(NamedTuple):
-    """`velocity` is what to send now, None for nothing; `reason` is for people."""
+    """`velocity` is what to send now, in base_link, None for nothing; `reason` is for people."""
 
     velocity: Velocity | None
     reason: str
@@ -73,44 +60,25 @@ class CommandGate:
     """Holds the newest velocity command and says whether it still counts. Commands may come from another thread."""
 
     def __init__(self, limits: SpeedLimits | None = None, timeout: float = COMMAND_TIMEOUT) -> None:
-        self.refused = 0
-        """Commands that were not finite."""
-        self._limits = limits or SpeedLimits()
-        self._timeout = timeout
-        self._lock = threading.Lock()
-        self._velocity = ZERO
-        self._refusal = ""
-        self._arrival = -math.inf
+        self._latest = LatestCommand(timeout, limit=(limits or SpeedLimits()).apply)
         self._stopped_at = -math.inf
 
+    @property
+    def refused(self) -> int:
+        """Commands that were not finite."""
+        return self._latest.refused
+
     def command(self, vx: float, vy: float, wz: float, now: float) -> None:
-        """Take a command that arrived at `now` [s]; one that is not finite means stop."""
-        velocity = Velocity(vx, vy, wz)
-        bad = [f"{name} is {value}" for name, value in velocity._asdict().items() if not math.isfinite(value)]
-        with self._lock:
-            self._arrival = now
-            self._refusal = f"command refused: {', '.join(bad)}" if bad else ""
-            self.refused += bool(bad)
-            self._velocity = ZERO if bad else self._limits.apply(velocity)
+        """Take a command [m/s, m/s, rad/s] that arrived at `now` [s]; one that is not finite means stop."""
+        self._latest.put(vx, vy, wz, now)
 
     def decide(self, now: float, master_alive: bool = True) -> Decision:
-        """What to send at `now` [s]."""
-        with self._lock:
-            silent = now - self._arrival > self._timeout
-            if master_alive and not silent:
-                self._stopped_at = now
-                if self._velocity != ZERO:
-                    return Decision(self._velocity, "driving")
-                return Decision(ZERO, f"stopped: {self._refusal or 'the command is zero'}")
-            reason = self._why(silent)
-            return Decision(ZERO if now - self._stopped_at <= ZEROS_TIME else None, reason)
-
-    def _why(self, silent: bool) -> str:
-        if not silent:
-            return "stopped: the ROS master does not answer"
-        if self._arrival == -math.inf:
-            return "stopped: no command yet"
-        return f"stopped: no command for {self._timeout:g} s" if self._velocity != ZERO else "stopped"
+        """What to send at `now` [s]; for the one thread that sends."""
+        checked = self._latest.check(now, master_alive)
+        if checked.counts or checked.state is CommandState.REFUSED:
+            self._stopped_at = now
+            return Decision(checked.velocity, checked.reason)
+        return Decision(ZERO_VELOCITY if now - self._stopped_at <= ZEROS_TIME else None, checked.reason)
 
 
 def _raised(value: float, least: float) -> float:

@@ -23,6 +23,8 @@ import json
 import math
 from typing import Any, NamedTuple
 
+from telepresence.geometry import Velocity
+
 DEFAULT_PORT = 8082
 MAX_DATAGRAM = 1400
 """Bytes; fits an Ethernet frame, so nothing is lost in pieces."""
@@ -127,7 +129,7 @@ def parse_for_robot(datagram: bytes) -> Hello | Drive | Ask:
                 _whole(fields, "seq"),
                 _number(fields, "echo"),
                 _number(fields, "after"),
-                None if velocity is None else _numbers(fields, "velocity", 3),
+                None if velocity is None else _velocity(fields, "velocity"),
                 _flag(fields, "careful"),
             )
         case "ask":
@@ -149,8 +151,8 @@ def parse_report(fields: dict[str, Any]) -> Report:
         _whole(fields, "seq"),
         _text(fields, "state"),
         _text(fields, "reason"),
-        _numbers(fields, "given", 3),
-        _numbers(fields, "allowed", None),
+        _velocity(fields, "given"),
+        _numbers(fields, "allowed"),
         math.inf if fields.get("gap") is None else _number(fields, "gap"),
         _whole(fields, "sector"),
         math.inf if fields.get("command_age") is None else _number(fields, "command_age"),
@@ -185,11 +187,18 @@ def _whole(fields: dict[str, Any], name: str) -> int:
     return value
 
 
-def _numbers(fields: dict[str, Any], name: str, count: int | None) -> tuple[float, ...]:
+def _numbers(fields: dict[str, Any], name: str) -> tuple[float, ...]:
     values = fields.get(name)
-    if not isinstance(values, list) or (count is not None and len(values) != count):
-        raise BadMessage(f"{name} is not a list of {count or 'numbers'}")
+    if not isinstance(values, list):
+        raise BadMessage(f"{name} is not a list of numbers")
     return tuple(_finite(value, name) for value in values)
+
+
+def _velocity(fields: dict[str, Any], name: str) -> Velocity:
+    values = fields.get(name)
+    if not isinstance(values, list) or len(values) != 3:
+        raise BadMessage(f"{name} is not a list of 3")
+    return Velocity(*(_finite(value, name) for value in values))
 
 
 def _text(fields: dict[str, Any], name: str) -> str:

@@ -229,7 +229,7 @@ class DriveLink:
             self._hint = _cause(error)
 
     def _receive(self) -> None:
-        while True:
+        while self._socket is not None:
             try:
                 datagram = self._socket.recv(MAX_DATAGRAM + 1)
             except BlockingIOError:
@@ -253,9 +253,9 @@ class DriveLink:
                 self._session = ""
             case "refused":
                 self._hint = str(fields.get("text"))[:300]
-            case "done":
+            case "done" if isinstance(number := fields.get("id"), int):
                 with self._lock:
-                    self._answers[fields.get("id")] = Done(fields.get("ok") is True, str(fields.get("text", "")))
+                    self._answers[number] = Done(fields.get("ok") is True, str(fields.get("text", "")))
                     self._answered.notify_all()
             case "report":
                 report = parse_report(fields)

@@ -25,13 +25,13 @@ from telepresence_ros.node import Node
 
 from rto_node.drive_datagram import Report
 from rto_node.drive_link import DriveLink
+from telepresence.safety import SECTORS
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
 """Seconds to wait for a report before looking whether the robot still answers."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
-SECTORS = 72
 
 
 class DriveLinkNode:
@@ -86,7 +86,7 @@ class DriveLinkNode:
             elif came:
                 self._safety.publish(_message(report))
                 self._say(f"{report.state}: {report.reason}", now)
-            level = ERROR if problem else WARN if report.state in ("fault", "sensor stale") else OK
+            level = ERROR if problem or report is None else WARN if report.state in ("fault", "sensor stale") else OK
             values = {"outages": self._link.outages, "refused commands": self._refused}
             self._diagnostics.report(now, level, problem or self._state, values)
         self._link.close()

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from functools import partial
 
 import rospy
 from geometry_msgs.msg import Point32, Twist
@@ -32,6 +33,7 @@ from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
+from telepresence.geometry import Velocity
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -111,7 +113,7 @@ class Driver:
             reached = True
             if decision.velocity is not None:
                 velocity = decision.velocity
-                reached = self._commands.ask(lambda client, velocity=velocity: client.drive(*velocity))
+                reached = self._commands.ask(partial(_send_velocity, velocity))
             problem = self._sensors.problem if reached else self._commands.problem
             reason = decision.reason if self._drives else DRIVEN_ELSEWHERE
             self._report(sent_at, f"robot unreachable: {problem}" if problem else reason)
@@ -139,7 +141,7 @@ class Driver:
     def _poll(self) -> None:
         read, counted_at = 0, time.monotonic()
         for cycle, now in enumerate(self._node.cycles(1.0 / self._rate)):
-            read += self._sensors.ask(lambda client, cycle=cycle: self._read(client, cycle))
+            read += self._sensors.ask(partial(self._read, cycle))
             problem = self._sensors.problem
             rate = read / max(1e-3, now - counted_at)
             level = ERROR if problem else OK if rate > 0.7 * self._rate else WARN
@@ -147,7 +149,7 @@ class Driver:
                 read, counted_at = 0, now
         self._sensors.client.close()
 
-    def _read(self, client: RobotinoClient, cycle: int) -> None:
+    def _read(self, cycle: int, client: RobotinoClient) -> None:
         self._publish_distances(client.distances())
         self._publishers["bumper"].publish(client.bumper())
         self._publish_wheels(client.odometry())
@@ -218,6 +220,10 @@ class Driver:
 def main() -> int:
     """Run the node; the exit code."""
     return Driver().run()
+
+
+def _send_velocity(velocity: Velocity, client: RobotinoClient) -> None:
+    client.drive(*velocity)
 
 
 def _read_limits() -> SpeedLimits:

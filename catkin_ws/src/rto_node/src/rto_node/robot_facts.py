@@ -1,5 +1,7 @@
 """Where Robotino's sensors look and how its wheels turn, as the ROS side knows it. No ROS.
 
+The gate's profile in `telepresence.safety` and the URDF hold the same figures for their own purposes; a test compares.
+
 Sources: the points of distance_sensors, rto_node (dietriro/rto_core, Rahul-K-A/robotino-ros2): 0.2 m around the middle,
 0.698 rad apart. The real ring: vendor's api2, 40 degrees apart, counter-clockwise; Webots' Robotino3 model, radius
 0.2264 m, height 0.0566 m. Wheels: vendor's controld3.conf and DriveSystem.cpp.
@@ -12,15 +14,18 @@ from collections.abc import Sequence
 
 SENSORS = 9
 GUIDE_RADIUS, GUIDE_ANGLE, GUIDE_HEIGHT = 0.2, 0.698, 0.05
-"""[m, rad, m]"""
+"""What the Robotino guide takes for the ring: radius [m], angle between sensors (39.99 degrees) [rad], height [m]."""
 RING_RADIUS, RING_HEIGHT = 0.2264, 0.0566
-"""[m]"""
+"""The real ring [m]; the hull has 0.2266 m."""
 NEAREST, NOTHING = 0.04, 0.41
 """Smallest and largest reading [m]; the largest means nothing there."""
 RING_STEP = math.tau / SENSORS
 """[rad]"""
 SCAN_START = -4 * RING_STEP
 """Direction of the first range of `ring_scan`: -160 degrees [rad]."""
+
+LASER_MOUNT = 0.08
+"""Where the laser scanner stands, ahead of the middle [m]: URDF of rto_description."""
 
 WHEEL_RADIUS, CENTRE_TO_WHEEL = 0.060, 0.175
 """[m]"""

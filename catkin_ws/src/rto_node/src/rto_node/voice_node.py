@@ -54,9 +54,10 @@ class Voice:
                 part.start()
             self._topics.run(self._node.cycles(LEVEL_PERIOD))
         finally:
-            for part in (*parts, self._echo):
-                if part is not None:
-                    part.close()
+            for part in parts:
+                part.close()
+            if self._echo is not None:
+                self._echo.close()
 
     def _received(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)

@@ -73,7 +73,7 @@ class WebrtcCamera:
         self._with_time = with_time
         self._wanted = False
         self._leaving: set[asyncio.Task] = set()
-        self._changed: asyncio.Event | None = None
+        self._changed = asyncio.Event()
         self._loop = asyncio.new_event_loop()
         self._work: asyncio.Task | None = None
         self._thread = threading.Thread(target=self._run, name="webrtc", daemon=True)
@@ -83,7 +83,7 @@ class WebrtcCamera:
         """Connect, or leave."""
         if wanted != self._wanted:
             self._wanted = wanted
-            self._loop.call_soon_threadsafe(lambda: self._changed.set() if self._changed else None)
+            self._loop.call_soon_threadsafe(self._changed.set)
 
     def close(self) -> None:
         """Leave; at most about two seconds."""
@@ -95,7 +95,6 @@ class WebrtcCamera:
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
-        self._changed = asyncio.Event()
         self._work = self._loop.create_task(self._keep_connected())
         try:
             with contextlib.suppress(asyncio.CancelledError):
@@ -147,7 +146,7 @@ class WebrtcCamera:
         loop = asyncio.get_running_loop()
         try:
             own = await asyncio.wait_for(
-                loop.run_in_executor(None, address_towards, parts.hostname, parts.port), ANSWER_TIMEOUT
+                loop.run_in_executor(None, address_towards, str(parts.hostname), int(parts.port or 0)), ANSWER_TIMEOUT
             )
             peer.addTransceiver("video", direction="recvonly")
             with on_address(own):

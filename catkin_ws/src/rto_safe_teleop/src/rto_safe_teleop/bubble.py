@@ -11,12 +11,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rto_node.robot_facts import guide_points
+
 LOOK_AHEAD = 0.8
 """The guide's prediction time [s]."""
-POINT_OFFSET = 0.20
-"""The guide's radius of the robot; the real hull has 0.2266 m [m]."""
-BEAM_ANGLE = 0.698
-"""The guide's angle between beams, 39.99 degrees [rad]."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +44,7 @@ def clamp(value: float, largest: float, smallest: float) -> float:
 
 def points_of_ranges(ranges: Sequence[float]) -> list[tuple[float, float]]:
     """Where the guide puts the returns of its nine beams, base_link [m]; "nothing" is a far point."""
-    return [
-        ((distance + POINT_OFFSET) * math.cos(BEAM_ANGLE * i), (distance + POINT_OFFSET) * math.sin(BEAM_ANGLE * i))
-        for i, distance in enumerate(ranges)
-    ]
+    return [(x, y) for x, y, _ in guide_points(ranges)]
 
 
 class Bubble:

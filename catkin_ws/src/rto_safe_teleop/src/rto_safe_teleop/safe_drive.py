@@ -29,7 +29,7 @@ from telepresence_ros.safety_topics import SafetyTopics
 
 from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
-from telepresence.safety import ROBOTINO, State
+from telepresence.safety import ROBOTINO, State, VelocityGate
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 PERIOD = 0.05
@@ -113,20 +113,25 @@ class SafeDrive:
     def stop(self, reason: str) -> None:
         """Stop and stay stopped; `reason` completes "Stopped: ..."."""
         with self._lock:
-            self._gate.gate.stop(reason)
+            self._velocity_gate.stop(reason)
 
     def reset_stop(self) -> None:
         with self._lock:
-            self._gate.gate.reset_stop()
+            self._velocity_gate.reset_stop()
 
     def reset_bumper(self) -> bool:
         """False while the bumper is still pressed."""
         with self._lock:
-            return self._gate.gate.reset_bumper()
+            return self._velocity_gate.reset_bumper()
+
+    @property
+    def _velocity_gate(self) -> VelocityGate:
+        assert isinstance(self._gate, RobotGate), "the bubble has no latches and no obstacles"
+        return self._gate.gate
 
     def _obstacles(self) -> np.ndarray:
         with self._lock:
-            return self._gate.gate.obstacles()
+            return self._velocity_gate.obstacles()
 
 
 def main() -> int:

@@ -2,9 +2,10 @@
 
 Subscribes: joy (sensor_msgs/Joy), with ~device empty; the node that publishes it must repeat at 10 Hz or faster.
 Publishes:  cmd_vel (geometry_msgs/Twist), 20 Hz while the drive button is held, zeros for a moment after, then nothing.
-Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~button_drive,
-            ~button_turbo, ~scale_linear, ~scale_angular, ~turbo, ~dead_zone: see `Layout` in
-            telepresence.teleop.joystick_mapping.
+Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~axis_hat_x, ~axis_hat_y,
+            ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo, ~dead_zone, ~curve, ~creep:
+            see `Layout` in telepresence.teleop.joystick_mapping. Axes and buttons that no parameter names are those
+            of the window: told apart by the kernel's names for them, else an Xbox pad's.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from sensor_msgs.msg import Joy
 from telepresence_ros.node import Node
 
 from telepresence.teleop.joystick import Joystick
+from telepresence.teleop.joystick_layouts import DEFAULT, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
 PERIOD = 0.05
@@ -30,13 +32,12 @@ class JoystickNode:
     """Reads a gamepad, or the topic joy, and publishes what it asks for."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()  # protects the sticks
-        self._sticks = JoystickMapping()
+        self._lock = threading.Lock()  # protects the mapping
+        self._sticks = JoystickMapping(DEFAULT)
         self._node = Node("rto_teleop_joystick", on_master_lost=self._lose)
-        settings = {
-            field.name: rospy.get_param(f"~{field.name}", field.default) for field in dataclasses.fields(Layout)
-        }
-        self._sticks = JoystickMapping(Layout(**settings))
+        names = [field.name for field in dataclasses.fields(Layout)]
+        self._settings = {name: rospy.get_param(f"~{name}") for name in names if rospy.has_param(f"~{name}")}
+        self._take(DEFAULT)
         self._device = str(rospy.get_param("~device", "/dev/input/js0"))
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 
@@ -55,6 +56,11 @@ class JoystickNode:
                 message = Twist()
                 message.linear.x, message.linear.y, message.angular.z = velocity
                 self._publisher.publish(message)
+
+    def _take(self, layout: Layout) -> None:
+        """Map the pad's axes and buttons as `layout` and the parameters say."""
+        with self._lock:
+            self._sticks = JoystickMapping(dataclasses.replace(layout, **self._settings))
 
     def _lose(self) -> None:
         with self._lock:
@@ -76,6 +82,7 @@ class JoystickNode:
                 self._node.stop.wait(LOOK_PERIOD)
                 continue
             missing = False
+            self._take(layout_of(pad.axis_codes, pad.button_codes).sticks())
             rospy.loginfo("gamepad at %s: hold the drive button and move the sticks", self._device)
             try:
                 while not self._node.stop.is_set():

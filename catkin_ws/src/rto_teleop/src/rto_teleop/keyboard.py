@@ -15,7 +15,8 @@ from geometry_msgs.msg import Twist
 from telepresence_ros.node import Node, stop_on_signals
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
-from rto_teleop.keys import HELP, HeldKeys, Velocity
+from rto_teleop.keys import HELP, HeldKeys
+from telepresence.geometry import ZERO_VELOCITY, Velocity
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
@@ -62,7 +63,7 @@ class KeyboardNode:
             _say(f"{error}; the robot stops")
         finally:
             if self._driving:
-                self._publish(Velocity(0.0, 0.0, 0.0))
+                self._publish(ZERO_VELOCITY)
                 time.sleep(PARTING_TIME)
 
     def _turn(self, terminal: KeyTerminal) -> None:

@@ -9,14 +9,14 @@ has it; the guide's window turns right with it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+
+from telepresence.geometry import ZERO_VELOCITY, Velocity
+from telepresence.teleop.command_timeout import ZEROS_TIME
 
 LINEAR, ANGULAR = 0.05, 0.5
 """Speeds at scale 1 [m/s, rad/s]."""
 FIRST_HOLD, HOLD = 0.5, 0.15
 """Seconds that a key counts: pressed afresh, and repeated."""
-ZEROS_TIME = 0.3
-"""Seconds for which zeros are sent after the last key."""
 SCALE_STEP = 1.25
 LARGEST_SCALE = 10.0
 HELP = """Hold a key to drive:
@@ -33,17 +33,6 @@ _DIRECTIONS = {
     "q": (0.0, 0.0, 1.0),
     "e": (0.0, 0.0, -1.0),
 }
-
-
-class Velocity(NamedTuple):
-    """Of base_link: forward and left [m/s], counter-clockwise [rad/s]."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-ZERO = Velocity(0.0, 0.0, 0.0)
 
 
 class HeldKeys:
@@ -92,7 +81,7 @@ class HeldKeys:
             linear, angular = LINEAR * self.scale_linear, ANGULAR * self.scale_angular
             return Velocity(x * linear, y * linear, turn * angular)
         self._key = ""
-        return ZERO if now <= self._zeros_until else None
+        return ZERO_VELOCITY if now <= self._zeros_until else None
 
     def describe(self) -> str:
         """For the pilot."""

@@ -107,8 +107,11 @@ class Movements:
             except rospy.ROSException:
                 return  # the topic was closed: this node is being shut down
             stop.wait(LEAST_PERIOD)
-            with self._changed:
-                self._changed.wait_for(lambda movement=movement: self._wanted is not movement, PERIOD - LEAST_PERIOD)
+            self._wait_for_other(movement)
+
+    def _wait_for_other(self, movement: Movement) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._wanted is not movement, PERIOD - LEAST_PERIOD)
 
     def _take(self, message: Int32) -> None:
         with self._changed:

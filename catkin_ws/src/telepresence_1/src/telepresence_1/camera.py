@@ -155,12 +155,14 @@ class Camera:
             if fits and len(picture.data) <= LARGEST_PASSED:
                 self.image.put(picture.data, stamp)
                 return picture.width, picture.height
-            picture = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
-        if picture is None:
+            pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
+        else:
+            pixels = picture
+        if pixels is None:
             raise SourceError("Bad picture", "The camera's pictures cannot be decoded.")
-        picture = _fit(picture, *self._size)
-        self._put(picture, stamp)
-        return picture.shape[1], picture.shape[0]
+        pixels = _fit(pixels, *self._size)
+        self._put(pixels, stamp)
+        return pixels.shape[1], pixels.shape[0]
 
     def _show_notice(self, title: str, text: str, duration: float) -> None:
         end = time.monotonic() + duration

@@ -29,7 +29,7 @@ cv2.setLogLevel(2)  # errors only
 log = logging.getLogger(__name__)
 
 NETWORK_TIMEOUT = 3000  # ms for connecting, and for the next picture
-MOTION_JPEG = cv2.VideoWriter_fourcc(*"MJPG")
+MOTION_JPEG = cv2.VideoWriter.fourcc(*"MJPG")
 _URL_SCHEMES = ("http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://")
 
 
@@ -165,10 +165,8 @@ class File:
         self._path = path
         if not pathlib.Path(path).is_file():
             raise SourceError("No such file", f"{path} does not exist.")
-        still = cv2.imread(path)
-        self._still = still
-        self._capture = None
-        if still is None:
+        self._still: np.ndarray | None = cv2.imread(path)
+        if self._still is None:
             self._capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
             if not self._capture.isOpened():
                 raise SourceError("Unknown format", f"{path} is neither a video nor a picture that OpenCV can read.")
@@ -180,7 +178,7 @@ class File:
         self._pace.wait()
         if not pathlib.Path(self._path).is_file():  # what is open could be read for ever
             raise SourceError("File removed", f"{self._path} was removed. It is shown again as soon as it is back.")
-        if self._capture is None:
+        if self._still is not None:
             return self._still.copy()
         picture = self._encoded.read()
         if picture is None:

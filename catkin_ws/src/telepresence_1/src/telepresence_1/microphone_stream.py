@@ -134,7 +134,7 @@ class MicrophoneStream:
         if not 0 < channels <= 8 or len(samples) < channels * count:
             self._report(f"a block of {len(samples)} samples claims {channels} x {count}; it is left out")
             return
-        block = samples[: channels * count].reshape(count, channels)
+        block: np.ndarray = samples[: channels * count].reshape(count, channels)
         if channels == 4:
             block = block[:, (FRONT_LEFT, FRONT_RIGHT)]
         if block.shape[1] != self.channels:

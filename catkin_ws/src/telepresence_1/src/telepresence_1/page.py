@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterable
 
 from flask import Flask, Response, jsonify, redirect, render_template, request
+from werkzeug.wrappers import Response as BaseResponse
 
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
 from telepresence_1.page_auth import COOKIE, PageAuth, Refused
@@ -71,7 +72,7 @@ def create_app(
         return response
 
     @app.get("/")
-    def page() -> Response:
+    def page() -> BaseResponse:
         key = request.args.get("k")
         if token and key:
             response = redirect("/")

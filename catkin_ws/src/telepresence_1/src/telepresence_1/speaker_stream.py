@@ -74,8 +74,9 @@ class SpeakerStream:
         self._queue: deque[bytes] = deque(maxlen=4 * BACKLOG)
         self._arrived = threading.Condition()
         self._pending: deque[tuple[float, PendingCall]] = deque()
-        self._before: deque[bytes] = deque(maxlen=CUSHION + round(patience / PIECE))
-        self._cushion = PIECE * self._before.maxlen
+        pieces = CUSHION + round(patience / PIECE)
+        self._before: deque[bytes] = deque(maxlen=pieces)
+        self._cushion = PIECE * pieces
         self._link = -1
         self._stalled = False
         self._talking = False

@@ -10,6 +10,7 @@ All names are relative to the namespace of the node.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -40,11 +41,12 @@ class Latches(Protocol):
 
 
 class SafetyTopics:
-    """
+    """Publishes what the gate decides, and serves its latches.
+
     Args:
         profile: The robot that is drawn.
         frame_id: tf frame of what the profile calls base_link.
-        latches: Behind the services; None if the layer has none, then there are no services.
+        latches: Behind the services; None if the gate has none, then there are no services.
         obstacles: Asked for the places of known obstacles in that frame, (n, 2) [m], before a drawing.
     """
 
@@ -57,16 +59,15 @@ class SafetyTopics:
     ) -> None:
         self._profile = profile
         self._frame_id = frame_id
-        self._latches = latches
         self._obstacles = obstacles or (lambda: np.empty((0, 2)))
         self._decisions = rospy.Publisher("safety", SafetyState, queue_size=1, tcp_nodelay=True)
         self._states = rospy.Publisher("safety_state", String, queue_size=1, latch=True)
         self._markers = rospy.Publisher("safety_markers", MarkerArray, queue_size=1)
         self._state, self._state_due, self._markers_due = "", 0.0, 0.0
         if latches is not None:
-            rospy.Service("stop_drive", Trigger, self._on_stop)
-            rospy.Service("reset_stop", Trigger, self._on_reset_stop)
-            rospy.Service("reset_bumper", Trigger, self._on_reset_bumper)
+            rospy.Service("stop_drive", Trigger, partial(_on_stop, latches))
+            rospy.Service("reset_stop", Trigger, partial(_on_reset_stop, latches))
+            rospy.Service("reset_bumper", Trigger, partial(_on_reset_bumper, latches))
 
     def report(self, now: float, decision: Decision) -> None:
         """Publish what was decided at `now` [s, monotonic]."""
@@ -83,18 +84,21 @@ class SafetyTopics:
             self._markers_due = now + MARKER_PERIOD
             self._markers.publish(draw(self._profile, decision, self._obstacles(), self._frame_id, stamp))
 
-    def _on_stop(self, request: TriggerRequest) -> TriggerResponse:
-        caller = getattr(request, "_connection_header", {}).get("callerid", "")
-        self._latches.stop(f"stop requested by {caller.lstrip('/')}" if caller else "stop requested")
-        return TriggerResponse(True, "stopped until reset_stop")
 
-    def _on_reset_stop(self, _request: TriggerRequest) -> TriggerResponse:
-        self._latches.reset_stop()
-        return TriggerResponse(True, "let go of the controls once to drive again")
+def _on_stop(latches: Latches, request: TriggerRequest) -> TriggerResponse:
+    caller = getattr(request, "_connection_header", {}).get("callerid", "")
+    latches.stop(f"stop requested by {caller.lstrip('/')}" if caller else "stop requested")
+    return TriggerResponse(True, "stopped until reset_stop")
 
-    def _on_reset_bumper(self, _request: TriggerRequest) -> TriggerResponse:
-        done = self._latches.reset_bumper()
-        return TriggerResponse(done, "" if done else "the bumper is still pressed")
+
+def _on_reset_stop(latches: Latches, _request: TriggerRequest) -> TriggerResponse:
+    latches.reset_stop()
+    return TriggerResponse(True, "let go of the controls once to drive again")
+
+
+def _on_reset_bumper(latches: Latches, _request: TriggerRequest) -> TriggerResponse:
+    done = latches.reset_bumper()
+    return TriggerResponse(done, "" if done else "the bumper is still pressed")
 
 
 def to_message(decision: Decision) -> SafetyState:

@@ -12,6 +12,10 @@ import logging
 import signal
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rto_bringup.onboard.picture_sources import PictureSource
 
 DRIVE_PORT, CAMERA_PORT, SOUND_PORT = 8082, 8083, 8084
 ROBOT = LOOPBACK = "127.0.0.1"
@@ -108,17 +112,17 @@ def run_camera(options: argparse.Namespace) -> int:
         source.close()
 
 
-async def _send_pictures(options: argparse.Namespace, source) -> int:
+async def _send_pictures(options: argparse.Namespace, source: PictureSource) -> int:
     from aiortc.contrib.signaling import CopyAndPasteSignaling
 
     from rto_bringup.onboard.camera_server import CameraServer, serve
 
     server = CameraServer(source)
     if options.copy_paste:
-        work = server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time)
+        sending = server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time)
     else:
-        work = serve(server, options.address or LOOPBACK, options.port, _announce)
-    work = asyncio.ensure_future(work)
+        sending = serve(server, options.address or LOOPBACK, options.port, _announce)
+    work = asyncio.ensure_future(sending)
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, work.cancel)

@@ -171,9 +171,9 @@ class CameraServer:
         await self._end(number, "it is silent")
 
     async def _end(self, number: int, reason: str) -> None:
-        peer, supervisor = self._receivers.pop(number, (None, None))
-        if peer is None:
+        if number not in self._receivers:
             return
+        peer, supervisor = self._receivers.pop(number)
         if supervisor is not asyncio.current_task():
             supervisor.cancel()
         self._source.leave()

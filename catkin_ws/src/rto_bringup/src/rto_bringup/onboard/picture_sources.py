@@ -11,7 +11,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 
 import av
 import numpy as np
@@ -29,7 +29,7 @@ NO_NEWS_PERIOD = 0.01
 NO_NEWS_TIMEOUT = 4.0
 """Seconds without a picture after which /cam0 counts as lost; a camera takes a moment to wake up."""
 
-Pictures = Iterator[np.ndarray]
+Pictures = Generator[np.ndarray, None, None]
 """Planes of yuv420p, shape (height * 3 / 2, width) uint8, each as soon as it was taken."""
 
 
@@ -91,7 +91,7 @@ class PictureSource:
                 continue
             except CameraLost as error:
                 self._complain(str(error))
-            except Exception as error:
+            except Exception as error:  # whatever a driver of a camera raises: it is tried again
                 log.exception("%s failed", self._name)
                 self.problem = repr(error)
             with self._changed:
@@ -140,7 +140,7 @@ def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
 def web_pictures(address: str, rate: float) -> Pictures:
     """From /cam0 of the robot's web server, which answers 500 while its camera wakes up or has no newer picture."""
     client = RobotinoClient(address, timeout=2.0)
-    decoder = av.CodecContext.create("mjpeg", "r")
+    decoder = av.VideoCodecContext.create("mjpeg", "r")
     due = newest = time.monotonic()
     try:
         while True:
@@ -161,7 +161,7 @@ def web_pictures(address: str, rate: float) -> Pictures:
         client.close()
 
 
-def _decode(decoder: av.CodecContext, jpeg: bytes) -> av.VideoFrame:
+def _decode(decoder: av.VideoCodecContext, jpeg: bytes) -> av.VideoFrame:
     try:
         frames = decoder.decode(av.Packet(jpeg))
     except av.FFmpegError as error:

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rto_node.client import RobotinoClient, RobotinoError, Scan
+from rto_node.robot_facts import LASER_MOUNT
 
-from telepresence.safety import UNKNOWN
+from telepresence.safety import SECTORS, UNKNOWN
 
 log = logging.getLogger(__name__)
 
@@ -21,9 +22,6 @@ SCAN_EVERY = 2
 TIMEOUT = 0.3
 REMINDER = 30.0
 """Seconds after which a web server that still does not answer is named again."""
-LASER_MOUNT = 0.08
-"""Ahead of the middle [m]: URDF of rto_description."""
-SECTORS = 72
 
 
 class Reading(NamedTuple):
