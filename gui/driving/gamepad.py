@@ -167,7 +167,7 @@ class Gamepad(QObject):
     def _begin(self, name: str, layout: JoystickLayout) -> None:
         log.info("gamepad: %s", name)
         self._name, self._layout = name, layout
-        self._mapping = JoystickMapping(layout.sticks())
+        self._mapping = JoystickMapping(layout.driving())
         self._rescale()
         self._axes, self._buttons = (), ()
         self._timer.start()

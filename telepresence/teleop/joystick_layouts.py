@@ -41,7 +41,7 @@ class JoystickLayout:
     LB: int
     RB: int
 
-    def sticks(self) -> Layout:
+    def driving(self) -> Layout:
         """Return what the pad's axes and buttons do: hold LB to drive with left stick and cross, turn with the right
         stick; RB is fast."""
         return Layout(
@@ -57,7 +57,7 @@ class JoystickLayout:
 
 XBOX = JoystickLayout(left_x=0, left_y=1, right_x=3, right_y=4, hat_x=6, hat_y=7, B=1, LB=4, RB=5)
 """Xbox (xpad), DualShock 4, Logitech F710 with its switch on X: where the kernel tells nothing."""
-DEFAULT = XBOX.sticks()
+DEFAULT = XBOX.driving()
 """What the window and the gamepad node take a pad for, unless the kernel or a parameter knows better."""
 DIRECT = JoystickLayout(left_x=0, left_y=1, right_x=2, right_y=3, hat_x=4, hat_y=5, B=2, LB=4, RB=5)
 """Logitech F710 with its switch on D, and other pads whose buttons have only numbers."""

@@ -39,5 +39,5 @@ def test_pads_that_tell_little(codes, layout):
 
 @pytest.mark.parametrize("layout", [XBOX, DIRECT, read(*XPAD), read(*RIGHT_STICK_ON_Z)])
 def test_the_dead_mans_switch_is_lb_on_every_pad(layout):
-    sticks = layout.sticks()
-    assert (sticks.button_drive, sticks.button_turbo) == (layout.LB, layout.RB)
+    driving = layout.driving()
+    assert (driving.button_drive, driving.button_turbo) == (layout.LB, layout.RB)

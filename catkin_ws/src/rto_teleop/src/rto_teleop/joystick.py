@@ -33,7 +33,7 @@ class JoystickNode:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()  # protects the mapping
-        self._sticks = JoystickMapping(DEFAULT)
+        self._mapping = JoystickMapping(DEFAULT)
         self._node = Node("rto_teleop_joystick", on_master_lost=self._lose)
         names = [field.name for field in dataclasses.fields(Layout)]
         self._settings = {name: rospy.get_param(f"~{name}") for name in names if rospy.has_param(f"~{name}")}
@@ -51,7 +51,7 @@ class JoystickNode:
     def _publish(self) -> None:
         for now in self._node.cycles(PERIOD):
             with self._lock:
-                velocity = self._sticks.command(now)
+                velocity = self._mapping.command(now)
             if velocity is not None:
                 message = Twist()
                 message.linear.x, message.linear.y, message.angular.z = velocity
@@ -60,15 +60,15 @@ class JoystickNode:
     def _take(self, layout: Layout) -> None:
         """Map the pad's axes and buttons as `layout` and the parameters say."""
         with self._lock:
-            self._sticks = JoystickMapping(dataclasses.replace(layout, **self._settings))
+            self._mapping = JoystickMapping(dataclasses.replace(layout, **self._settings))
 
     def _lose(self) -> None:
         with self._lock:
-            self._sticks.lose()
+            self._mapping.lose()
 
     def _on_joy(self, message: Joy) -> None:
         with self._lock:
-            self._sticks.update(message.axes, message.buttons, time.monotonic())
+            self._mapping.update(message.axes, message.buttons, time.monotonic())
 
     def _read_device(self) -> None:
         missing = False
@@ -82,13 +82,13 @@ class JoystickNode:
                 self._node.stop.wait(LOOK_PERIOD)
                 continue
             missing = False
-            self._take(layout_of(pad.axis_codes, pad.button_codes).sticks())
+            self._take(layout_of(pad.axis_codes, pad.button_codes).driving())
             rospy.loginfo("gamepad at %s: hold the drive button and move the sticks", self._device)
             try:
                 while not self._node.stop.is_set():
                     pad.wait(PERIOD)
                     with self._lock:
-                        self._sticks.update(pad.axes, pad.buttons, time.monotonic())
+                        self._mapping.update(pad.axes, pad.buttons, time.monotonic())
             except OSError as error:
                 rospy.logwarn("%s; the robot stops", error)
                 self._lose()
