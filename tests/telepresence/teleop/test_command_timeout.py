@@ -7,8 +7,8 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from telepresence.geometry import ZERO_VELOCITY, Velocity
 
+from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.teleop.command_timeout import COMMAND_TIMEOUT, CommandState, LatestCommand
 
 
