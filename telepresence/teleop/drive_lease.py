@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
+from telepresence.teleop.command_timeout import ZEROS_TIME
 
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
@@ -32,8 +33,6 @@ LATE = 0.5
 everything that was queued."""
 DRIFT = 1e-3
 """Largest drift between two clocks, seconds per second."""
-ZEROS_TIME = 0.3
-"""Seconds for which zero is repeated after a stop, so that latched keyboards receive it and stop, too."""
 OTHER_TIME = 0.5
 """Seconds for which another program's velocity counts as driving."""
 FORGOTTEN = 30.0
