@@ -74,7 +74,7 @@ class BodyEvents:
                 cycle += 1
                 if cycle % _SLOW_CYCLES == 0:
                     self._poll_slow_changes(snapshot)
-            except Exception:
+            except Exception:  # one event that fails must not end all later ones
                 log.exception("the body's events could not be raised")
 
     def _poll_touch(self, snapshot: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import qi
 
 from pepper_sim.naoqi.raw_server import RawMethod
-from pepper_sim.naoqi.service import Binding, Service
+from pepper_sim.naoqi.service import Binding, Service, ServiceError
 
 
 @qi.multiThreaded()
@@ -52,7 +52,7 @@ def _bound(binding: Binding) -> Callable[..., Any]:
     def call(*values: Any) -> Any:
         try:
             result = binding(*values)
-        except Exception as error:
+        except ServiceError as error:  # all that a binding raises
             promise = qi.Promise()
             promise.setError(str(error))
             return promise.future()

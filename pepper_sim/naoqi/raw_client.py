@@ -66,7 +66,7 @@ class RawClient:
             self._connection.authenticate()
             reply = self._connection.call(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
             self._action, self._parameters = _find(Decoder(reply).get(METAOBJECT)[0], method, arity)
-        except BaseException:
+        except BaseException:  # whatever it is, it is raised again; only the socket must not leak
             self._connection.close()
             raise
 

@@ -165,7 +165,7 @@ class RawServer:
         try:
             buffers = Encoder().put(*answer()).buffers()
             kind = REPLY
-        except Exception as error:
+        except Exception as error:  # top of a remote call: the client gets every error as text
             buffers, kind = Encoder().put("m", str(error)).buffers(), ERROR
         if header.kind == POST:
             return

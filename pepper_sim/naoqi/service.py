@@ -105,7 +105,7 @@ class Binding:
                 check_argument(kind, value, name) for (kind, name), value in zip(self.arguments, values, strict=True)
             ]
             result = self.function(*checked)
-        except Exception as error:
+        except Exception as error:  # top of a remote call: the client gets every error as text
             raise self.explain(error) from None
         return None if self.returns == "v" and not isinstance(result, concurrent.futures.Future) else result
 

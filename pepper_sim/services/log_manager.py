@@ -71,7 +71,7 @@ class _Handler(logging.Handler):
             level = next(number for least, number in _QI_LEVELS if record.levelno >= least)
             source = f"{record.filename}:{record.funcName}:{record.lineno}"
             self._report(level, source, record.name, record.getMessage(), record.created)
-        except Exception:
+        except Exception:  # the contract of logging.Handler: an error while logging must not reach the caller
             self.handleError(record)
 
 

@@ -162,7 +162,7 @@ class Voice:
             try:
                 if not utterance.future.cancelled():
                     said = self._speak(utterance)
-            except Exception:
+            except Exception:  # callbacks of the owner; one text that fails must not end the voice
                 log.exception("a text could not be said")
             with self._changed:
                 self._current = None

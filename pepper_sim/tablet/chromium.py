@@ -147,7 +147,7 @@ class ChromiumView:
         except BrowserError as error:
             log.error("the tablet's browser: %s", error)
             self._fail(UNKNOWN, str(error))
-        except Exception:
+        except Exception:  # top of a thread that calls the owner's callbacks
             log.exception("the tablet's view of %s failed", self._url)
 
     def _fail(self, code: int, text: str) -> None:

@@ -153,7 +153,7 @@ class DevTools:
                     self._dispatch(json.loads(message))
                 if len(buffer) > _MESSAGE_LIMIT:
                     raise BrowserError("a message of the browser is too long")
-        except Exception:
+        except Exception:  # top of the reader's thread, which calls `on_event` of its owner
             log.exception("the link to chromium failed")
         finally:
             os.close(self._answers)

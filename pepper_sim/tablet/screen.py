@@ -89,7 +89,7 @@ class Screen:
             self._changed.clear()
             try:
                 self._draw()
-            except Exception:
+            except Exception:  # top of a thread that decodes foreign pictures: the next one may be fine
                 log.exception("the tablet's screen could not be drawn")
             self._stop.wait(PERIOD - (time.monotonic() - begin))
 

@@ -89,7 +89,7 @@ class WebView:
         except LoadError as error:
             self._layer.put(draw_error_page(self._url, error.text))
             self._events.failed(error.code, error.text, self._url)
-        except Exception:
+        except Exception:  # top of a thread that reads foreign pages and calls the owner's callbacks
             log.exception("the tablet's view of %s failed", self._url)
 
     def _finish(self) -> None:

@@ -95,7 +95,7 @@ class MicrophoneStream:
                 late = time.monotonic() - end
                 start = end if late < 1.0 else end + late
             log.warning("'%s' gets no more sound: its service is gone or fails", self.name)
-        except Exception:
+        except Exception:  # top of a thread; one client's stream must not end without a trace
             log.exception("the microphones failed for '%s'", self.name)
         finally:
             if client is not None:
