@@ -14,7 +14,8 @@ from collections.abc import Collection
 from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
-from pepper_sim.services.al_memory import ALMemory, split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
+from pepper_sim.services.al_memory import ALMemory
 
 STATES = ("solitary", "interactive", "safeguard", "disabled")
 ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")

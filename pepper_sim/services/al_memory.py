@@ -22,6 +22,7 @@ import qi
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.time_stamp import split_stamp
 
 log = logging.getLogger(__name__)
 
@@ -331,11 +332,6 @@ class ALMemory(Module):
             if callback in topic.callbacks:
                 topic.callbacks.remove(callback)
         log.warning("%s is no longer called at %s: %s", callback.service, event, reason)
-
-
-def split_stamp(stamp: float) -> list[int]:
-    """Return [whole seconds, microseconds] of a time [s since 1970], as NAOqi writes time stamps."""
-    return [int(stamp), int(stamp % 1 * 1e6)]
 
 
 def _pairs(value: Any) -> list[tuple[str, Any]]:

@@ -22,11 +22,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
 from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
 from pepper_sim.robot import Pepper
-from pepper_sim.services.al_memory import split_stamp
 
 log = logging.getLogger(__name__)
 

@@ -15,7 +15,7 @@ from typing import Any
 import qi
 
 from pepper_sim.naoqi.service import Service, remote, within
-from pepper_sim.services.al_memory import split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
 
 _MESSAGE = (
     "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"

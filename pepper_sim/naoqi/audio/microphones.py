@@ -21,7 +21,7 @@ from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.codec import CodecError
 from pepper_sim.naoqi.raw_client import RawClient
-from pepper_sim.services.al_memory import split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.sound.room import Room
 
 log = logging.getLogger(__name__)
