@@ -10,7 +10,7 @@ from telepresence.sim import command_line
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a simulated robot; the exit status."""
+    """Run a simulated robot until it is interrupted; return the exit status."""
     parser = command_line.parser(
         "pepper_sim",
         "A simulated Pepper that speaks NAOqi. Prints its address when it is ready.",
@@ -21,11 +21,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--speaker",
         default="none",
         metavar="DEVICE",
-        help="play what the robot's loudspeaker plays on this sound device; auto takes the usual one (default: none)",
+        help="play the robot's loudspeaker on this sound device; auto picks the system's default (default: none)",
     )
-    parser.add_argument("--record-speaker", default="", metavar="FILE", help="write the same into a WAV file")
+    parser.add_argument("--record-speaker", default="", metavar="FILE", help="write the same sound into a WAV file")
     parser.add_argument(
-        "--room-sound", default="", metavar="WHAT", help="what its microphones hear: tone, or a WAV file, repeated"
+        "--room-sound", default="", metavar="WHAT", help="sound in the room: tone, or a WAV file, repeated"
     )
     options = parser.parse_args(arguments)
     sound = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound")}

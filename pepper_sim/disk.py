@@ -20,7 +20,7 @@ class RobotDisk:
         self.path(HOME).mkdir(parents=True)
 
     def path(self, name: str) -> Path:
-        """Where the robot's file `name` is; relative names start in the home folder.
+        """Return where the robot's file `name` is on this machine; relative names start in the robot's home folder.
 
         Raises:
             ValueError: The name is empty, holds a zero byte, or leads out of the disk.
@@ -33,5 +33,5 @@ class RobotDisk:
         return self.root.joinpath(*inside.parts[1:])
 
     def close(self) -> None:
-        """Remove the disk with all that is on it."""
+        """Remove the disk and everything on it."""
         shutil.rmtree(self.root, ignore_errors=True)

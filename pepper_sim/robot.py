@@ -63,9 +63,9 @@ class Pepper:
         """
         Args:
             world: Built with `pepper_sim.models.pepper_model(prefix)` among its robots.
-            cameras: Draws this world's cameras; without it the robot is blind and its tablet dark.
+            cameras: Renders this world's cameras; without it the robot has no pictures and its tablet stays dark.
             prefix: Prefix of this robot's names in the world.
-            seed: Start of the sensors' noise, together with the world's seed.
+            seed: Seed of the sensors' noise, together with the world's seed.
         """
         model = world.model
         self.world = world
@@ -100,7 +100,7 @@ class Pepper:
 
     @property
     def base_limits(self) -> BaseLimits:
-        """Top speeds and accelerations of the base; set one of another value to change them."""
+        """Top speeds and accelerations of the base; assign other limits to change them."""
         return self._base.limits
 
     @base_limits.setter
@@ -133,7 +133,7 @@ class Pepper:
             waypoints: (x, y, theta) [m, m, rad] in base_footprint as it is now, by odometry.
             duration: Time to take [s]; as fast as the limits allow if it is shorter or None.
         Returns:
-            Future: True when the end is reached, False when the move was refused, interrupted or blocked.
+            Future: True when the last waypoint is reached, False when the move was refused, interrupted or blocked.
         Raises:
             ValueError: No waypoint, or a value is not finite.
         """
@@ -150,7 +150,7 @@ class Pepper:
         return future
 
     def stop_move(self, *, abrupt: bool = False) -> Future:
-        """End every motion of the base. The future is done when the wheels stand."""
+        """End every motion of the base. The future is done when the wheels stand still."""
         with self.world.locked():
             self._snapshot = None
             return self._motion.stop(abrupt)
@@ -180,7 +180,7 @@ class Pepper:
             return self._joints.follow(knots, self.world.time)
 
     def stop_joints(self, joints: Sequence[str] = JOINTS) -> None:
-        """Hold joints where they are told to be now; trajectories that use them end with False."""
+        """Hold joints at their present setpoints; trajectories that use them end with False."""
         with self.world.locked():
             self._joints.stop(joints)
 
@@ -208,7 +208,7 @@ class Pepper:
             self._cameras.set_texture(self.prefix + "screen", _DARK if pixels is None else pixels)
 
     def set_light(self, part: str, red: float, green: float, blue: float) -> None:
-        """Colour the "eyes" or the "shoulders"; 0...1 each, clipped. The cameras see it from the next picture on.
+        """Colour the "eyes" or the "shoulders"; 0...1 each, clipped. It shows from the next picture on.
 
         Raises:
             ValueError: No such light, or a value that is not finite.
@@ -221,7 +221,7 @@ class Pepper:
             material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
 
     def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
-        """Pictures of "CameraTop", "CameraBottom" or "CameraDepth"; see `telepresence.sim.camera.Feed`.
+        """Subscribe to "CameraTop", "CameraBottom" or "CameraDepth"; see `telepresence.sim.camera.Feed`.
 
         Raises:
             ValueError: Unknown camera, size or rate.
@@ -236,7 +236,7 @@ class Pepper:
     # --- what can be read --------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
-        """All sensors after the last tick; made at the first call after a tick or a command, so that both show."""
+        """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
         with self.world.locked() as data:
             if self._snapshot is None or self._snapshot_tick != self.world.tick:
                 self._snapshot = self._take_snapshot(data)
@@ -244,13 +244,13 @@ class Pepper:
             return self._snapshot
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
-        """Where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
+        """Return where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             x, y, z, *quaternion = data.qpos[self._pose].tolist()
         return (x, y, z, *roll_pitch_yaw(matrix(np.array(quaternion))))
 
     def link_pose(self, name: str) -> np.ndarray:
-        """Pose of a link or sensor frame in the odometry frame.
+        """Return the pose of a link or sensor frame in the odometry frame.
 
         Args:
             name: As in the URDF, e.g. "torso", "Head", "l_wrist", "CameraTop_frame", "base_footprint".
@@ -277,7 +277,7 @@ class Pepper:
             self._inertial.reset(data)
 
     def _close(self) -> None:
-        """Nobody may wait for a world that stands still."""
+        """End all motions, so that nobody waits for a world that no longer runs."""
         with self.world.locked():
             self._motion.release()
             self._joints.stop(JOINTS)

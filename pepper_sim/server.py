@@ -1,8 +1,8 @@
 """NaoqiServer: a simulated NAOqi on a TCP port, speaking qi through the real library.
 
-One process is service directory and holds every AL service, as `naoqi-bin` does. Methods run concurrently; long ones
-answer with a future, so that no call waits for another. There is no authentication, as on NAOqi 2.5: whoever reaches
-the port drives the robot.
+One process is the service directory and holds every AL service, as `naoqi-bin` does. Methods run concurrently; long
+ones answer with a future, so that no call waits for another. There is no authentication, as on NAOqi 2.5: whoever
+reaches the port can drive the robot.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ class NaoqiServer:
         robot: The robot to serve.
         url: Where to listen; port 0 takes a free one, see `endpoints`.
         tablet: The tablet behind ALTabletService; without it the robot has none.
-        seed: Start of the microphones' noise.
+        seed: Seed of the microphones' noise.
     Raises:
         CannotListen: The port is taken or the address is not this machine's.
     """
 
     def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None, seed: int = 0) -> None:
         self._session = qi.Session()
-        # As on the robot, the port answers a moment (0.2 s) before all services are there: libqi's directory listens
-        # when it is made. A second port that is opened afterwards would not help: the directory goes on handing out
-        # the first one as the address of every service, and a relay or another machine cannot reach that.
+        # As on the robot, the port answers 0.2 s before all services are there: libqi's directory listens as soon as it
+        # exists. Opening a second port afterwards would not help: the directory keeps handing out the first one as the
+        # address of every service, and a relay or another machine cannot reach that one.
         try:
             self._session.listenStandalone(url)
         except RuntimeError as error:
@@ -87,7 +87,7 @@ class NaoqiServer:
 
 
 def _reason(text: str) -> str:
-    """What libqi's error says of the operating system's refusal, without its source files."""
+    """Return the operating system's reason from libqi's error text, without libqi's source files."""
     found = re.search(r"(?:bind|resolve|listen)\w*: ([^\[\n]+)", text)
     reason = found.group(1).strip() if found else text
     return f"{reason}; another robot may run there (port 0 takes a free one)" if "in use" in reason else reason

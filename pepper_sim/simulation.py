@@ -1,4 +1,4 @@
-"""A simulated Pepper for any world, with its tablet and NAOqi in front of it; and a world with one Pepper in it."""
+"""A simulated Pepper for any world, with its tablet and its NAOqi server; and a world with one Pepper in it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ DEFAULT_SCENE = "apartment"
 
 
 class SimulatedPepper(SimulatedRobot):
-    """One Pepper of a world. `robot`, `tablet` and `server` are there once it has entered, and once it serves.
+    """One Pepper of a world. `robot` and `tablet` exist once it has entered, `server` once it serves.
 
     Args:
         speaker: The sound device that plays what the loudspeaker plays; see `telepresence.audio.devices`.
-        record_speaker: A WAV file for the same; "" for none.
-        room_sound: What its microphones hear besides; see `RoomSounds`.
+        record_speaker: A WAV file that records what the loudspeaker plays; "" for none.
+        room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -79,7 +79,7 @@ class SimulatedPepper(SimulatedRobot):
 
     @property
     def failure(self) -> str:
-        return f"{self.urls[0]} does not let clients in any more" if self._port_probe and self._port_probe.stuck else ""
+        return f"{self.urls[0]} accepts no clients any more" if self._port_probe and self._port_probe.stuck else ""
 
     @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
@@ -111,5 +111,5 @@ class Simulation(OneRobotSimulation):
 
     @property
     def room(self) -> Room:
-        """What the robot hears and plays: play a sound into `room.surroundings`, listen to `room.loudspeaker.track`."""
+        """The sounds around the robot: play into `room.surroundings`, listen to `room.loudspeaker.track`."""
         return self.server.catalogue.room

@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, settings
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
-# As pepper_sim.services has it: libqi reads it when it is loaded, which may be before that.
+# As pepper_sim.naoqi has it: libqi reads it when it is loaded, which may be before that.
 os.environ.setdefault("QI_EVENTLOOP_THREAD_MAX_IDLE_DURATION", "1000000000")
 
 # A test says what must hold, not how fast this machine finds examples of it.

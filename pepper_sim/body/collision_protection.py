@@ -1,6 +1,6 @@
-"""External collision protection: how fast the base may go towards what its sensors update.
+"""External collision protection: how fast the base may approach what its sensors detect.
 
-The gap to an obstacle limits the speed of approach; motion that doesn't shorten a gap is never limited, so the robot
+The gap to an obstacle limits the speed of approach; motion that does not shorten a gap is never limited, so the robot
 can always back away. Distances: pages reflexes-external-collision and control-walk of the NAOqi 2.8 documentation.
 """
 
@@ -22,8 +22,8 @@ _DISTANCES = np.array([0.10, 0.12, 0.17, 0.25, 0.30, 0.35, 0.40])
 """Distance kept in front [m] as a function of speed [m/s]; the value at standstill is the tangential distance's."""
 
 _REACH = 0.45
-"""Obstacles farther from the robot's middle than this plus the orthogonal distance [m] cannot limit any speed before
-they are seen again, and are not kept: 0.26 m of body, 0.09 m driven between two scans, and some reserve."""
+"""Obstacles farther from the robot's centre than this plus the orthogonal distance [m] cannot limit any speed before
+the next scan, and are not kept: 0.26 m of body, 0.09 m driven between two scans, and some margin."""
 
 _TRIANGLE = np.array(WHEEL_CENTRES)
 _EDGES = np.roll(_TRIANGLE, -1, axis=0) - _TRIANGLE
@@ -41,12 +41,12 @@ class SecurityZone:
         self._points = np.zeros((0, 2))
 
     def reset(self) -> None:
-        """Forget all obstacles; distances and the switch stay."""
+        """Forget all obstacles; the distances and `enabled` stay as they are."""
         self._obstacles.clear()
         self._points = np.zeros((0, 2))
 
     def update(self, sensor: str, points: np.ndarray, pose: tuple[float, float, float]) -> None:
-        """Replace what `sensor` saw.
+        """Replace the obstacles that `sensor` detected.
 
         Args:
             points: Obstacles in base_footprint, shape (n, 2) [m].
@@ -61,11 +61,11 @@ class SecurityZone:
         self._points = np.concatenate(list(self._obstacles.values()))
 
     def limit(self, vx: float, vy: float, pose: tuple[float, float, float]) -> tuple[float, tuple[float, float] | None]:
-        """How much of a translation is allowed.
+        """Return how much of a translation is allowed.
 
         Args:
-            vx, vy: Wanted velocity in base_footprint [m/s].
-            pose: Odometry now.
+            vx, vy: Requested velocity in base_footprint [m/s].
+            pose: Odometry now (x, y, theta).
         Returns:
             Factor 0...1 for the velocity, and the obstacle that decided it (x, y in the odometry frame) or None.
         """
@@ -98,7 +98,7 @@ class SecurityZone:
 
 
 def gap_to_outline(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance from the base's outline and the direction away from it.
+    """Return each point's distance from the base's outline and the direction away from it.
 
     Args:
         points: In base_footprint, shape (n, 2) [m].

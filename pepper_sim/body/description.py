@@ -73,7 +73,7 @@ CONTINUOUS_TORQUE: Mapping[str, float] = MappingProxyType(
         },
     }
 )
-"""Torque each joint can hold for ever [N m] (page motors_pep: motor torque times gear)."""
+"""Torque that each joint can hold permanently [N m] (page motors_pep: motor torque times gear ratio)."""
 
 MOTION_CYCLE = 0.02
 """Period of the motion controller [s] (page control)."""
@@ -86,9 +86,9 @@ HARD_MAX_XY, HARD_MAX_THETA = 0.55, 2.0
 ACC_XY, ACC_THETA = 0.3, 0.75
 """Default accelerations [m/s², rad/s²]."""
 BRAKING = Braking(xy=0.55, theta=3.0)
-"""Slowing down uses the hard maxima of acceleration, so that a stop is short."""
+"""Braking uses the highest accelerations that a client may set [m/s², rad/s²], so that a stop is short."""
 ABRUPT_BRAKING = Braking(xy=1.5, theta=6.0)
-"""A stop without regard for comfort; still below the 1.9 m/s² at which Pepper tips forward (derived from its URDF)."""
+"""An emergency stop; still below the 1.9 m/s² at which Pepper tips forward (derived from its URDF)."""
 LEAST_LEG_STIFFNESS = 0.6
 """The base refuses to move while a leg joint is at or below this stiffness (page control-stiffness)."""
 
@@ -113,22 +113,22 @@ WHEELS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 SONAR_PERIOD, LASER_PERIOD = 0.1, 0.16
 SONAR_MAX = 5.0
 SONAR_MIN = 0.25
-"""Nearest sonar reading [m]: naoqi_driver's range; the documentation says that nearer things read 0.3."""
+"""Shortest sonar reading [m]: naoqi_driver's range; the documentation says that closer objects read 0.3."""
 SONAR_RESOLUTION = 0.03
 SONAR_HALF_ANGLE = math.radians(30.0)
 LASER_ANGLES: tuple[float, ...] = tuple(math.radians(28.0 - 4.0 * i) for i in range(15))
 """Direction of Seg01 ... Seg15 in the frame under the laser's camera [rad], leftmost first: 60 degrees in 15 parts."""
 LASER_MIN, LASER_MAX = 0.1, 3.0
-"""Obstacles are seen between these distances [m]; 3 m is the practical range."""
+"""Obstacles are detected between these distances [m]; 3 m is the practical range."""
 LASER_MISS = 5.6
-"""Distance of the point reported when nothing is hit [m]: the theoretical range. Coordinates stay finite, and drivers
-that cut at 3 m see nothing."""
+"""Distance of the point that is reported when nothing is hit [m]: the theoretical range. Coordinates stay finite, and
+drivers that ignore points beyond 3 m get no obstacle."""
 SHOVEL_ANGLES: tuple[float, ...] = tuple(math.radians(angle) for angle in (20.0, 0.0, -20.0))
 """Directions of the sloping front laser's Seg01 ... Seg03 [rad]."""
 INFRARED_PERIOD = 0.1
 INFRARED_RANGE = 0.4
-"""An infrared spot sees what is nearer than this [m]. No document gives a range: this one ends 0.24 m beyond the edge
-of the base, between the lasers, where nothing else sees; a stop from MAX_XY takes 0.11 m."""
+"""An infrared spot detects what is closer than this [m]. No document gives a range: this one ends 0.24 m beyond the
+edge of the base, between the lasers, where no other sensor looks; a stop from MAX_XY takes 0.11 m."""
 
 # --- power (page battery_pep) ---
 BATTERY_ENERGY = 795.0 * 3600.0

@@ -20,7 +20,7 @@ class Frames:
         self._sites = _names(model.site, model.nsite, prefix)
 
     def find(self, data: mujoco.MjData, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation (3, 3) and position (3,) [m] of a link in the world; views of `data`.
+        """Return rotation (3, 3) and position (3,) [m] of a link in the world, as views of `data`.
 
         Raises:
             ValueError: There is no such link.
@@ -35,8 +35,10 @@ class Frames:
         raise ValueError(f"Pepper has no link {name!r}; links: {', '.join(known)}")
 
     def in_odometry(self, data: mujoco.MjData, name: str, odometry: tuple[float, float, float]) -> np.ndarray:
-        """Pose (4, 4) of a link where the robot believes to be: true height, roll and pitch, place and heading by
-        odometry (x, y, theta)."""
+        """Return the pose (4, 4) of a link in the odometry frame.
+
+        Height, roll and pitch are the true ones; position and heading of the base come from `odometry` (x, y, theta).
+        """
         base = _homogeneous(*self.find(data, ROOT))
         pose = _homogeneous(*self.find(data, name))
         x, y, theta = odometry
@@ -47,14 +49,14 @@ class Frames:
 
 
 def matrix(quaternion: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) of a quaternion (w, x, y, z)."""
+    """Return the rotation (3, 3) of a quaternion (w, x, y, z)."""
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, quaternion)
     return rotation.reshape(3, 3)
 
 
 def roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
-    """Angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    """Return the angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
     (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
     return math.atan2(zy, zz), math.asin(max(-1.0, min(1.0, -zx))), math.atan2(yx, xx)
 

@@ -14,13 +14,13 @@ from telepresence.sim.world import TICK
 GYRO_NOISE, ACCEL_NOISE = 0.003, 0.03
 """Standard deviations [rad/s, m/s²]."""
 PLACES = {"base": "base_footprint", "torso": "torso"}
-"""Sensor -> link whose axes it has."""
+"""Sensor -> link whose axes it uses."""
 
 
 class InertialSensors:
-    """Reads gyrometers directly and specific force from the change of velocity over two ticks.
+    """Reads gyrometers directly; computes specific force from the change of velocity over two ticks.
 
-    The engine's own accelerometer shows single physics steps, in which the drive servo's reaction to a new setpoint is
+    The physics engine's own accelerometer shows single steps, in which the drive servo's reaction to a new setpoint is
     several times the average; a real sensor is slower than that.
     """
 
@@ -46,7 +46,7 @@ class InertialSensors:
         self._history = [*self._history[1:], data.sensordata[self._velocities].reshape(2, 3).copy()]
 
     def read(self, data: mujoco.MjData) -> dict[str, Imu]:
-        """ "base" and "torso", noise included."""
+        """Return the readings of "base" and "torso", noise included."""
         forces = (self._history[2] - self._history[0]) / (2.0 * TICK) - self._gravity
         noise = self._rng.standard_normal((2, 2, 3))
         readings = {}

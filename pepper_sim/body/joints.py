@@ -1,6 +1,6 @@
 """Joint motion: slewing to angles, following trajectories, stiffness.
 
-Every method but `Trajectory`'s is called with the world's lock held.
+The methods of `JointMotion` are called with the world's lock held.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _CARRIED_BY = {
 
 
 def resolve(future: Future, result: bool) -> None:
-    """Complete `future` unless its owner has cancelled it meanwhile."""
+    """Complete `future`, unless its owner has cancelled it in the meantime."""
     try:
         future.set_result(result)
     except InvalidStateError:
@@ -71,7 +71,7 @@ class Trajectory:
             self._samples[:, column] = monotone_cubic(x, y, times)
 
     def at(self, elapsed: float) -> np.ndarray:
-        """Angles `elapsed` seconds after the start, one per joint [rad]."""
+        """Return the angles `elapsed` seconds after the start, one per joint [rad]."""
         position = elapsed / MOTION_CYCLE
         row = int(position)
         if row >= len(self._samples) - 1:
@@ -84,7 +84,7 @@ class Trajectory:
 
 
 def monotone_cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Cubic Hermite curve through (x, y) that never leaves the range of two neighbours; flat ends, constant after.
+    """Evaluate a cubic Hermite curve through (x, y) that never overshoots; flat at its ends, constant after the last.
 
     Slopes: harmonic mean of the neighbouring secants where these have one sign, else zero (Fritsch and Butland, SIAM J.
     Sci. Stat. Comput. 5, 1984).
@@ -132,14 +132,14 @@ class JointMotion:
         self._running: list[tuple[float, Trajectory]] = []
         self._slewing = False
         self._limp: np.ndarray = np.zeros(0, int)
-        # A servo with damping follows a moving setpoint late by damping / stiffness seconds; the lead makes up for it.
+        # A damped servo lags behind a moving setpoint by damping / stiffness seconds; the lead compensates for that.
         damping = model.dof_damping[self.dofs] - model.actuator_biasprm[self.actuators, 2]
         self._lag = damping / model.actuator_gainprm[self.actuators, 0]
         self._lead = np.zeros(len(JOINTS))
         self._leading = False
 
     def reset(self, data: mujoco.MjData, angles: Mapping[str, float]) -> None:
-        """Put the joints to `angles` at once, stiff, with nothing to do."""
+        """Put the joints at `angles` at once, stiff and at rest."""
         self.stop(JOINTS)
         values = np.array([angles[joint] for joint in JOINTS])
         data.qpos[self.qpos] = values
@@ -161,7 +161,7 @@ class JointMotion:
         self._slewing = True
 
     def follow(self, knots: Mapping[str, Sequence[tuple[float, float]]], now: float) -> Future:
-        """Pass through `knots` (seconds from now, angle). Ends what these joints did before."""
+        """Move through `knots` (seconds from now, angle). Ends what these joints did before."""
         indices = _indices(knots)
         for joint, points in knots.items():
             _check_knots(joint, points)
@@ -176,7 +176,7 @@ class JointMotion:
         return trajectory.future
 
     def stop(self, joints: Mapping[str, object] | Sequence[str]) -> None:
-        """Let these joints rest where they are told to be now; trajectories that use one of them end with False."""
+        """Hold these joints at their present setpoints; trajectories that use one of them end with False."""
         indices = _indices(joints)
         for entry in [e for e in self._running if np.isin(e[1].joints, indices).any()]:
             self._running.remove(entry)
@@ -185,7 +185,7 @@ class JointMotion:
         self._targets[indices] = self.setpoints[indices]
 
     def set_stiffness(self, stiffness: Mapping[str, float]) -> None:
-        """Limit the motors' torque to a fraction of their effort. Limp arms fall; brakes hold a leg."""
+        """Limit the motors' torque to a fraction of their effort. Limp arms fall; brakes hold the leg."""
         indices = _indices(stiffness)
         _require_finite("stiffness", stiffness)
         for index, value in zip(indices, stiffness.values(), strict=True):
@@ -228,7 +228,7 @@ class JointMotion:
         data.ctrl[self.actuators] = self.setpoints + self._lead
 
     def _arrived(self, trajectory: Trajectory) -> bool:
-        """A trajectory faster than a joint's top speed takes longer than its knots say."""
+        """Whether the joints are there: a trajectory above their top speed takes longer than its knots say."""
         joints = trajectory.joints
         return float(np.abs(self._targets[joints] - self.setpoints[joints]).max()) < ARRIVED
 
@@ -257,7 +257,7 @@ def _check_knots(joint: str, points: Sequence[tuple[float, float]]) -> None:
         if not (math.isfinite(moment) and math.isfinite(angle)):
             raise ValueError(f"the knots of {joint} must be finite, got ({moment}, {angle})")
         if moment <= before:
-            raise ValueError(f"the times of {joint} must be positive and rise, got {moment} after {before}")
+            raise ValueError(f"the times of {joint} must be positive and increasing, got {moment} after {before}")
         before = moment
     if before > MAX_TRAJECTORY:
         raise ValueError(f"the trajectory of {joint} lasts {before:.0f} s; at most {MAX_TRAJECTORY:.0f} s are possible")

@@ -1,6 +1,6 @@
 """Motion of Pepper's base: velocities, moves along waypoints, stops, and refusals.
 
-Every method is called with the world's lock held; futures are completed through `post`, outside of it.
+Every method is called with the world's lock held; futures are completed through `post`, outside the lock.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.world import TICK
 
 REACHED_XY, REACHED_THETA = 0.0015, 0.002
-"""A move has arrived this close to its end by odometry [m, rad]."""
+"""A move has arrived when odometry is this close to its end [m, rad]."""
 BLOCKED_SPEED = 0.01
 """Slower than this [m/s] because of an obstacle counts as blocked."""
 BLOCKED_PATIENCE = 0.5
-"""A move that is blocked for so long [s] fails."""
+"""A move that is blocked for this long [s] fails."""
 CHECK_TICKS = round(MOTION_CYCLE / TICK)
 """Obstacles are checked once per motion cycle, and at once for a new command."""
 
-_MARGIN = 0.9  # part of the acceleration that planned braking uses; the rest corrects errors
+_MARGIN = 0.9  # fraction of the acceleration that planned braking uses; the rest corrects errors
 _CORNER_RADIUS = 0.03  # a waypoint on the way is passed within this distance [m]
 
 Pose = tuple[float, float, float]
@@ -63,29 +63,29 @@ class BaseMotion:
         self._standing: list[Future] = []
         self._abrupt = False
         self._blocked_since: float | None = None
-        self._failure_reported = False  # a velocity that is sent again and again fails once, not at every sending
+        self._failure_reported = False  # a velocity that is sent repeatedly fails once, not every time
         self._ticks_to_check = 0
         self._allowed_speed = math.inf
         self._obstacle: tuple[float, float] | None = None
 
     @property
     def moving(self) -> bool:
-        """Something is left to do or the base still rolls."""
+        """Whether a motion is unfinished or the base still rolls."""
         return not self._base.standing or bool(self._legs) or any(self._velocity)
 
     def reset(self) -> None:
-        """Stand still at the origin; whoever waits for a move is told that it ended."""
+        """Stand still at the origin; moves and stops that somebody waits for end."""
         self._base.reset()
         self.release()
 
     def release(self) -> None:
-        """End what the base does; whoever waits is told, even though nothing will move any more."""
+        """End moves and stops that somebody waits for, although nothing will move any more."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
         self._finish_stops()
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
-        """Drive until told otherwise; ends a move."""
+        """Drive until the next command; ends a move."""
         self._end_move(False)
         self._abrupt = False
         self._velocity = self._base.clamp(vx, vy, wz)
@@ -105,7 +105,7 @@ class BaseMotion:
         return self._arrival
 
     def stop(self, abrupt: bool) -> Future:
-        """Slow down to a stand; the future is done when the wheels stand."""
+        """Brake to a standstill; the future is done when the wheels stand still."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
         self._failure_reported = False
@@ -117,7 +117,7 @@ class BaseMotion:
         return future
 
     def refuse(self, cause: str) -> None:
-        """End what the base does because of the robot's own state, and count the failure."""
+        """End the base's motion because of the robot's own state, and count the failure."""
         if self._legs or (any(self._velocity) and not self._failure_reported):
             self._failure_reported = True
             self._fail(cause, (0.0, 0.0, 0.0))
@@ -153,7 +153,7 @@ class BaseMotion:
             self._finish_stops()
 
     def _plan_velocity(self) -> Pose:
-        """Velocity towards the end of the current leg, along the fastest profile that can still stop there."""
+        """Return the velocity towards the end of the current leg: the fastest that can still stop there."""
         base, leg = self._base, self._legs[0]
         dx, dy, turn = leg.x - base.x, leg.y - base.y, wrap_angle(leg.theta - base.theta)
         distance = math.hypot(dx, dy)
@@ -174,7 +174,7 @@ class BaseMotion:
         return speed * (ux * c + uy * s), speed * (uy * c - ux * s), wz
 
     def _passed(self, leg: _Leg, dx: float, dy: float, distance: float) -> bool:
-        """A waypoint on the way is behind: driven past, or reached where the path has a sharp corner."""
+        """Whether a waypoint on the way is behind: driven past, or reached where the path has a sharp corner."""
         beyond = dx * leg.direction[0] + dy * leg.direction[1] <= 0.0
         return beyond or distance < (_CORNER_RADIUS if leg.exit_speed > 0.0 else REACHED_XY)
 
@@ -210,7 +210,7 @@ class BaseMotion:
 
 
 def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: float | None) -> list[_Leg]:
-    """Legs through `waypoints`; translation and rotation of a leg take the same time."""
+    """Plan the legs through `waypoints`; translation and rotation of a leg take the same time."""
     c, s = math.cos(start[2]), math.sin(start[2])
     poses = [start]
     for x, y, theta in waypoints:
@@ -227,7 +227,7 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
     stretch = max(1.0, duration / total) if duration and total > 0.0 else 1.0
     legs = []
     for pose, (direction, distance, turn, time) in zip(poses[1:], pieces, strict=True):
-        # What a leg does not move by itself may still have to be corrected after the leg before.
+        # A leg without translation or rotation may still have to correct errors of the leg before.
         speed = _top_speed(distance, time * stretch, limits.max_xy, acc_xy) if distance > 0.01 else limits.max_xy
         rate = _top_speed(turn, time * stretch, limits.max_theta, acc_theta) if turn > 0.05 else limits.max_theta
         legs.append(_Leg(*pose, direction, speed, rate, 0.0))
@@ -237,18 +237,18 @@ def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: 
 
 
 def _corner_factor(before: tuple[float, float], after: tuple[float, float]) -> float:
-    """Part of the speed with which a corner may be passed: all of it straight on, nothing from 60 degrees on."""
+    """Return the fraction of the speed at which a corner may be passed: 1 straight on, 0 from 60 degrees on."""
     return max(0.0, 2.0 * (before[0] * after[0] + before[1] * after[1]) - 1.0)
 
 
 def _ramp_time(distance: float, speed: float, acceleration: float) -> float:
-    """Shortest time from rest to rest over `distance` [s]."""
+    """Return the shortest time from rest to rest over `distance` [s]."""
     if distance < speed * speed / acceleration:
         return 2.0 * math.sqrt(distance / acceleration)
     return distance / speed + speed / acceleration
 
 
 def _top_speed(distance: float, time: float, speed: float, acceleration: float) -> float:
-    """Cruising speed that covers `distance` from rest to rest in `time`; `speed` if it has to hurry."""
+    """Return the cruising speed that covers `distance` from rest to rest in `time`, at most `speed`."""
     root = (acceleration * time) ** 2 - 4.0 * acceleration * distance
     return min(speed, 0.5 * (acceleration * time - math.sqrt(root))) if root > 0.0 else speed

@@ -1,7 +1,7 @@
 """Battery and motor temperatures: slow models, updated once a second of simulation time.
 
-Neither is published for Pepper in detail; the constants are chosen so that a day looks right: about twelve hours on one
-charge when standing, and a motor at its continuous torque settles 40 K above the room.
+Neither is published for Pepper in detail; the constants are chosen so that a day looks realistic: about twelve hours on
+one charge when standing, and a motor at its continuous torque settles 40 K above room temperature.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ IDLE_POWER = 55.0
 STIFF_POWER = 10.0
 """Motor controllers of a fully stiff body [W]."""
 DRIVE_POWER = 120.0
-"""Per m/s of base speed [W s/m]."""
+"""Power per m/s of base speed [W s/m]."""
 HOLD_POWER = 6.0
-"""Of one motor that holds its continuous torque [W]."""
+"""Power of one motor that holds its continuous torque [W]."""
 FULL_CHARGE = 0.95
 """Charge at the start."""
 
@@ -33,7 +33,7 @@ _CONTINUOUS = np.array([CONTINUOUS_TORQUE[joint] for joint in JOINTS])
 
 
 class Power:
-    """State of the battery and warmth of the motors."""
+    """State of the battery and temperatures of the motors [°C]."""
 
     def __init__(self) -> None:
         self.temperatures = np.full(len(JOINTS), ROOM + ELECTRONICS_RISE)

@@ -32,15 +32,16 @@ LASER_NOISE, LASER_NOISE_PER_METRE = 0.003, 0.007
 """Standard deviation of a laser reading: 3 mm + 0.7 % of the distance, about 2.5 cm at 3 m."""
 LASER_RESOLUTION = 0.001
 ECHO_INCIDENCE = math.radians(65.0)
-"""A surface hit at a flatter angle than this (90 degrees less) mirrors sound away; so the floor isn't heard."""
+"""Greatest angle between a ray and a surface's normal at which the surface still returns an echo. The floor, hit at a
+flatter angle, reflects the sound away."""
 
 SEGMENTS = len(LASER_ANGLES)
 BUMPER_PERIOD = 0.01
 TOUCH_PARTS = ("FrontTactil", "MiddleTactil", "RearTactil", "HandRightBack", "HandLeftBack", "ChestButton")
 BUMPER_PARTS = {"RightBumper": "FrontRight", "LeftBumper": "FrontLeft", "BackBumper": "Back"}
-"""Part as it is pressed by a person -> bumper."""
+"""Part that a person presses -> bumper."""
 
-_CONTACT_DISTANCE = 0.002  # a contact this close presses the bumper shell [m]
+_CONTACT_DISTANCE = 0.002  # a contact closer than this presses the bumper [m]
 _BUMPER_SECTOR = math.radians(115.0)  # bearings beyond this belong to the back bumper
 
 _SONARS = {"Front": "SonarFront_frame", "Back": "SonarBack_frame"}
@@ -101,7 +102,7 @@ class Sensors:
         world.every(BUMPER_PERIOD, self._read_bumpers)
 
     def press(self, part: str, pressed: bool) -> None:
-        """A person presses or releases a part.
+        """Press or release a part, as a person would.
 
         Raises:
             ValueError: There is no such part.
@@ -115,7 +116,7 @@ class Sensors:
             raise ValueError(f"there is no part {part!r} to press; parts: {', '.join((*TOUCH_PARTS, *BUMPER_PARTS))}")
 
     def reset(self) -> None:
-        """Nobody touches the robot."""
+        """Release everything that a person pressed."""
         self._held.clear()
         self.touch = dict.fromkeys(TOUCH_PARTS, False)
         self.bumpers = dict.fromkeys(self.bumpers, False)
@@ -166,7 +167,7 @@ class Sensors:
                     self._on_obstacles("Sonar" + name, np.zeros((0, 2)))
 
     def _read_infrared(self, now: float) -> None:
-        """A spot knows no distance, so the base's protection makes nothing of it."""
+        """Read the spots. They measure no distance, so the collision protection does not use them."""
         with self._world.locked() as data:
             for name, bundle in self._infrared.items():
                 self.infrared[name] = bool(np.isfinite(bundle.cast(data)[0]))
@@ -192,13 +193,13 @@ def _bumper_at(bearing: float) -> str:
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
-    """Snapshots share readings, so nobody may write into them."""
+    """Make a reading read-only, because snapshots share it."""
     array.flags.writeable = False
     return array
 
 
 def _pose_on_floor(model: mujoco.MjModel, site: str) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation (2, 2) and origin (2,) of a site of the base, seen from above."""
+    """Return rotation (2, 2) and origin (2,) of a site of the base, seen from above."""
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.site(site).quat)
     return rotation.reshape(3, 3)[:2, :2].copy(), model.site(site).pos[:2].copy()

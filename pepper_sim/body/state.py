@@ -1,4 +1,4 @@
-"""What Pepper's sensors say at one instant: frozen values that belong to their reader. SI units, no NAOqi words."""
+"""What Pepper's sensors read at one instant: frozen values that belong to their reader. SI units, no NAOqi words."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class MoveFailure:
     """The last motion of the base that was refused or stopped by the robot itself.
 
     Args:
-        count: How many there were since the start; it changes when a new one happened.
+        count: How many there have been since the start; it changes with every new one.
         cause: "obstacle", "stiffness" or "fallen"; empty before the first.
         started: False if the motion was refused, True if it was stopped on the way.
         obstacle: The obstacle in the odometry frame (x, y, z) [m]; zeros if there is none.
@@ -58,7 +58,7 @@ class Snapshot:
         time: Simulation time [s]; it never runs backwards.
         stamp: Wall-clock time [s since 1970].
         joint_positions: Measured angles [rad], encoder steps of 1.5 mrad; hands 0 closed ... 1 open.
-        joint_setpoints: Where the servos are told to be now [rad]; equals the measured angle of a limp joint.
+        joint_setpoints: Setpoints of the servos [rad]; of a limp joint, its measured angle.
         joint_velocities: [rad/s]
         joint_torques: Torque of the motors, gravity compensation included [N m].
         stiffness: 0 limp ... 1 full torque.
@@ -78,7 +78,7 @@ class Snapshot:
         temperatures: Motor temperature per joint [°C].
         moving: The base is driving or has a motion to finish.
         move_failed: The last motion that the robot refused or stopped by itself.
-        fallen: The robot lies; its joints are limp until the world is reset.
+        fallen: The robot lies on the floor; its joints are limp until the world is reset.
     """
 
     time: float

@@ -14,7 +14,7 @@ PREFIX = "pepper/"
 
 
 def load_pepper() -> mujoco.MjSpec:
-    """A fresh Pepper: root body `base_footprint` on the floor with a free joint, 17 joints, servos, cameras."""
+    """Return a new Pepper: root body `base_footprint` on the floor with a free joint, 17 joints, servos, cameras."""
     spec = mujoco.MjSpec.from_file(str(MJCF))
     add_shells(spec)
     return spec
@@ -23,5 +23,5 @@ def load_pepper() -> mujoco.MjSpec:
 def pepper_model(
     prefix: str = PREFIX, spawn: str = "spawn_pepper", offset: tuple[float, float] = (0.0, 0.0)
 ) -> RobotModel:
-    """Pepper for `telepresence.sim.scene.build_world`."""
+    """Return Pepper for `telepresence.sim.scene.build_world`."""
     return RobotModel(load_pepper, prefix, spawn, offset)

@@ -1,7 +1,7 @@
 """Curved shells of Pepper's body, lofted from cross sections; our own shapes.
 
-Frame positions and outer dimensions are public, the maker's meshes are not free: the outline here is drawn around the
-published frames and within 1210 x 480 x 425 mm.
+Frame positions and outer dimensions are public, the manufacturer's meshes are not free: this outline is drawn around
+the published frames and within 1210 x 480 x 425 mm.
 """
 
 from __future__ import annotations
@@ -109,12 +109,12 @@ _BUMPER: tuple[tuple[float, float, float], ...] = (
 
 
 def outline(angles: np.ndarray) -> np.ndarray:
-    """Distance of the base's outline from its middle [m] in each direction [rad]; shape as `angles`."""
+    """Return the distance of the base's outline from its centre [m] in each direction [rad]; shape as `angles`."""
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     reach = np.zeros(np.shape(angles))
     wheels = np.array(WHEEL_CENTRES)
     for i, wheel in enumerate(wheels):
-        # Round corner: the far crossing of a ray from the middle with the circle around the wheel.
+        # Round corner: the far crossing of a ray from the centre with the circle around the wheel.
         along = directions @ wheel
         under = along**2 - wheel @ wheel + OUTLINE_RADIUS**2
         corner = along + np.sqrt(np.maximum(under, 0.0))

@@ -6,14 +6,14 @@ from pepper_sim.naoqi.service import Service, remote
 
 
 class AutonomousAbility(Service):
-    """A switch with a name."""
+    """Base of the autonomous abilities: switched on or off, and nothing else."""
 
     def __init__(self) -> None:
         self._enabled = False
 
     @remote("v(b)")
     def setEnabled(self, enabled: bool) -> None:
-        """Switches the ability."""
+        """Switches the ability on or off."""
         self._enabled = enabled
 
     @remote("b()")
@@ -23,5 +23,5 @@ class AutonomousAbility(Service):
 
     @remote("b()")
     def isRunning(self) -> bool:
-        """Whether the ability is at work: never, there is nothing that moves by itself."""
+        """Whether the ability is active now: never, because nothing moves by itself."""
         return False

@@ -15,10 +15,10 @@ from pepper_sim.services.al_robot_posture import FAMILIES, recognise
 log = logging.getLogger(__name__)
 
 PERIOD = 0.02
-"""How often the body is looked at [s]."""
-_SLOW_CYCLES = 50  # posture and battery are looked at once a second
+"""Polling period of the body [s]."""
+_SLOW_CYCLES = 50  # posture and battery are polled once a second
 _HAND_SIDES = ("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched")
-"""Documented, although only the backs of Pepper's hands can feel."""
+"""Documented, although Pepper has touch sensors only on the backs of its hands."""
 _EVENTS = (
     *(event for _, event in TOUCH_SENSORS.values()),
     *(event for _, event, _ in BUMPERS.values()),
@@ -31,7 +31,7 @@ _EVENTS = (
 
 
 class BodyEvents:
-    """Watches the robot's snapshots on a thread of its own and raises the events of what changed."""
+    """Polls the robot's snapshots on a thread of its own and raises an event for what changed."""
 
     def __init__(self, robot: Pepper, memory: ALMemory) -> None:
         self._robot = robot
@@ -74,7 +74,7 @@ class BodyEvents:
                 cycle += 1
                 if cycle % _SLOW_CYCLES == 0:
                     self._poll_slow_changes(snapshot)
-            except Exception:
+            except Exception:  # one event that fails must not end all later ones
                 log.exception("the body's events could not be raised")
 
     def _poll_touch(self, snapshot: Any) -> None:

@@ -50,7 +50,7 @@ class Catalogue:
         clients: Services that clients have registered.
         memory: ALMemory.
     Raises:
-        TypeError: The constructor of a service asks for something that no robot has.
+        TypeError: The constructor of a service needs something that no robot has.
     """
 
     def __init__(self, robot: Pepper, session: qi.Session, tablet: Tablet | None, seed: int = 0) -> None:
@@ -91,7 +91,7 @@ class Catalogue:
                 stack.callback(part.close)
 
     def _make(self, service: type[Service]) -> Service | None:
-        """The one object of this class, made at the first call; None if the robot lacks a part that it needs."""
+        """Return the one object of this class, made at the first call; None if the robot lacks a part that it needs."""
         if service not in self._parts:
             arguments = {name: self._part(service, kind) for name, kind in _needs(service).items()}
             if None in arguments.values():
@@ -106,11 +106,11 @@ class Catalogue:
             return self._parts[kind]
         if isinstance(kind, type) and issubclass(kind, Service):
             return self._make(kind)
-        raise TypeError(f"{service.__name__} asks for {kind!r}, which is neither a part of the robot nor a service")
+        raise TypeError(f"{service.__name__} needs {kind!r}, which is neither a part of the robot nor a service")
 
 
 def service_classes() -> list[type[Service]]:
-    """The classes of the services, in the order of their files' names."""
+    """Return the classes of the services, in the order of their files' names."""
     classes = []
     for file in pkgutil.iter_modules(services.__path__, services.__name__ + "."):
         module = importlib.import_module(file.name)
@@ -123,6 +123,6 @@ def service_classes() -> list[type[Service]]:
 
 
 def _needs(service: type[Service]) -> dict[str, Any]:
-    """Parameter -> type, of the constructor's parameters that have no default."""
+    """Return parameter -> type for the constructor's parameters that have no default."""
     parameters = inspect.signature(service, eval_str=True).parameters.values()
     return {parameter.name: parameter.annotation for parameter in parameters if parameter.default is parameter.empty}

@@ -1,7 +1,7 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-Looking a client's service up opens a connection and may take long when the client is gone, so it happens here, on own
-threads, and never on libqi's event loop.
+Looking up a client's service opens a connection and may take long when the client is gone, so it happens on threads of
+this module and never on libqi's event loop.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MAX_FAILURES = 3
 """A subscriber whose calls fail this many times in a row is dropped."""
 LOOKUP_WORKERS = 4
 CALL_TIMEOUT = 5.0
-"""A client that has not answered after this time [s] has failed."""
+"""A client that does not answer within this time [s] has failed."""
 
 
 class ClientServices:
@@ -35,7 +35,7 @@ class ClientServices:
         session.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
 
     def names(self) -> list[str]:
-        """All services that are registered now, the robot's own included."""
+        """List all services that are registered now, the robot's own included."""
         return [info["name"] for info in self._session.services()]
 
     def exists(self, name: str) -> bool:
@@ -47,11 +47,11 @@ class ClientServices:
         return name in self._own
 
     def remember_own(self) -> None:
-        """Take the services that are registered now as the robot's own."""
+        """Regard the services that are registered now as the robot's own."""
         self._own = frozenset(self.names())
 
     def endpoints(self, name: str) -> list[tuple[int, str]]:
-        """(number of the service, tcp address) in its owner's order; without loopback addresses of other machines."""
+        """List (number of the service, tcp address) in its owner's order; no loopback addresses of other machines."""
         infos = self._session.services()
         here = next((info["machineId"] for info in infos if info["name"] == "ServiceDirectory"), "")
         return [

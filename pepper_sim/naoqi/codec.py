@@ -1,7 +1,7 @@
 """The qi messaging format: header, values by signature, metaobjects. No sockets here.
 
 Why it exists: libqi's Python binding sends `bytes` inside a list as a string, and every number as int64 or float64. A
-real robot's camera answers a list of dynamics `[m]` with int32, float32 and raw inside. `wire_peer` serves such
+real robot's camera answers with a list of dynamics `[m]` that holds int32, float32 and raw. `raw_server` serves such
 answers.
 
 Message (little-endian): a header of 28 bytes, then the payload.
@@ -35,7 +35,7 @@ _MAX_DEPTH = 32
 
 
 class CodecError(ValueError):
-    """Bytes or values that do not fit the protocol."""
+    """The bytes or values do not fit the protocol."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,10 @@ class Header:
 
     @classmethod
     def unpack(cls, data: bytes) -> Header:
-        """Raises: CodecError: The magic number or the version is not qi's."""
+        """Read a header from its 28 bytes.
+
+        Raises: CodecError: The magic number or the version is not qi's.
+        """
         magic, identity, size, version, kind, _flags, service, obj, action = HEADER.unpack(data)
         if magic != MAGIC or version != 0:
             raise CodecError(f"not a qi message: magic {magic:#x}, version {version}")
@@ -63,7 +66,7 @@ class Header:
 
 @functools.lru_cache(maxsize=1024)
 def split_signature(signature: str) -> tuple[str, ...]:
-    """The types in a row: "(ss[i])b" -> ("(ss[i])", "b"). Struct annotations `<...>` are dropped.
+    """Split a signature into its types: "(ss[i])b" -> ("(ss[i])", "b"). Struct annotations `<...>` are dropped.
 
     Raises: CodecError: Brackets do not match, or a type is unknown.
     """
@@ -75,7 +78,7 @@ def split_signature(signature: str) -> tuple[str, ...]:
 
 
 def _take(text: str, depth: int) -> tuple[str, str]:
-    """The first type of `text` and what follows it."""
+    """Return the first type of `text` and the rest."""
     if depth > _MAX_DEPTH or not text:
         raise CodecError(f"bad signature near {text[:40]!r}")
     head = text[0]
@@ -107,14 +110,14 @@ def _take(text: str, depth: int) -> tuple[str, str]:
 
 
 class Encoder:
-    """Collects values; large raws are kept as views and not copied."""
+    """Collects values; raw data is kept as a view and not copied."""
 
     def __init__(self) -> None:
         self._tail = bytearray()
         self._parts: list[bytearray | memoryview] = [self._tail]
 
     def put(self, signature: str, value: Any) -> Encoder:
-        """Append `value` in the one type that `signature` names.
+        """Append `value` as the one type that `signature` names.
 
         Raises: CodecError: The value does not fit.
         """
@@ -123,7 +126,7 @@ class Encoder:
         return self
 
     def buffers(self) -> list[bytearray | memoryview]:
-        """What was put, in order, for `socket.sendmsg`."""
+        """Return what was put, in order, for `socket.sendmsg`."""
         return [part for part in self._parts if len(part)]
 
     def _put(self, kind: str, value: Any) -> None:
@@ -168,9 +171,9 @@ class Encoder:
 
 
 def dynamic_kind(value: Any) -> str:
-    """The type in which NAOqi sends `value` inside a dynamic: int32, float32, raw, `[m]` ...
+    """Return the type in which NAOqi sends `value` inside a dynamic: int32, float32, raw, `[m]` ...
 
-    Raises: CodecError: A type with no place on the wire.
+    Raises: CodecError: The format has no type for it.
     """
     if value is None:
         return "v"
@@ -202,7 +205,7 @@ class Decoder:
         self._at = 0
 
     def get(self, signature: str) -> Any:
-        """The next value, of the one type that `signature` names. Raw comes as bytes, a tuple as a tuple."""
+        """Return the next value, of the one type that `signature` names. Raw data comes as bytes."""
         (kind,) = split_signature(signature)
         return self._get(kind, 0)
 
@@ -269,11 +272,11 @@ OBJECT_METHODS = (
     MethodDescription(3, "v", "terminate", "(I)"),
     MethodDescription(8, "L", "registerEventWithSignature", "(IILs)"),
 )
-"""What every qi object understands."""
+"""The methods of every qi object."""
 
 
 def metaobject(methods: Iterable[MethodDescription], signals: Iterable[tuple[int, str, str]] = ()) -> tuple:
-    """The value of type METAOBJECT for these methods and signals (uid, name, signature), OBJECT_METHODS included."""
+    """Return a METAOBJECT value for these methods and signals (uid, name, signature), OBJECT_METHODS included."""
     table: dict[int, tuple] = {
         method.uid: (method.uid, method.returns, method.name, method.parameters, method.description, [], "")
         for method in (*OBJECT_METHODS, *methods)

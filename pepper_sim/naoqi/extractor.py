@@ -1,4 +1,4 @@
-"""Extractor: a module that works while somebody has subscribed to it (NAOqi 2.8 documentation, ALExtractor)."""
+"""Extractor: a module that runs while somebody is subscribed to it (NAOqi 2.8 documentation, ALExtractor)."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ class Extractor(Module):
 
     @remote("i()")
     def getCurrentPeriod(self) -> int:
-        """Returns the shortest period anybody asked for [ms]."""
+        """Returns the shortest period that a subscriber requested [ms]."""
         return min((period for period, _ in list(self._subscribers.values())), default=DEFAULT_PERIOD)
 
     @remote("f()")
     def getCurrentPrecision(self) -> float:
-        """Returns the highest precision anybody asked for."""
+        """Returns the highest precision that a subscriber requested."""
         return max((precision for _, precision in list(self._subscribers.values())), default=DEFAULT_PRECISION)
 
     @remote("i(s)")

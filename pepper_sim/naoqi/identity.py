@@ -1,4 +1,4 @@
-"""Who this robot says it is: names, versions and serial numbers that several services repeat.
+"""What this robot says it is: names, versions and serial numbers that several services return.
 
 Values are those of a Pepper 1.0 with the older (Xtion) head, marked as simulated where a real robot has a serial
 number.

@@ -37,7 +37,7 @@ CHAINS = ("Head", "LArm", "Leg", "RArm")
 
 
 def joints_of(names: Any, argument: str = "names") -> list[str]:
-    """The joints that `names` stands for, in order.
+    """Return the joints that `names` stands for, in order.
 
     Raises:
         ServiceError: Not a name or list of names, or one that is unknown.
@@ -58,12 +58,12 @@ def joints_of(names: Any, argument: str = "names") -> list[str]:
 
 
 def values_for(joints: list[str], values: Any, argument: str, *, spread: bool = False) -> dict[str, float]:
-    """Joint -> number from one number or a list.
+    """Return joint -> number from one number or a list.
 
     Args:
-        spread: One number serves all joints; otherwise it fits a single joint only.
+        spread: One number applies to all joints; otherwise it is accepted for a single joint only.
     Raises:
-        ServiceError: A number is missing, surplus or not finite.
+        ServiceError: There are too few or too many numbers, or one is not finite.
     """
     if isinstance(values, list | tuple):
         numbers = [finite(value, f"{argument}[{index}]") for index, value in enumerate(values)]

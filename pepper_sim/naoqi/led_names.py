@@ -58,5 +58,5 @@ RGB: dict[str, tuple[float, float, float]] = {
 
 
 def channel(led: str) -> int:
-    """Index of an LED's colour in red, green, blue; ears count as blue."""
+    """Return the index of an LED's colour in red, green, blue; ears count as blue."""
     return next((index for index, colour in enumerate(COLOURS) if f"/{colour}" in led), 2)

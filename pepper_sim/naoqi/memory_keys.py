@@ -1,7 +1,7 @@
-"""ALMemory's keys that the robot's body keeps up to date: how each is read from a snapshot.
+"""ALMemory's keys of the robot's body: how each is read from a snapshot.
 
 Source of names, types and units: NAOqi 2.8 documentation, pepper_dcm actuator and sensor names; robot information keys
-as ros-naoqi/naoqi_driver reads them. Values are computed when somebody reads them.
+as ros-naoqi/naoqi_driver reads them. Values are computed when they are read.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ TOUCH_SENSORS: dict[str, tuple[str, str]] = {
     "HandLeftBack": ("LHand/Touch/Back", "HandLeftBackTouched"),
     "ChestButton": ("ChestBoard/Button", "ChestButtonPressed"),
 }
-"""Robot's name of a touch sensor -> (device, event)."""
+"""Touch sensor of `pepper_sim.body.sensors` -> (device, event)."""
 
 BUMPERS: dict[str, tuple[str, str, str]] = {
     "FrontRight": ("Platform/FrontRight/Bumper", "RightBumperPressed", "Platform/FrontRight/Bumper"),
     "FrontLeft": ("Platform/FrontLeft/Bumper", "LeftBumperPressed", "Platform/FrontLeft/Bumper"),
     "Back": ("Platform/Back/Bumper", "BackBumperPressed", "Platform/Back/Bumper"),
 }
-"""Robot's name of a bumper -> (device, event, name in TouchChanged)."""
+"""Bumper of `pepper_sim.body.sensors` -> (device, event, name in TouchChanged)."""
 
 
 def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
-    """Every key of the robot's body.
+    """Return every key of the robot's body and how to read it.
 
     Args:
         joints: Joint names in the order of the group "Body".
@@ -81,7 +81,7 @@ def body_keys(joints: tuple[str, ...]) -> dict[str, Reader]:
 
 
 def _entry(field: str, name: str) -> Reader:
-    """The number that the snapshot's map `field` holds under `name`."""
+    """Read the number that the snapshot's map `field` holds under `name`."""
     return lambda s: float(getattr(s, field)[name])
 
 
@@ -126,9 +126,9 @@ _NO_LOAD_SPEED: tuple[tuple[str, float], ...] = (
 
 
 def motor_current(joint: str, torque: float) -> float:
-    """Absolute motor current [A] for a torque at the joint [N m].
+    """Return the absolute motor current [A] for a torque at the joint [N m].
 
-    Of an ideal DC motor, whose torque per ampere is the voltage over the no-load speed; friction is left out.
+    The motor is an ideal DC motor: torque per ampere is voltage divided by no-load speed; friction is left out.
     """
     speed = next(speed for part, speed in _NO_LOAD_SPEED if part in joint)
     return float(abs(torque) * speed / BATTERY_VOLTAGE)
@@ -152,12 +152,12 @@ def _wheel(wheel: str) -> dict[str, Reader]:
 
 
 def _battery() -> dict[str, Reader]:
-    """Charge and current are simulated; voltages are nominal and temperatures the room's."""
+    """Keys of the battery. Charge and current are simulated; voltages are nominal, temperatures those of the room."""
     base = f"{_DEVICE}Battery"
     cells = {f"{base}/Voltage{cell}/Sensor/Value": BATTERY_VOLTAGE / CELLS for cell in range(1, CELLS + 1)}
     constants = {
         **cells,
-        f"{base}/Voltage{CELLS + 1}/Sensor/Value": 0.0,  # the board has a place for one cell more
+        f"{base}/Voltage{CELLS + 1}/Sensor/Value": 0.0,  # the board has room for one more cell
         f"{base}/Charge/Sensor/TotalVoltage": BATTERY_VOLTAGE,
         **{f"{base}/Temperature{place}/Sensor/Value": ROOM for place in ("", "Sensor1", "Sensor2", "Sensor3")},
     }
@@ -209,10 +209,10 @@ def _vertical_point(side: str, axis: int) -> Reader:
 
 
 def _doubtful_laser_points() -> dict[str, Reader]:
-    """Points the lasers are not sure of, or take for reflections: x ahead, y left, per horizontal segment [m].
+    """Points that the lasers are unsure of, or take for reflections: x ahead, y left, per horizontal segment [m].
 
-    The simulated light always tells whether it meets something, and nothing mirrors it. So there are no such points,
-    which reads as every empty segment does: the far point.
+    A simulated ray either hits something or not, and nothing reflects it. So there are no such points, and these keys
+    read as every empty segment does: the far point.
     """
     keys: dict[str, Reader] = {}
     for segment, angle in zip(_HORIZONTAL_SEGMENTS, LASER_ANGLES, strict=True):
@@ -227,8 +227,8 @@ def _laser_registers() -> dict[str, Reader]:
     """Registers of the three laser boards.
 
     OperationMode is the sum of 1 horizontal, 2 verticals and 4 shovel: every laser a board has is always on. FrameCount
-    counts readings and wraps at 65535, BoardTemp is that of all simulated electronics [°C]. Nothing simulated stands
-    behind Status, AssertFailCount, RunMode and CalibrDataVer: they are zero, as a register that nobody has written.
+    counts readings and wraps at 65535, BoardTemp is that of all simulated electronics [°C]. Status, AssertFailCount,
+    RunMode and CalibrDataVer are not simulated: they are zero, like registers that nobody has written.
     """
     keys: dict[str, Reader] = {}
     for side in _SIDES:

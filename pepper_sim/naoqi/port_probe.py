@@ -60,7 +60,7 @@ class PortProbe:
                 self.answered += 1
             except (OSError, CodecError) as error:
                 failures += 1
-                log.warning("%s does not let a client in: %s", self._endpoint, error)
+                log.warning("%s does not accept a client: %s", self._endpoint, error)
             if failures >= FAILURES and not self._closing.is_set():
                 log.error("%s is stuck: new clients are not served any more", self._endpoint)
                 self._stuck.set()

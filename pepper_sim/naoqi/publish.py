@@ -1,4 +1,4 @@
-"""From a Service to the object that libqi registers."""
+"""Turns a Service into the object that libqi registers, or into the methods of the raw server."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import qi
 
 from pepper_sim.naoqi.raw_server import RawMethod
-from pepper_sim.naoqi.service import Binding, Service
+from pepper_sim.naoqi.service import Binding, Service, ServiceError
 
 
 @qi.multiThreaded()
@@ -21,7 +21,7 @@ class _Published:
 
 
 def qi_object(service: Service) -> Any:
-    """An object for `qi.Session.registerService`: exactly the declared methods and signals, nothing else."""
+    """Return an object for `qi.Session.registerService` with exactly the declared methods and signals."""
     published = _Published()
     for number, binding in enumerate(service.bindings()):
         setattr(published, f"{binding.name}_{number}", _bound(binding))
@@ -31,7 +31,7 @@ def qi_object(service: Service) -> Any:
 
 
 def raw_methods(service: Service) -> list[RawMethod]:
-    """The same for `raw_server.RawServer`; there a method may block."""
+    """Return the declared methods for `raw_server.RawServer`, where a method may block."""
 
     def blocking(binding: Binding) -> Callable[..., Any]:
         def answer(*values: Any) -> Any:
@@ -47,12 +47,12 @@ def raw_methods(service: Service) -> list[RawMethod]:
 
 
 def _bound(binding: Binding) -> Callable[..., Any]:
-    """A function as libqi wants it. An exception would reach the client as a traceback; a failed future is text."""
+    """Wrap an overload for libqi. An exception would reach the client as a traceback, a failed future as plain text."""
 
     def call(*values: Any) -> Any:
         try:
             result = binding(*values)
-        except Exception as error:
+        except ServiceError as error:  # all that a binding raises
             promise = qi.Promise()
             promise.setError(str(error))
             return promise.future()
@@ -66,11 +66,11 @@ def _bound(binding: Binding) -> Callable[..., Any]:
 
 
 def _relay(binding: Binding, work: concurrent.futures.Future) -> Any:
-    """A qi future that ends as `work` does; cancelling it cancels `work`.
+    """Return a qi future that ends as `work` does; cancelling it cancels `work`.
 
-    Both sides forget each other at the end. libqi keeps a promise's cancel callback and `work` keeps `finish`, so they
-    would hold each other where no garbage collector looks; and a promise that dies with the interpreter aborts the
-    process.
+    Both drop their references to each other at the end. libqi keeps a promise's cancel callback and `work` keeps
+    `finish`, a cycle that the garbage collector cannot see; and a promise that is destroyed with the interpreter aborts
+    the process.
     """
     running = [work]
 

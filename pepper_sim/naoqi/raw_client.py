@@ -53,7 +53,7 @@ class RawClient:
 
     Args:
         endpoint: "tcp://address:port" of the service.
-        service: Its number in the service directory.
+        service: Number of the service in the service directory.
         method: Name; the first overload that takes `arity` arguments is used.
     Raises:
         OSError, CodecError: The service cannot be reached, or does not answer as qi services do.
@@ -66,7 +66,7 @@ class RawClient:
             self._connection.authenticate()
             reply = self._connection.call(service, _OBJECT, _METAOBJECT, Encoder().put("I", 0))
             self._action, self._parameters = _find(Decoder(reply).get(METAOBJECT)[0], method, arity)
-        except BaseException:
+        except BaseException:  # whatever it is, it is raised again; only the socket must not leak
             self._connection.close()
             raise
 
@@ -129,11 +129,11 @@ class _RawConnection:
 
 
 def _find(methods: dict[int, tuple], name: str, arity: int) -> tuple[int, str]:
-    """Action number and parameter signature of a method in a metaobject."""
+    """Return action number and parameter signature of a method in a metaobject."""
     for uid, (_, _, known, parameters, *_) in methods.items():
         if known != name:
             continue
-        if parameters == "m":  # takes whatever comes
+        if parameters == "m":  # accepts any arguments
             return uid, "(" + "m" * arity + ")"
         if parameters.startswith("(") and len(split_signature(parameters[1:-1])) == arity:
             return uid, parameters

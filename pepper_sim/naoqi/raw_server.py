@@ -1,12 +1,12 @@
 """A qi server in plain Python for the services whose answers libqi's Python binding cannot express.
 
-It listens on loopback only, plays service directory for the one libqi session that connects to it, and is told to
-`stop_listening` as soon as that session is there. The session's object is then registered in the robot's own service
-directory, so that clients reach it through the one NAOqi port; libqi forwards calls and answers without touching them.
+It listens on loopback only and acts as service directory for the one libqi session that connects to it; its owner
+calls `stop_listening` as soon as that session is connected. The session's object is then registered in the robot's own
+service directory, so that clients reach it through the one NAOqi port; libqi forwards calls and answers unchanged.
 
-Measured (640x480 RGB, CPU ms of the server per picture, on a quiet two-core machine): this way 2.2–2.4, a Python
-service that relays a Future 3.4–3.8, a Python service that returns a typed tuple 1.3–1.6. The tuple is cheaper for the
-server, but dearer for the client (3.4 instead of 2.3), and a real robot answers a list.
+Measured (640x480 RGB, CPU time of the server per picture, on an otherwise idle two-core machine): this server
+2.2–2.4 ms, a Python service that relays a future 3.4–3.8 ms, a Python service that returns a typed tuple 1.3–1.6 ms.
+The tuple costs the server less but the client more (3.4 instead of 2.3 ms), and a real robot answers with a list.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ _AUTHENTICATE, _METAOBJECT, _EVENT_ACTIONS, _IGNORED_ACTIONS = 8, 2, (0, 8), (1,
 
 @dataclass(frozen=True)
 class RawMethod:
-    """One method of a peer's service: how it is called and what answers. `answer` may block; it runs on a pool."""
+    """One method of a service: its signature and the function that answers. `answer` may block; it runs on a pool."""
 
     returns: str
     name: str
@@ -96,7 +96,7 @@ class RawServer:
         threading.Thread(target=self._accept, name="raw-accept", daemon=True).start()
 
     def stop_listening(self) -> None:
-        """Let nobody else in."""
+        """Accept no more connections."""
         with contextlib.suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
@@ -165,7 +165,7 @@ class RawServer:
         try:
             buffers = Encoder().put(*answer()).buffers()
             kind = REPLY
-        except Exception as error:  # whatever a method raises is the client's answer
+        except Exception as error:  # top of a remote call: the client gets every error as text
             buffers, kind = Encoder().put("m", str(error)).buffers(), ERROR
         if header.kind == POST:
             return
@@ -179,7 +179,7 @@ class RawServer:
                 log.warning("an answer could not be sent: %s", error)
 
     def _directory(self, header: Header, payload: bytes) -> tuple[str, Any]:
-        """What every object and the service directory answer: (type, value)."""
+        """Return (type, value), what every object and the service directory answer."""
         if header.service == 0 and header.action == _AUTHENTICATE:
             return "{sm}", _CAPABILITIES
         if header.action in _EVENT_ACTIONS:
@@ -216,7 +216,7 @@ class RawServer:
 
 
 def _send(connection: socket.socket, buffers: list[Any]) -> None:
-    """`sendmsg` until all of it is gone, without joining the parts."""
+    """Send all buffers with `sendmsg`, without joining them."""
     views = [memoryview(part) for part in buffers]
     while views:
         sent = connection.sendmsg(views)

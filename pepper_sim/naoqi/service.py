@@ -1,4 +1,4 @@
-"""What NAOqi's services have in common: declared methods, checked arguments, short errors, long calls.
+"""What all NAOqi services have in common: declared methods, checked arguments, short errors, long calls.
 
 A service is a plain object whose remote methods carry the signatures of the real robot's metaobject:
 
@@ -8,8 +8,8 @@ A service is a plain object whose remote methods carry the signatures of the rea
         @remote("i()")
         def getBatteryCharge(self): ...
 
-Methods run on libqi's event loop, whose pool starts with two threads: they return at once. One that takes its time
-returns a `concurrent.futures.Future`; the client's call ends when it does, and its cancel reaches it.
+Methods run on libqi's event loop, whose pool starts with two threads, so they must return at once. One that takes time
+returns a `concurrent.futures.Future`; the client's call ends when the future does, and cancelling the call cancels it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _INT_RANGE = {"i": (-(2**31), 2**31 - 1), "I": (0, 2**32 - 1), "l": (-(2**63), 2
 
 
 class ServiceError(RuntimeError):
-    """A call that cannot be done; its text, preceded by service and method, is what the client reads."""
+    """A call cannot be carried out; the client reads its text, preceded by service and method."""
 
 
 _F = TypeVar("_F", bound=Callable[..., Any])
@@ -59,7 +59,7 @@ def remote(*signatures: str, name: str | None = None) -> Callable[[_F], _F]:
 
     Args:
         signatures: Return type and parameters as in a qi metaobject, for example "b(fff)".
-        name: The wire's name if the function has another one (two overloads that need two functions).
+        name: The method's remote name if the function has another one (two overloads that need two functions).
     """
 
     def mark(function: _F) -> _F:
@@ -73,7 +73,7 @@ def remote(*signatures: str, name: str | None = None) -> Callable[[_F], _F]:
 
 @dataclass(frozen=True)
 class Binding:
-    """One overload of one method, callable with what arrived from the wire.
+    """One overload of one method, callable with the arguments that arrived from the client.
 
     Raises on call: ServiceError: Wrong argument, or the method's own refusal; the text names service and method.
     """
@@ -85,7 +85,7 @@ class Binding:
     function: Callable[..., Any]
     description: str
     arguments: tuple[tuple[str, str], ...]
-    """Type and name of each."""
+    """Type and name of each argument."""
 
     @classmethod
     def make(cls, service: str, signature: str, function: _Remote) -> Binding:
@@ -105,12 +105,12 @@ class Binding:
                 check_argument(kind, value, name) for (kind, name), value in zip(self.arguments, values, strict=True)
             ]
             result = self.function(*checked)
-        except Exception as error:
+        except Exception as error:  # top of a remote call: the client gets every error as text
             raise self.explain(error) from None
         return None if self.returns == "v" and not isinstance(result, concurrent.futures.Future) else result
 
     def explain(self, error: BaseException) -> ServiceError:
-        """The error a client may read; what nobody foresaw is logged with its traceback."""
+        """Return the error that the client reads; an unexpected one is logged with its traceback."""
         if not isinstance(error, ServiceError | ValueError):
             log.error("%s::%s failed", self.service, self.name, exc_info=error)
             return ServiceError(f"{self.service}::{self.name}: internal error ({type(error).__name__}: {error})")
@@ -129,11 +129,11 @@ class Service:
     raw_in_lists: ClassVar[bool] = False
 
     def parts(self) -> tuple[Any, ...]:
-        """The objects that hold the remote methods and the signals."""
+        """Return the objects that hold the remote methods and the signals."""
         return (self,)
 
     def bindings(self) -> Iterator[Binding]:
-        """Every overload of every remote method."""
+        """Return every overload of every remote method."""
         for part in self.parts():
             for attribute in dir(type(part)):
                 function = getattr(type(part), attribute)
@@ -141,7 +141,7 @@ class Service:
                     yield Binding.make(self.name, signature, getattr(part, attribute))
 
     def signals(self) -> dict[str, Any]:
-        """Signals and properties by name: the public attributes that are one."""
+        """Return signals and properties by name: all public attributes that are one."""
         return {
             attribute: value
             for part in self.parts()
@@ -158,7 +158,7 @@ class Module(Service):
 
     @remote("b(i)")
     def isRunning(self, identity: int) -> bool:
-        """Tells whether a call started with `post` still runs. Calls over qi have no such number: false."""
+        """Whether a call started with `post` still runs. Calls over qi have no such number: false."""
         return False
 
     @remote("b(i)", "b(ii)")
@@ -172,7 +172,7 @@ class Module(Service):
 
     @remote("v()")
     def exit(self) -> None:
-        """Ends the module. A robot's own modules are left running."""
+        """Ends the module. Ignored: the robot's own modules keep running."""
 
     @remote("s()")
     def getBrokerName(self) -> str:
@@ -203,7 +203,7 @@ class Module(Service):
 
     @remote("s(s)")
     def getUsage(self, methodName: str) -> str:
-        """Writes a method's overloads as text."""
+        """Returns a method's overloads as text."""
         return "\n".join(f"{row[2]} {row[0]}{row[3]}: {row[1]}" for row in self.getMethodHelp(methodName))
 
     @remote("b()")
@@ -218,12 +218,12 @@ class Module(Service):
 
 
 def check_argument(kind: str, value: Any, argument: str) -> Any:
-    """`value` as Python holds wire type `kind`: f float, i int, s str, b bool, r bytes, [x] list, m anything.
+    """Return `value` as the Python type of qi's type `kind`: f float, i int, s str, b bool, r bytes, [x] list, m any.
 
-    libqi converts where it can and hands over the rest as it came, NaN included.
+    libqi converts what it can and passes on the rest as it came, NaN included.
 
     Raises:
-        ServiceError: It is not of that type, or a number is not finite; names `argument`.
+        ServiceError: It is not of that type, or a number is not finite; the text names `argument`.
     """
     if kind == "m":
         return value
@@ -256,13 +256,13 @@ def check_argument(kind: str, value: Any, argument: str) -> Any:
 
 
 def octets(value: Any, argument: str) -> bytes | bytearray:
-    """The bytes of an argument that is declared as a dynamic value, "m".
+    """Return the bytes of an argument that is declared as a dynamic value, "m".
 
-    Raw data arrives as it is. A Python client sends `bytes` as a string, which libqi's Python binding hands over
-    decoded where it is valid UTF-8, and else as the text of `repr(bytes)` (libqi-python 3.1.5, measured); both are
-    undone here.
+    Raw data arrives as it is. A Python client sends `bytes` as a string, which libqi's Python binding decodes if it is
+    valid UTF-8, and otherwise replaces by the text of `repr(bytes)` (libqi-python 3.1.5, measured); both are undone
+    here.
 
-    Raises: ServiceError: It holds no bytes; names `argument`.
+    Raises: ServiceError: It holds no bytes; the text names `argument`.
     """
     if isinstance(value, bytes | bytearray):
         return value
@@ -275,9 +275,9 @@ def octets(value: Any, argument: str) -> bytes | bytearray:
 
 
 def finite(value: Any, argument: str) -> float:
-    """`value` as a finite float.
+    """Return `value` as a finite float.
 
-    Raises: ServiceError: It is no number, or NaN, or infinite; names `argument`.
+    Raises: ServiceError: It is not a number, or NaN, or infinite; the text names `argument`.
     """
     if not isinstance(value, int | float):
         raise ServiceError(f"{argument} must be a number, got {shown(value)}")
@@ -291,9 +291,9 @@ def finite(value: Any, argument: str) -> float:
 
 
 def within(value: float, low: float, high: float, argument: str) -> float:
-    """`value` if low <= value <= high.
+    """Return `value` if low <= value <= high.
 
-    Raises: ServiceError: It is not; names `argument`.
+    Raises: ServiceError: It is not; the text names `argument`.
     """
     if not low <= value <= high:
         raise ServiceError(f"{argument} must be between {low:g} and {high:g}, got {value:g}")
@@ -301,9 +301,9 @@ def within(value: float, low: float, high: float, argument: str) -> float:
 
 
 def one_of(value: Any, choices: Any, argument: str) -> Any:
-    """`value` if it is among `choices`.
+    """Return `value` if it is one of `choices`.
 
-    Raises: ServiceError: It is not; names `argument` and the choices.
+    Raises: ServiceError: It is not; the text names `argument` and the choices.
     """
     if not isinstance(value, str | int) or value not in choices:
         names = [str(choice) for choice in choices]
@@ -313,6 +313,6 @@ def one_of(value: Any, choices: Any, argument: str) -> Any:
 
 
 def shown(value: Any) -> str:
-    """`value` as text short enough for an error message."""
+    """Return `value` as text short enough for an error message."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -1,4 +1,4 @@
-"""Long calls: threads to run them on, a clock that ends them, and ALMotion's list of them."""
+"""Long calls: threads that run them, futures that end at a given time, and ALMotion's list of tasks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MAX_WORKERS = 48
 
 
 class Workers:
-    """Threads for calls that wait. A worker asks `closing` instead of sleeping."""
+    """Threads for calls that wait. A worker waits on `closing` instead of sleeping."""
 
     def __init__(self) -> None:
         self.closing = threading.Event()
@@ -26,7 +26,7 @@ class Workers:
         return self._pool.submit(work, *arguments)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float = 3600.0, period: float = 0.02) -> bool:
-        """Wait on the calling worker until `condition()`; false when `timeout` seconds or the server end first."""
+        """Block the calling worker until `condition()`; false if `timeout` [s] or the server's end comes first."""
         for _ in range(max(1, round(timeout / period))):
             if condition():
                 return True
@@ -51,7 +51,7 @@ class Alarm:
         self._thread.start()
 
     def after(self, delay: float) -> concurrent.futures.Future:
-        """A future that is done (None) after `delay` seconds, or at `close`; it can be cancelled before."""
+        """Return a future that is done (None) after `delay` seconds, or at `close`; it can be cancelled earlier."""
         future: concurrent.futures.Future = concurrent.futures.Future()
         with self._changed:
             if self._closed or delay <= 0.0:
@@ -87,7 +87,7 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Task:
-    """A motion that is under way: the joints, or "Base", it holds, and how to end it."""
+    """A running motion: the joints, or "Base", that it uses, and how to end it."""
 
     name: str
     identity: int
@@ -96,7 +96,7 @@ class Task:
 
 
 class MotionTasks:
-    """What moves now, as ALMotion.getTaskList tells it."""
+    """The running motions, as ALMotion.getTaskList lists them."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -118,12 +118,12 @@ class MotionTasks:
             return list(self._tasks.values())
 
     def using(self, resources: Iterable[str]) -> list[Task]:
-        """The motions that hold one of `resources`."""
+        """Return the motions that use one of `resources`."""
         wanted = set(resources)
         return [task for task in self.all() if wanted & set(task.resources)]
 
     def kill(self, identity: int) -> bool:
-        """End one motion; false when there is none of that number."""
+        """End one motion; false if there is none of that number."""
         with self._lock:
             task = self._tasks.get(identity)
         if task is None:
@@ -137,7 +137,7 @@ class MotionTasks:
 
 
 def chained(future: concurrent.futures.Future, answer: Callable[[Any], Any]) -> concurrent.futures.Future:
-    """A future that ends with `answer(result)` of `future`; its cancel is passed on."""
+    """Return a future that ends with `answer(result of future)`; cancelling it cancels `future`."""
     after: concurrent.futures.Future = concurrent.futures.Future()
 
     def finish(done: concurrent.futures.Future) -> None:

@@ -1,7 +1,7 @@
 """ALAnimatedSpeech: speech with gestures.
 
 A text may start animations, "^start(animations/Stand/Gestures/Hey_1) hello"; the first one plays while the text is
-said. Which are installed: `gestures`. Other tags ^...() are dropped, and so is an animation that is not installed.
+said. `pepper_sim.naoqi.motion.gestures` lists those installed; other animations and other tags ^...() are dropped.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ class ALAnimatedSpeech(Module):
 
     @remote("v(i)")
     def setBodyLanguageMode(self, bodyLanguageMode: int) -> None:
-        """Chooses 0 disabled, 1 random, 2 contextual."""
+        """Sets 0 disabled, 1 random, 2 contextual."""
         self._mode = MODES[one_of(bodyLanguageMode, (0, 1, 2), "bodyLanguageMode")]
 
     @remote("v(s)")
     def setBodyLanguageModeFromStr(self, stringBodyLanguageMode: str) -> None:
-        """Chooses "disabled", "random" or "contextual"."""
+        """Sets "disabled", "random" or "contextual"."""
         self._mode = one_of(stringBodyLanguageMode, MODES, "stringBodyLanguageMode")
 
     @remote("i()")
@@ -69,9 +69,9 @@ class ALAnimatedSpeech(Module):
 
     @remote("v(b)")
     def setBodyTalkEnabled(self, enable: bool) -> None:
-        """Switches gestures."""
+        """Switches gestures on or off."""
         self._mode = "contextual" if enable else "disabled"
 
     @remote("v(m)")
     def addTagsToWords(self, tagsToWords: Any) -> None:
-        """Teaches which words go with which gestures. Ignored."""
+        """Assigns gestures to words. Ignored."""

@@ -1,4 +1,4 @@
-"""ALAnimationPlayer: gestures by path or tag. Which ones there are: `gestures`."""
+"""ALAnimationPlayer: gestures by path or tag; `pepper_sim.naoqi.motion.gestures` lists them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ALAnimationPlayer(Service):
 
     @remote("v(s)", "v(ss)")
     def runTag(self, tag: str, posture: str = "Stand") -> concurrent.futures.Future:
-        """Plays an animation that carries a tag; ends with it."""
+        """Plays an animation that has a tag; ends with it."""
         path = self._tags.get(tag.lower())
         if path is None:
             raise ServiceError(f"no installed animation has the tag '{shown(tag)[1:-1]}'")
@@ -48,7 +48,7 @@ class ALAnimationPlayer(Service):
 
     @remote("v(m)")
     def addTagForAnimations(self, tagsToAnimations: Any) -> None:
-        """Gives installed animations further tags: {tag: [path, ...]}; the first path of a tag is played."""
+        """Adds tags to installed animations: {tag: [path, ...]}; the first path of a tag is played."""
         if not isinstance(tagsToAnimations, dict):
             raise ServiceError(f"tagsToAnimations must be a map, got {shown(tagsToAnimations)}")
         for tag, paths in tagsToAnimations.items():

@@ -1,9 +1,9 @@
 """ALAudioDevice: microphones to clients, clients' sound to the loudspeaker, volume.
 
-Loudspeaker path: `sendRemoteBufferToOutput(frames, buffer)`, 16 bits, stereo interleaved, at `outputSampleRate`; the
+Loudspeaker path: `sendRemoteBufferToOutput(frames, buffer)`, 16 bits, interleaved stereo, at `outputSampleRate`; the
 device queues up to 1.3 s, and a call that finds the queue full ends when there is room. Microphone path: see
-`microphones`. Sources: NAOqi 2.8 documentation, ALAudioDevice; depth of the queue as measured on a Pepper by
-navarlu/Pepper.
+`pepper_sim.naoqi.audio.microphones`. Sources: NAOqi 2.8 documentation, ALAudioDevice; length of the queue as measured
+on a Pepper by navarlu/Pepper.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MAX_FRAMES = 16384
 OUTPUT_RATES = (16000, 22050, 44100, 48000)
 DEFAULT_OUTPUT_RATE = 22050
 QUEUE = 1.3
-"""How much sound the device takes in advance [s]."""
+"""How much sound the device queues [s]."""
 MAX_WAITING = 64
 MAX_STREAMS = 16
 _BYTES_PER_FRAME = 4
@@ -103,7 +103,7 @@ class ALAudioDevice(Module):
 
     @remote("v()")
     def flushAudioOutputs(self) -> None:
-        """Drops what is queued."""
+        """Drops the queued sound."""
         with self._lock:
             if self._queue is not None:
                 self._room.loudspeaker.track.cut(self._queue)
@@ -156,7 +156,7 @@ class ALAudioDevice(Module):
 
     @remote("v()")
     def openAudioInputs(self) -> None:
-        """Opens the microphones. They are open."""
+        """Opens the microphones. They are always open."""
 
     @remote("v()")
     def closeAudioInputs(self) -> None:
@@ -164,11 +164,11 @@ class ALAudioDevice(Module):
 
     @remote("v()")
     def openAudioOutputs(self) -> None:
-        """Opens the loudspeaker. It is open."""
+        """Opens the loudspeaker. It is always open."""
 
     @remote("v()")
     def closeAudioOutputs(self) -> None:
-        """Closes the loudspeaker for other programs. Drops what is queued."""
+        """Closes the loudspeaker for other programs. Only drops the queued sound."""
         self.flushAudioOutputs()
 
     @remote("b(im)")
@@ -180,7 +180,7 @@ class ALAudioDevice(Module):
 
     @remote("v(siii)")
     def setClientPreferences(self, name: str, sampleRate: int, channelsVector: int, deinterleaved: int) -> None:
-        """Chooses what a client hears: 48000 Hz and channels 0 (all four), or 16000 Hz and channel 1 to 4."""
+        """Sets what a client receives: 48000 Hz and channels 0 (all four), or 16000 Hz and channel 1 to 4."""
         one_of(sampleRate, BLOCK, "sampleRate")
         one_of(channelsVector, (0,) if sampleRate == SOUND_RATE else (1, 2, 3, 4), "channelsVector")
         one_of(deinterleaved, (0, 1), "deinterleaved")
@@ -191,13 +191,13 @@ class ALAudioDevice(Module):
 
     @remote("v(s)")
     def subscribe(self, module: str) -> None:
-        """Starts to call processRemote of the service `module` with every block."""
+        """Starts calling processRemote of the service `module` with every block."""
         if not self._clients.exists(module):
             raise ServiceError(f"can't find service '{shown(module)[1:-1]}'; register it before subscribing")
         with self._lock:
             self._streams = {name: stream for name, stream in self._streams.items() if stream.alive}
             if len(self._streams) >= MAX_STREAMS and module not in self._streams:
-                raise ServiceError(f"{MAX_STREAMS} clients listen already")
+                raise ServiceError(f"{MAX_STREAMS} clients are already subscribed")
             old = self._streams.pop(module, None)
             preferences = self._preferences.get(module, Preferences())
             self._streams[module] = MicrophoneStream(module, preferences, self._room, self._clients)

@@ -1,6 +1,6 @@
-"""ALAudioPlayer: playing WAV files of the robot's disk.
+"""ALAudioPlayer: plays WAV files from the robot's disk.
 
-A file is loaded under a number, then played, paused, moved in. Calls that play end with the sound.
+A file is loaded under a number and can then be played, paused and positioned. Calls that play end with the sound.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class _File:
 
 
 class ALAudioPlayer(Module):
-    """Plays files."""
+    """Plays sound files."""
 
     name = "ALAudioPlayer"
 
@@ -60,7 +60,7 @@ class ALAudioPlayer(Module):
         samples, rate = self._read(fileName)
         with self._lock:
             if len(self._files) >= MAX_FILES:
-                raise ServiceError(f"{MAX_FILES} files are loaded already")
+                raise ServiceError(f"{MAX_FILES} files are already loaded")
             number = next(self._numbers)
             self._files[number] = _File(samples, rate)
         return number
@@ -78,7 +78,7 @@ class ALAudioPlayer(Module):
 
     @remote("v(i)", "v(iff)")
     def play(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
-        """Plays a loaded file from where it stands; ends with it."""
+        """Plays a loaded file from its position; ends with it."""
         return self._play(self._file(taskId), volume, pan, loop=False)
 
     @remote("v(i)", "v(iff)")
@@ -88,19 +88,19 @@ class ALAudioPlayer(Module):
 
     @remote("v(i)")
     def pause(self, id: int) -> None:
-        """Halts a file where it stands."""
+        """Pauses a file at its position."""
         self._halt(self._file(id))
 
     @remote("v(i)", name="stop")
     def stopFile(self, id: int) -> None:
-        """Halts a file and goes back to its beginning."""
+        """Stops a file and goes back to its beginning."""
         file = self._file(id)
         self._halt(file)
         file.position = 0.0
 
     @remote("v()")
     def stopAll(self) -> None:
-        """Halts every file."""
+        """Stops every file."""
         with self._lock:
             files = list(self._files.values())
         for file in files:
@@ -109,7 +109,7 @@ class ALAudioPlayer(Module):
 
     @remote("v(if)")
     def goTo(self, playId: int, position: float) -> None:
-        """Moves to a position [s]; a playing file starts there at its next play."""
+        """Sets the position [s]; a file that is playing starts there when it is played again."""
         file = self._file(playId)
         file.position = within(position, 0.0, file.length, "position")
 

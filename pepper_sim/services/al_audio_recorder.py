@@ -1,4 +1,4 @@
-"""ALAudioRecorder: recording the microphones into a file on the robot's disk."""
+"""ALAudioRecorder: records the microphones into a file on the robot's disk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RATES = (VOICE_RATE, SOUND_RATE)
 
 
 class ALAudioRecorder(Module):
-    """Records WAV files. Ogg is refused: nothing here writes it."""
+    """Records WAV files; Ogg is refused."""
 
     name = "ALAudioRecorder"
 

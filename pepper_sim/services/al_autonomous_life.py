@@ -1,8 +1,8 @@
 """ALAutonomousLife: the robot's state of life and the activity in focus.
 
-The simulated robot starts awake in state "disabled", which is how teleoperation wants it; a real one starts asleep and
-turns "solitary" by itself. As on the robot, leaving life for "disabled" ends in rest, and entering life wakes the robot
-up. Source: NAOqi 2.8 documentation, ALAutonomousLife.
+The simulated robot starts awake in state "disabled", as teleoperation needs it; a real one starts asleep and turns
+"solitary" by itself. As on the robot, "disabled" sends it to rest, and any other state wakes it up. Source: NAOqi 2.8
+documentation, ALAutonomousLife.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from collections.abc import Collection
 from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
-from pepper_sim.services.al_memory import ALMemory, split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
+from pepper_sim.services.al_memory import ALMemory
 
 STATES = ("solitary", "interactive", "safeguard", "disabled")
 ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
@@ -61,7 +62,7 @@ class ALAutonomousLife(Module):
 
     @remote("v(s)")
     def setState(self, state: str) -> concurrent.futures.Future | None:
-        """Changes the state of life; ends when the robot is awake, or for "disabled" at rest."""
+        """Changes the state of life; ends when the robot is awake or, for "disabled", at rest."""
         before, self._state = self._state, one_of(state, STATES, "state")
         if state == before:
             return None
@@ -86,7 +87,7 @@ class ALAutonomousLife(Module):
 
     @remote("v(s)", "v(si)")
     def switchFocus(self, activity_name: str, flags: int = 0) -> None:
-        """Puts an installed activity into focus; flags 0 ends the current one, 1 lets it wait below."""
+        """Puts an installed activity in focus; flags 0 ends the current one, 1 keeps it on the stack."""
         one_of(flags, (0, 1), "flags")
         if activity_name not in self._activities:
             raise ServiceError(f"activity '{shown(activity_name)[1:-1]}' is not installed")
@@ -98,7 +99,7 @@ class ALAutonomousLife(Module):
 
     @remote("v()")
     def stopFocus(self) -> None:
-        """Ends the activity in focus; the one below it, if any, comes back."""
+        """Ends the activity in focus; the one below it on the stack, if any, gets the focus back."""
         if self._focus:
             self._complete(self._focus.pop())
             self._announce_focus()
@@ -112,7 +113,7 @@ class ALAutonomousLife(Module):
 
     @remote("s()")
     def focusedActivity(self) -> str:
-        """Names the activity in focus, or ""."""
+        """Returns the activity in focus, or ""."""
         return self._focus[-1] if self._focus else ""
 
     @remote("m()", "m(i)")
@@ -141,7 +142,7 @@ class ALAutonomousLife(Module):
 
     @remote("v(sb)")
     def setAutonomousAbilityEnabled(self, autonomousAbility: str, enabled: bool) -> None:
-        """Switches an autonomous ability."""
+        """Switches an autonomous ability on or off."""
         self._abilities[one_of(autonomousAbility, ABILITIES, "autonomousAbility")] = enabled
 
     @remote("b(s)")
@@ -156,7 +157,7 @@ class ALAutonomousLife(Module):
 
     @remote("v(sb)")
     def setSafeguardEnabled(self, safeguard: str, enabled: bool) -> None:
-        """Switches a safeguard. Kept."""
+        """Switches a safeguard on or off. Stored only."""
         self._safeguards[one_of(safeguard, SAFEGUARDS, "safeguard")] = enabled
 
     @remote("b(s)")
@@ -166,7 +167,7 @@ class ALAutonomousLife(Module):
 
     @remote("v(f)")
     def setRobotOffsetFromFloor(self, offset: float) -> None:
-        """Tells how high above the floor the robot stands [m]. Kept."""
+        """Sets how high above the floor the robot stands [m]. Stored only."""
         self._offset = offset
 
     @remote("f()")

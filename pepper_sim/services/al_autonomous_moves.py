@@ -6,7 +6,7 @@ from pepper_sim.naoqi.service import Module, one_of, remote
 
 
 class ALAutonomousMoves(Module):
-    """Older switches of the same."""
+    """Older form of ALBackgroundMovement and ALListeningMovement."""
 
     name = "ALAutonomousMoves"
 
@@ -16,7 +16,7 @@ class ALAutonomousMoves(Module):
 
     @remote("v(b)")
     def setExpressiveListeningEnabled(self, enable: bool) -> None:
-        """Switches movements while listening."""
+        """Switches movements while listening on or off."""
         self._listening = enable
 
     @remote("b()")
@@ -26,7 +26,7 @@ class ALAutonomousMoves(Module):
 
     @remote("v(s)")
     def setBackgroundStrategy(self, strategy: str) -> None:
-        """Chooses "none" or "backToNeutral"."""
+        """Sets "none" or "backToNeutral"."""
         self._strategy = one_of(strategy, ("none", "backToNeutral"), "strategy")
 
     @remote("s()")

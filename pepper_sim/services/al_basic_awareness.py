@@ -1,4 +1,4 @@
-"""ALBasicAwareness: looking at people and noises. Settings are kept; nothing is ever noticed."""
+"""ALBasicAwareness: attention to people and noises. Settings are stored; no stimulus is ever detected."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ALBasicAwareness(Module):
 
     @remote("v(b)")
     def setEnabled(self, enabled: bool) -> None:
-        """Switches awareness."""
+        """Switches awareness on or off."""
         self._enabled = enabled
 
     @remote("b()")
@@ -86,7 +86,7 @@ class ALBasicAwareness(Module):
 
     @remote("v()")
     def resumeAwareness(self) -> None:
-        """Ends the pause."""
+        """Resumes awareness."""
         self._paused = False
 
     @remote("b()")
@@ -96,27 +96,27 @@ class ALBasicAwareness(Module):
 
     @remote("v(s)")
     def setEngagementMode(self, modeName: str) -> None:
-        """Chooses how attached the robot is to one person."""
+        """Sets how strongly the robot focuses on one person."""
         self._engagement = one_of(modeName, ENGAGEMENT_MODES, "modeName")
 
     @remote("s()")
     def getEngagementMode(self) -> str:
-        """Returns how attached the robot is to one person."""
+        """Returns how strongly the robot focuses on one person."""
         return self._engagement
 
     @remote("v(s)")
     def setTrackingMode(self, modeName: str) -> None:
-        """Chooses what the robot turns towards people."""
+        """Sets which parts of its body the robot turns towards people."""
         self._tracking = one_of(modeName, TRACKING_MODES, "modeName")
 
     @remote("s()")
     def getTrackingMode(self) -> str:
-        """Returns what the robot turns towards people."""
+        """Returns which parts of its body the robot turns towards people."""
         return self._tracking
 
     @remote("v(sb)")
     def setStimulusDetectionEnabled(self, stimulusName: str, enable: bool) -> None:
-        """Switches attention to a kind of stimulus."""
+        """Switches attention to a kind of stimulus on or off."""
         self._stimuli[one_of(stimulusName, STIMULI, "stimulusName")] = enable
 
     @remote("b(s)")

@@ -1,4 +1,4 @@
-"""ALBattery: how full the battery is."""
+"""ALBattery: charge of the battery."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pepper_sim.robot import Pepper
 
 
 class ALBattery(Module):
-    """State of the battery. Its events are raised by `body_events`."""
+    """Reports the battery's charge; `pepper_sim.naoqi.body_events` raises its events."""
 
     name = "ALBattery"
 
@@ -21,4 +21,4 @@ class ALBattery(Module):
 
     @remote("v(b)")
     def enablePowerMonitoring(self, enable: bool) -> None:
-        """Switches the warnings of a low battery (2.1). They are events, and always raised."""
+        """Switches low-battery warnings (NAOqi 2.1) on or off. Ignored: they are events, which are always raised."""

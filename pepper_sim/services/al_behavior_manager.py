@@ -1,7 +1,7 @@
-"""ALBehaviorManager: what is installed, and what runs.
+"""ALBehaviorManager: installed and running behaviours.
 
 A behaviour is a program for the robot's own engine, which is not simulated: an installed one can be started, is listed
-as running, and moves nothing until it is stopped. `runBehavior` ends at once.
+as running until it is stopped, and moves nothing. `runBehavior` ends at once.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class ALBehaviorManager(Module):
 
     @remote("[s]()")
     def getRunningBehaviors(self) -> list[str]:
-        """Lists the behaviours that run."""
+        """Lists the running behaviours."""
         with self._lock:
             return list(self._running)
 
@@ -63,7 +63,7 @@ class ALBehaviorManager(Module):
 
     @remote("b(s)")
     def isBehaviorLoaded(self, behavior: str) -> bool:
-        """Whether a behaviour is in memory: when it runs."""
+        """Whether a behaviour is loaded, which it is while it runs."""
         return behavior in self._running
 
     @remote("v(s)")
@@ -73,7 +73,7 @@ class ALBehaviorManager(Module):
 
     @remote("v(s)")
     def runBehavior(self, behavior: str) -> concurrent.futures.Future:
-        """Starts a behaviour and waits for its end. There is nothing to do for it: it ends at once."""
+        """Starts a behaviour and waits for its end, which comes at once."""
         done: concurrent.futures.Future = concurrent.futures.Future()
         self._start(behavior, done)
         self.stopBehavior(behavior)
@@ -98,7 +98,7 @@ class ALBehaviorManager(Module):
 
     @remote("b(s)")
     def preloadBehavior(self, behavior: str) -> bool:
-        """Loads a behaviour; true when it is installed."""
+        """Loads a behaviour; true if it is installed."""
         return behavior in self._installed
 
     @remote("[s]()")

@@ -1,6 +1,6 @@
-"""ALBodyTemperature: motors that are too hot.
+"""ALBodyTemperature: diagnosis of hot motors.
 
-A motor's limit is not documented; LIMIT is where this simulation draws the line, HOT where NAOqi would cut the motor.
+The motors' limits are not documented; this simulation warns above LIMIT, and above HOT NAOqi would switch a motor off.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _DEVICES = ("Head", "LArm", "RArm", "Leg")
 
 
 class ALBodyTemperature(Module):
-    """Watches the motors' temperatures."""
+    """Reports motors that are too hot."""
 
     name = "ALBodyTemperature"
 
@@ -27,7 +27,7 @@ class ALBodyTemperature(Module):
 
     @remote("v(b)")
     def setEnableNotifications(self, enable: bool) -> None:
-        """Switches spoken warnings. Kept; the simulated robot does not complain."""
+        """Switches spoken warnings on or off. Stored only: the simulated robot says no warnings."""
         self._notify = enable
 
     @remote("b()")
@@ -37,7 +37,7 @@ class ALBodyTemperature(Module):
 
     @remote("m()")
     def getTemperatureDiagnosis(self) -> list | None:
-        """Returns [level, [chains]] of the hottest motors, or nothing when all is well."""
+        """Returns [level, [chains]] of the hottest motors, or nothing if no motor is too hot."""
         temperatures = self._robot.snapshot().temperatures
         hottest = {device: max(temperatures[joint] for joint in GROUPS[device]) for device in _DEVICES}
         for level, limit in ((2, HOT), (1, LIMIT)):

@@ -1,4 +1,4 @@
-"""ALChestButton: the extractor behind the chest button's events, which `body_events` raises."""
+"""ALChestButton: the chest button's events, which `pepper_sim.naoqi.body_events` raises."""
 
 from __future__ import annotations
 

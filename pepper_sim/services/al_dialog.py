@@ -1,4 +1,4 @@
-"""ALDialog: topics and language are kept; nobody is there to talk with the simulated robot."""
+"""ALDialog: topics and language are stored; the simulated robot holds no conversation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pepper_sim.naoqi.speech_languages import LANGUAGES
 
 
 class ALDialog(Module):
-    """Keeps the dialogue's topics."""
+    """Manages the dialogue's topics."""
 
     name = "ALDialog"
 
@@ -22,7 +22,7 @@ class ALDialog(Module):
 
     @remote("v(s)")
     def setLanguage(self, Language: str) -> None:
-        """Chooses the language."""
+        """Sets the language."""
         self._language = one_of(Language, LANGUAGES, "Language")
 
     @remote("s()")
@@ -32,7 +32,7 @@ class ALDialog(Module):
 
     @remote("s(s)")
     def loadTopic(self, topicPath: str) -> str:
-        """Loads a topic file of the robot's disk; none is there."""
+        """Loads a topic file from the robot's disk; there is none."""
         raise ServiceError(f"topic file '{shown(topicPath)[1:-1]}' was not found")
 
     @remote("s(s)")
@@ -48,18 +48,18 @@ class ALDialog(Module):
 
     @remote("v(s)")
     def unloadTopic(self, topicName: str) -> None:
-        """Forgets a topic."""
+        """Unloads a topic."""
         self._topics.pop(self._known(topicName))
         self._active.discard(topicName)
 
     @remote("v(s)")
     def activateTopic(self, topicName: str) -> None:
-        """Takes a topic into the dialogue."""
+        """Adds a topic to the dialogue."""
         self._active.add(self._known(topicName))
 
     @remote("v(s)")
     def deactivateTopic(self, topicName: str) -> None:
-        """Takes a topic out of the dialogue."""
+        """Removes a topic from the dialogue."""
         self._active.discard(self._known(topicName))
 
     @remote("[s]()")
@@ -79,12 +79,12 @@ class ALDialog(Module):
 
     @remote("v(s)")
     def setFocus(self, topicName: str) -> None:
-        """Puts a topic first."""
+        """Gives a topic priority."""
         self._focus = self._known(topicName)
 
     @remote("s()")
     def getFocus(self) -> str:
-        """Returns the topic that comes first."""
+        """Returns the topic that has priority."""
         return self._focus
 
     @remote("v(s)")
@@ -107,7 +107,7 @@ class ALDialog(Module):
 
     @remote("v()")
     def resetAll(self) -> None:
-        """Forgets topics and subscribers."""
+        """Removes all topics and subscribers."""
         self._topics.clear()
         self._active.clear()
         self._subscribers.clear()
@@ -118,7 +118,7 @@ class ALDialog(Module):
 
     @remote("v(s)")
     def forceInput(self, input: str) -> None:
-        """Acts as if a sentence had been heard. There is no engine to answer it."""
+        """Acts as if a sentence had been recognised. There is no engine to answer it."""
 
     @remote("v()")
     def forceOutput(self) -> None:
@@ -126,11 +126,11 @@ class ALDialog(Module):
 
     @remote("v(s)")
     def tell(self, sentence: str) -> None:
-        """Acts as if a sentence had been heard. There is no engine to answer it."""
+        """Acts as if a sentence had been recognised. There is no engine to answer it."""
 
     @remote("m(ss)")
     def getUserData(self, variable: str, user: str) -> Any:
-        """Returns what is known of a user: nothing."""
+        """Returns data about a user; there is none."""
         return None
 
     def _known(self, topic: str) -> str:

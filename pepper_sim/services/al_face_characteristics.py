@@ -14,10 +14,10 @@ class ALFaceCharacteristics(Extractor):
 
     @remote("b(i)")
     def analyzeFaceCharacteristics(self, personId: int) -> bool:
-        """Analyses a person's face; the person is not known: false."""
+        """Analyses a person's face; no person is known: false."""
         return False
 
     @remote("f()")
     def getSmilingThreshold(self) -> float:
-        """Returns how sure a smile must be."""
+        """Returns the confidence from which a smile counts."""
         return 0.7

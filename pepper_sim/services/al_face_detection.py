@@ -1,6 +1,6 @@
-"""ALFaceDetection: settings are kept; no face is ever recognised.
+"""ALFaceDetection: settings are stored; no face is ever recognised.
 
-The simulated cameras show people, but nothing here looks for them: events stay silent and lists empty.
+The simulated cameras show people, but nothing here looks for them: no event is raised and lists stay empty.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ class ALFaceDetection(Extractor):
 
     @remote("b(s)")
     def learnFace(self, faceName: str) -> bool:
-        """Learns the face in view; none is seen: false."""
+        """Learns the face in view; none is detected: false."""
         return False
 
     @remote("b(s)")
     def reLearnFace(self, faceName: str) -> bool:
-        """Learns a face again; none is seen: false."""
+        """Learns a face again; none is detected: false."""
         return False
 
     @remote("b(s)")
@@ -49,7 +49,7 @@ class ALFaceDetection(Extractor):
 
     @remote("v(b)")
     def setRecognitionEnabled(self, enable: bool) -> None:
-        """Switches recognition."""
+        """Switches recognition on or off."""
         self._recognition = enable
 
     @remote("b()")
@@ -59,7 +59,7 @@ class ALFaceDetection(Extractor):
 
     @remote("v(b)")
     def setTrackingEnabled(self, enable: bool) -> None:
-        """Switches tracking."""
+        """Switches tracking on or off."""
         self._tracking = enable
 
     @remote("b()")
@@ -69,10 +69,10 @@ class ALFaceDetection(Extractor):
 
     @remote("v(f)")
     def setRecognitionConfidenceThreshold(self, threshold: float) -> None:
-        """Sets how sure recognition must be, 0 to 1."""
+        """Sets the confidence from which a face counts as recognised, 0 to 1."""
         self._threshold = within(threshold, 0.0, 1.0, "threshold")
 
     @remote("f()")
     def getRecognitionConfidenceThreshold(self) -> float:
-        """Returns how sure recognition must be."""
+        """Returns the confidence from which a face counts as recognised."""
         return self._threshold

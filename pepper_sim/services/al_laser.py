@@ -6,17 +6,17 @@ from pepper_sim.naoqi.service import Module, one_of, remote, within
 
 
 class ALLaser(Module):
-    """Takes the settings of a laser; Pepper's own needs none."""
+    """Accepts the settings of the head laser; Pepper has none."""
 
     name = "ALLaser"
 
     @remote("v()")
     def laserON(self) -> None:
-        """Switches the laser on. It always is."""
+        """Switches the laser on. It is always on."""
 
     @remote("v()")
     def laserOFF(self) -> None:
-        """Switches the laser off. Pepper's stays on: the base's protection needs it."""
+        """Switches the laser off. Ignored: the collision protection of the base needs the lasers."""
 
     @remote("v(ff)")
     def setOpeningAngle(self, angle_min: float, angle_max: float) -> None:
@@ -32,5 +32,5 @@ class ALLaser(Module):
 
     @remote("v(s)")
     def setMode(self, mode: str) -> None:
-        """Sets the output's form. Checked and ignored."""
+        """Sets the format of the output. Checked and ignored."""
         one_of(mode, ("X_Y", "LENGTH_ANGLE"), "mode")

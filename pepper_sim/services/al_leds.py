@@ -1,7 +1,7 @@
 """ALLeds: the lights of eyes, ears and shoulders.
 
-Every LED's state is in ALMemory; the simulated body shows the mean colour of the eyes and of the shoulders. Fades end
-with their duration. An LED that is told something new while it fades goes on from where it is.
+Every LED's state is in ALMemory; the simulated body shows the mean colour of the eyes and of the shoulders. A call that
+fades ends with the fade. An LED that gets a new command while it fades continues from its present intensity.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ MAX_DURATION = 3600.0
 _MAX_STEPS = 100
 _BODY_PERIOD = 0.05
 _BODY_LIGHTS = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
-"""Light of the simulated body -> group of LEDs."""
+"""Light of the simulated body -> group of LEDs whose mean colour it shows."""
 
 
 @dataclass(frozen=True)
 class _Fade:
-    """Intensity from `start` to `target` between two times."""
+    """Intensity from `start` to `target` between the times `begin` and `end` [s, monotonic]."""
 
     start: float
     target: float
@@ -67,7 +67,7 @@ class ALLeds(Module):
         self._thread.join(timeout=2.0)
 
     def memory_keys(self) -> dict[str, Reader]:
-        """ALMemory keys of the LEDs."""
+        """Return the ALMemory keys of the LEDs."""
         return {f"Device/SubDeviceList/{led}/Actuator/Value": self._reader(led) for led in LEDS}
 
     # --- switching ---------------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ class ALLeds(Module):
 
     @remote("m(s)")
     def getIntensity(self, name: str) -> float | list[float]:
-        """Returns the intensity of an LED, or the list of a group's."""
+        """Returns the intensity of an LED, or for a group the list of intensities."""
         now = time.monotonic()
         values = [self._fades[led].at(now) for led in self._leds(name)]
         return values[0] if name in self._fades else values
@@ -126,7 +126,7 @@ class ALLeds(Module):
 
     @remote("v(smm)")
     def fadeListRGB(self, name: str, rgbList: Any, timeList: Any) -> concurrent.futures.Future:
-        """Fades through colours 0xRRGGBB at times [s]; ends with the last. The way between is not shown."""
+        """Fades through colours 0xRRGGBB at times [s]; ends with the last. Only the last colour is shown."""
         if not isinstance(rgbList, list | tuple) or not isinstance(timeList, list | tuple):
             raise ServiceError(f"rgbList and timeList must be lists, got {shown(rgbList)} and {shown(timeList)}")
         if len(rgbList) != len(timeList) or not 0 < len(rgbList) <= _MAX_STEPS:
@@ -207,7 +207,7 @@ class ALLeds(Module):
         return self._alarm.after(duration)
 
     def _light_body(self) -> None:
-        """Show the lights on the body while they change."""
+        """Show the colours on the simulated body while they change."""
         while not self._closing.is_set():
             self._changed.wait()
             self._changed.clear()

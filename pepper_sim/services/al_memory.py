@@ -1,7 +1,7 @@
 """ALMemory: the robot's blackboard of data and events.
 
-Keys of the body are computed from the robot's last snapshot when somebody reads them; everything else is what services
-and clients put there. `insertData` stores, `raiseEvent` stores and tells the subscribers.
+Keys of the body are computed from the robot's last snapshot when they are read; everything else is stored by services
+and clients. `insertData` stores a value, `raiseEvent` stores it and calls the subscribers.
 
 Source: NAOqi 2.8 documentation, ALMemory; behaviour of missing keys as naoqi_driver relies on it.
 """
@@ -22,16 +22,17 @@ import qi
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.time_stamp import split_stamp
 
 log = logging.getLogger(__name__)
 
 _HISTORY_LENGTH = 32
 _MAX_KEYS = 100_000
-"""More keys than this are refused: a client in a loop must not fill the memory."""
+"""More keys than this are refused: a client in a loop must not use up this machine's RAM."""
 
 
 class _Event:
-    """What `subscriber` answers: an object whose `signal` fires with the value."""
+    """What `subscriber` returns: an object whose `signal` fires with the value."""
 
     def __init__(self) -> None:
         self.signal = qi.Signal("(m)")
@@ -46,7 +47,7 @@ class _Entry:
 
 @dataclass
 class _Callback:
-    """A client's service that wants to be called: method(event, value, message or subscriber's name)."""
+    """A client's service that is called at an event: method(event, value, message or subscriber's name)."""
 
     service: str
     method: str
@@ -66,8 +67,8 @@ class ALMemory(Module):
     """Data and events of the robot.
 
     Args:
-        snapshot: Returns the robot's last snapshot.
-        body: Keys computed from it.
+        snapshot: Function that returns the robot's last snapshot.
+        body: Keys that are computed from the snapshot.
         clients: Services of clients, called for `subscribeToEvent`.
     """
 
@@ -91,7 +92,7 @@ class ALMemory(Module):
             self._entries[key].stamp = time.time()
 
     def read(self, key: str) -> Any:
-        """The value of a key; None when it is missing or void."""
+        """Return the value of a key; None if it is missing or void."""
         reader = self._body.get(key)
         if reader is not None:
             return reader(self._snapshot())
@@ -99,7 +100,7 @@ class ALMemory(Module):
         return entry.value if entry is not None else None
 
     def announce(self, key: str, value: Any) -> None:
-        """Write a value and tell every subscriber, on other threads."""
+        """Write a value and call every subscriber, on other threads."""
         self.store(key, value)
         with self._lock:
             topic = self._topics.setdefault(key, _Topic())
@@ -127,7 +128,7 @@ class ALMemory(Module):
 
     @remote("m(m)")
     def getListData(self, keyList: Any) -> list:
-        """Returns many values at once, all of one instant; None for a missing key."""
+        """Returns many values, all of the same instant; None for a missing key."""
         if not isinstance(keyList, list | tuple) or not all(isinstance(key, str) for key in keyList):
             raise ServiceError(f"keyList must be a list of strings, got {shown(keyList)}")
         snapshot = self._snapshot()
@@ -143,7 +144,7 @@ class ALMemory(Module):
 
     @remote("v(sm)")
     def insertData(self, key: str, value: Any) -> None:
-        """Stores a value without raising an event. Keys of the body keep showing the body."""
+        """Stores a value without raising an event. Ignored for keys of the body, which are computed."""
         self.store(key, value)
 
     @remote("v(m)")
@@ -155,7 +156,7 @@ class ALMemory(Module):
 
     @remote("v(s)")
     def removeData(self, key: str) -> None:
-        """Forgets a value."""
+        """Removes a value."""
         with self._lock:
             if self._entries.pop(key, None) is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
@@ -173,7 +174,7 @@ class ALMemory(Module):
 
     @remote("s(s)")
     def getType(self, key: str) -> str:
-        """Names the type of a key's value: Data, Event or MicroEvent."""
+        """Returns the type of a key's value: Data, Event or MicroEvent."""
         if key in self._micro_events:
             return "MicroEvent"
         if key in self._topics:
@@ -208,7 +209,7 @@ class ALMemory(Module):
 
     @remote("v(sm)")
     def raiseEvent(self, name: str, value: Any) -> None:
-        """Stores a value and tells every subscriber."""
+        """Stores a value and calls every subscriber."""
         self.announce(name, value)
 
     @remote("v(sm)")
@@ -315,7 +316,7 @@ class ALMemory(Module):
             topic.callbacks = [known for known in topic.callbacks if known.service != service]
 
     def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
-        """Call a client's service and return at once. One that is gone, or fails three times in a row, is dropped."""
+        """Call a client's service and return at once. If it is gone or fails three times in a row, drop it."""
 
         def done(call: concurrent.futures.Future) -> None:
             error = None if call.cancelled() else call.exception()
@@ -330,12 +331,7 @@ class ALMemory(Module):
         with self._lock:
             if callback in topic.callbacks:
                 topic.callbacks.remove(callback)
-        log.warning("%s no longer hears %s: %s", callback.service, event, reason)
-
-
-def split_stamp(stamp: float) -> list[int]:
-    """[whole seconds, microseconds] of a time [s since 1970], as NAOqi writes time stamps."""
-    return [int(stamp), int(stamp % 1 * 1e6)]
+        log.warning("%s is no longer called at %s: %s", callback.service, event, reason)
 
 
 def _pairs(value: Any) -> list[tuple[str, Any]]:

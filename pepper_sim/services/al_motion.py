@@ -1,4 +1,4 @@
-"""ALMotion: everything that moves. Its methods live in motion_base, _joints, _stiffness, _frames, _config, _safety."""
+"""ALMotion: everything that moves. Its methods are in the files of `pepper_sim.naoqi.motion`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ALMotion(Module):
 
     @remote("v()")
     def moveInit(self) -> concurrent.futures.Future:
-        """Goes to the posture from which the robot drives; ends when it is there."""
+        """Goes to the posture from which the robot drives; ends when it has been reached."""
         return self.joints.go(STAND, _INIT_SPEED, "moveInit")
 
     @remote("v()")

@@ -1,6 +1,6 @@
-"""ALNavigation: going somewhere with regard for obstacles.
+"""ALNavigation: driving to goals without hitting obstacles.
 
-Goals near the robot are driven to; maps are not simulated, so everything about them answers as on a robot that has not
+Goals near the robot are driven to; maps are not simulated, so all calls about maps answer as on a robot that has not
 explored yet.
 """
 
@@ -20,7 +20,7 @@ _NO_MAP = "no map is loaded"
 
 
 class ALNavigation(Module):
-    """Drives to near goals."""
+    """Drives to goals near the robot."""
 
     name = "ALNavigation"
 
@@ -30,13 +30,13 @@ class ALNavigation(Module):
 
     @remote("b(ff)")
     def navigateTo(self, x: float, y: float) -> concurrent.futures.Future:
-        """Drives to a point ahead (x) and to the left (y) [m]; false when an obstacle kept the robot from it."""
+        """Drives to a point ahead (x) and to the left (y) [m]; false if an obstacle is in the way."""
         _check_distance(x, y)
         return self._base.moveTo(x, y, 0.0)
 
     @remote("b(fff)", "b(fffm)", name="navigateTo")
     def navigateToPose(self, x: float, y: float, theta: float, config: Any = ()) -> concurrent.futures.Future:
-        """Drives to a relative pose; false when an obstacle kept the robot from it."""
+        """Drives to a relative pose; false if an obstacle is in the way."""
         _check_distance(x, y)
         return self._base.moveTo(x, y, theta)
 
@@ -47,7 +47,7 @@ class ALNavigation(Module):
 
     @remote("v(f)")
     def setSecurityDistance(self, securityDistance: float) -> None:
-        """Sets the distance to keep [m]. Kept; ALMotion's distances are the ones that act."""
+        """Sets the distance to keep [m]. Stored only: ALMotion's distances take effect."""
         self._security_distance = within(securityDistance, 0.0, 5.0, "securityDistance")
 
     @remote("f()")
@@ -120,7 +120,7 @@ class ALNavigation(Module):
 
     @remote("m()")
     def getExplorationPath(self) -> Any:
-        """Returns the way of the exploration; there was none."""
+        """Returns the path of the exploration; there was none."""
         raise ServiceError(_NO_MAP)
 
     @remote("v()")

@@ -1,6 +1,6 @@
-"""ALPeoplePerception: settings are kept; no person is ever recognised.
+"""ALPeoplePerception: settings are stored; no person is ever detected.
 
-The simulated cameras show people, but nothing here looks for them: events stay silent and lists empty.
+The simulated cameras show people, but nothing here looks for them: no event is raised and lists stay empty.
 """
 
 from __future__ import annotations
@@ -39,27 +39,27 @@ class ALPeoplePerception(Extractor):
 
     @remote("v(f)")
     def setMaximumDetectionRange(self, range: float) -> None:
-        """Sets how far people may be [m]."""
+        """Sets the range of detection [m]."""
         self._settings["MaximumDetectionRange"] = within(range, 0.0, 20.0, "range")
 
     @remote("f()")
     def getMaximumDetectionRange(self) -> float:
-        """Returns how far people may be [m]."""
+        """Returns the range of detection [m]."""
         return self._settings["MaximumDetectionRange"]
 
     @remote("v(f)")
     def setTimeBeforePersonDisappears(self, seconds: float) -> None:
-        """Sets when a person out of sight is forgotten [s]."""
+        """Sets after what time a person out of sight is forgotten [s]."""
         self._settings["TimeBeforePersonDisappears"] = within(seconds, 0.0, 3600.0, "seconds")
 
     @remote("f()")
     def getTimeBeforePersonDisappears(self) -> float:
-        """Returns when a person out of sight is forgotten [s]."""
+        """Returns after what time a person out of sight is forgotten [s]."""
         return self._settings["TimeBeforePersonDisappears"]
 
     @remote("v(b)")
     def setFastModeEnabled(self, enable: bool) -> None:
-        """Switches detection by face only."""
+        """Switches detection by face only on or off."""
         self._switches["FastMode"] = enable
 
     @remote("b()")
@@ -69,5 +69,5 @@ class ALPeoplePerception(Extractor):
 
     @remote("b()")
     def isFaceDetectionEnabled(self) -> bool:
-        """Whether faces are looked for: no."""
+        """Whether faces are detected: no."""
         return False

@@ -1,4 +1,4 @@
-"""ALPreferenceManager: values that programs keep by domain and name, for as long as the simulation runs."""
+"""ALPreferenceManager: values that programs store by domain and name; they last as long as the simulation runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MAX_VALUES = 100_000
 
 
 class ALPreferenceManager(Module):
-    """Keeps preferences."""
+    """Stores preferences."""
 
     name = "ALPreferenceManager"
 
@@ -49,13 +49,13 @@ class ALPreferenceManager(Module):
 
     @remote("v(ss)")
     def removeValue(self, domain: str, setting: str) -> None:
-        """Forgets a value."""
+        """Removes a value."""
         with self._lock:
             self._domains.get(domain, {}).pop(setting, None)
 
     @remote("v(s)")
     def removeDomainValues(self, domain: str) -> None:
-        """Forgets a domain."""
+        """Removes a domain."""
         with self._lock:
             self._domains.pop(domain, None)
 
@@ -66,4 +66,4 @@ class ALPreferenceManager(Module):
 
     @remote("v()")
     def update(self) -> None:
-        """Synchronises with the maker's server. There is none."""
+        """Synchronises with the manufacturer's server. There is none."""

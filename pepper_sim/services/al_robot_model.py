@@ -40,7 +40,7 @@ class ALRobotModel(Service):
 
     @remote("s()")
     def getConfig(self) -> str:
-        """Writes the configuration as XML."""
+        """Returns the configuration as XML."""
         lines = [
             f"  <Preference name={quoteattr(key)} value={quoteattr(text)}/>" for key, text in IDENTITY_KEYS.items()
         ]

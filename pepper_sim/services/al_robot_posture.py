@@ -15,9 +15,9 @@ from pepper_sim.services.al_memory import ALMemory
 
 FAMILIES = {"Stand": "Standing", "StandInit": "Standing", "StandZero": "Standing", "Crouch": "Crouching"}
 _TOLERANCE = 0.15
-"""A posture is recognised, and reached, when every joint but the hands is within this angle [rad]."""
+"""A posture is recognised, and counts as reached, when every joint but the hands is within this angle [rad]."""
 _SPEED_SHARE = 0.4
-"""Share of the joints' top speed at goToPosture's speed 1: fast, and still upright on three wheels."""
+"""Fraction of the joints' top speed at goToPosture's speed 1: fast, but the robot does not tip over."""
 _MAX_TRIES = 10
 
 
@@ -46,12 +46,12 @@ class ALRobotPosture(Module):
 
     @remote("s()")
     def getPosture(self) -> str:
-        """Names the posture the robot has, or "Unknown"."""
+        """Returns the posture of the robot, or "Unknown"."""
         return recognise(self._robot.snapshot().joint_positions)
 
     @remote("s()")
     def getPostureFamily(self) -> str:
-        """Names the family of the posture the robot has, or "Unknown"."""
+        """Returns the family of the robot's posture, or "Unknown"."""
         return FAMILIES.get(self.getPosture(), "Unknown")
 
     @remote("b(sf)")
@@ -94,12 +94,12 @@ class ALRobotPosture(Module):
 
 
 def has_posture(angles: Mapping[str, float], posture: Mapping[str, float]) -> bool:
-    """Whether all joints but the hands are where the posture wants them."""
+    """Whether all joints but the hands have the posture's angles."""
     return all(abs(angles[joint] - angle) <= _TOLERANCE for joint, angle in posture.items() if joint not in HANDS)
 
 
 def recognise(angles: Mapping[str, float]) -> str:
-    """The first posture of these joint angles, or "Unknown"."""
+    """Return the first posture that has these joint angles, or "Unknown"."""
     return next((name for name, posture in POSTURES.items() if has_posture(angles, posture)), "Unknown")
 
 

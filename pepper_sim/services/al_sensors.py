@@ -1,4 +1,4 @@
-"""ALSensors: the extractor behind touch and bumper events, which `body_events` raises."""
+"""ALSensors: the events of touch sensors and bumpers, which `pepper_sim.naoqi.body_events` raises."""
 
 from __future__ import annotations
 

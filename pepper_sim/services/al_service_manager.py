@@ -57,7 +57,7 @@ class ALServiceManager(Service):
 
     @remote("b(s)")
     def stopService(self, name: str) -> bool:
-        """Stops a client's service: tells so by the signal serviceStopped, on which its program ends itself.
+        """Stops a client's service by the signal serviceStopped, on which its program is expected to end.
 
         False if the service is unknown or the robot's own.
         """

@@ -1,7 +1,7 @@
 """ALSonar: events of near obstacles.
 
-The distances themselves are in ALMemory, fresh at any time: on Pepper the base's own protection keeps the sonars
-switched on. The left and right of the event names are those of NAO's two sonars; Pepper's front sonar raises both.
+The distances are always up to date in ALMemory: on Pepper the collision protection of the base keeps the sonars on.
+Left and right in the event names refer to NAO's two sonars; Pepper's front sonar raises both.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
 
 NEAR = 0.5
-"""An obstacle nearer than this is detected [m] (NAOqi 2.8 documentation, sonar)."""
+"""An obstacle closer than this raises an event [m] (NAOqi 2.8 documentation, sonar)."""
 _PERIOD = 0.1
 
 

@@ -1,4 +1,4 @@
-"""ALSoundDetection: settings are kept; no sound is ever detected."""
+"""ALSoundDetection: settings are stored; no sound is ever detected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ALSoundLocalization: settings are kept; no sound is ever located."""
+"""ALSoundLocalization: settings are stored; no sound is ever located."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pepper_sim.naoqi.sound_extractor import SoundExtractor
 
 
 class ALSoundLocalization(SoundExtractor):
-    """Says where noises come from."""
+    """Locates noises."""
 
     name = "ALSoundLocalization"
     events = ("ALSoundLocalization/SoundLocated", "ALSoundLocalization/SoundsLocated")

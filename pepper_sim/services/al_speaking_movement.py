@@ -17,7 +17,7 @@ class ALSpeakingMovement(AutonomousAbility):
 
     @remote("v(s)")
     def setMode(self, mode: str) -> None:
-        """Chooses "random" or "contextual" gestures."""
+        """Sets "random" or "contextual" gestures."""
         self._mode = one_of(mode, ("random", "contextual"), "mode")
 
     @remote("s()")
@@ -27,8 +27,8 @@ class ALSpeakingMovement(AutonomousAbility):
 
     @remote("v(m)")
     def addTagsToWords(self, tagsToWords: dict) -> None:
-        """Teaches which words go with which gestures. Ignored."""
+        """Assigns gestures to words. Ignored."""
 
     @remote("v()")
     def resetTagsToWords(self) -> None:
-        """Forgets which words go with which gestures."""
+        """Removes the assignments of gestures to words."""

@@ -1,4 +1,4 @@
-"""ALSpeechRecognition: settings are kept; there is no recogniser, so no word is ever heard."""
+"""ALSpeechRecognition: settings are stored; there is no recogniser, so no word is ever recognised."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ALSpeechRecognition(Extractor):
 
     @remote("v(s)")
     def setLanguage(self, languageName: str) -> None:
-        """Chooses the language."""
+        """Sets the language."""
         self._language = one_of(languageName, LANGUAGES, "languageName")
 
     @remote("s()")
@@ -56,17 +56,17 @@ class ALSpeechRecognition(Extractor):
 
     @remote("v(b)")
     def setAudioExpression(self, setOrNot: bool) -> None:
-        """Switches the sound at the begin of listening."""
+        """Switches the sound at the beginning of listening on or off."""
         self._audio_expression = setOrNot
 
     @remote("b()")
     def getAudioExpression(self) -> bool:
-        """Whether the sound at the begin of listening is on."""
+        """Whether the sound at the beginning of listening is on."""
         return self._audio_expression
 
     @remote("v(b)")
     def setVisualExpression(self, setOrNot: bool) -> None:
-        """Switches the eyes' light while listening."""
+        """Switches the LEDs of the eyes while listening on or off."""
         self._visual_expression = setOrNot
 
     @remote("v(sm)")
@@ -81,5 +81,5 @@ class ALSpeechRecognition(Extractor):
 
     @remote("v()")
     def removeAllContext(self) -> None:
-        """Forgets all grammars."""
+        """Removes all grammars."""
         self._vocabulary = []

@@ -1,4 +1,4 @@
-"""ALSystem: name, version, time zone, memory of the robot's computer."""
+"""ALSystem: name, version, time zone and RAM of the robot's computer."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ZONE_FILE = Path("/etc/timezone")
 
 
 class ALSystem(Service):
-    """Facts of the robot's computer."""
+    """Reports on the robot's computer."""
 
     name = "ALSystem"
 
@@ -41,7 +41,7 @@ class ALSystem(Service):
 
     @remote("b(s)")
     def setRobotName(self, name: str) -> bool:
-        """Names the robot; false for a name that cannot be a host's."""
+        """Names the robot; false for a name that is not a valid host name."""
         if not 0 < len(name) <= _MAX_NAME or not all(char.isalnum() or char in "-_" for char in name):
             return False
         self._robot_name = name
@@ -62,32 +62,32 @@ class ALSystem(Service):
 
     @remote("b(s)")
     def setTimezone(self, timezone: str) -> bool:
-        """Sets the time zone; that of the machine is left alone: false."""
+        """Sets the time zone. The machine's time zone is not changed: false."""
         return False
 
     @remote("i()")
     def freeMemory(self) -> int:
-        """Returns the free memory [kB]."""
+        """Returns the free RAM [kB]."""
         return _meminfo("MemAvailable")
 
     @remote("i()")
     def totalMemory(self) -> int:
-        """Returns all memory [kB]."""
+        """Returns the total RAM [kB]."""
         return _meminfo("MemTotal")
 
     @remote("v()")
     def reboot(self) -> None:
-        """Restarts the robot. A simulated one is restarted where it was started."""
+        """Restarts the robot. Refused: a simulated robot is restarted where it was started."""
         raise ServiceError("a simulated robot cannot be rebooted from here")
 
     @remote("v()")
     def shutdown(self) -> None:
-        """Switches the robot off. A simulated one is ended where it was started."""
+        """Switches the robot off. Refused: a simulated robot is ended where it was started."""
         raise ServiceError("a simulated robot cannot be shut down from here")
 
 
 def _meminfo(field: str) -> int:
-    """A line of /proc/meminfo [kB], at most what an int32 holds."""
+    """Read a line of /proc/meminfo [kB], limited to an int32."""
     for line in Path("/proc/meminfo").read_text().splitlines():
         if line.startswith(field + ":"):
             return min(int(line.split()[1]), 2**31 - 1)

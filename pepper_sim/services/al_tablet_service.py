@@ -1,8 +1,8 @@
 """ALTabletService: the tablet on the chest.
 
-Pages and pictures are shown by `pepper_sim.tablet.tablet.Tablet`. What an Android box would add (Wi-Fi, keyboards,
-dialogs, videos) answers as a tablet on which nobody types and no video player is installed. Source: NAOqi 2.8
-documentation, ALTabletService; signatures as a robot's metaobject shows them.
+Pages and pictures are shown by `pepper_sim.tablet.tablet.Tablet`. What Android adds (Wi-Fi, keyboards, dialogs, videos)
+answers like a tablet on which nobody types and no video player is installed. Source: NAOqi 2.8 documentation,
+ALTabletService; signatures from a robot's metaobject.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 _DEFAULT_SCALE = 1.34
 _ROBOT_SEEN_FROM_TABLET = "198.18.0.1"
 _NO_MAC_ADDRESS = "02:00:00:00:00:00"
-"""What Android answers to programs that may not know."""
+"""What Android returns to programs without permission."""
 _WIFI_SECURITY = ("open", "wep", "wpa")
 
 
@@ -64,7 +64,7 @@ class ALTabletService(Service):
 
     @remote("b(s)")
     def loadUrl(self, url: str) -> bool:
-        """Loads a page into the web view, shown or not; false when the address cannot be loaded."""
+        """Loads a page into the web view, shown or not; false if the address is not http or https."""
         return bool(self._tablet.load_url(url))
 
     @remote("b()", "b(s)")
@@ -94,7 +94,7 @@ class ALTabletService(Service):
 
     @remote("v(s)")
     def executeJS(self, script: str) -> None:
-        """Runs a script in the page. The simulated web view has no script engine: ignored, with a line in the log."""
+        """Runs a script in the page. Ignored with a warning: the simulated web view has no script engine."""
         log.warning("executeJS is ignored: the simulated web view runs no script")
 
     @remote("b(s)")
@@ -109,24 +109,24 @@ class ALTabletService(Service):
 
     @remote("v(f)")
     def setOnTouchWebviewScaleFactor(self, scale: float) -> None:
-        """Sets the web view's scale. Kept."""
+        """Sets the web view's scale. Stored only."""
         self._scale = within(scale, 0.1, 10.0, "scale")
 
     # --- pictures ----------------------------------------------------------------------------------------------------
 
     @remote("b(s)")
     def showImage(self, url: str) -> bool:
-        """Shows a picture over everything else; false when the address cannot be loaded."""
+        """Shows a picture over everything else; false if the address is not http or https."""
         return bool(self._tablet.show_image(url))
 
     @remote("b(s)")
     def showImageNoCache(self, url: str) -> bool:
-        """Shows a picture, fetched anew. Pictures are always fetched."""
+        """Shows a picture without using the cache. There is none."""
         return bool(self._tablet.show_image(url))
 
     @remote("b(s)")
     def preLoadImage(self, url: str) -> bool:
-        """Fetches a picture for later. There is no cache to put it in: true when the address looks right."""
+        """Fetches a picture for later. There is no cache: only checks the address."""
         return url.startswith(("http://", "https://"))
 
     @remote("v()")
@@ -144,13 +144,13 @@ class ALTabletService(Service):
 
     @remote("v()")
     def hide(self) -> None:
-        """Hides picture and web view."""
+        """Hides the picture and the web view."""
         self._tablet.hide_image()
         self._tablet.hide_webview()
 
     @remote("b(s)")
     def setBackgroundColor(self, color: str) -> bool:
-        """Sets the colour behind pictures, "#RRGGBB"; false when it is not one."""
+        """Sets the colour behind pictures, "#RRGGBB"; false for any other text."""
         if not re.fullmatch(r"#[0-9A-Fa-f]{6}", color):
             return False
         self._tablet.set_background(color)
@@ -192,11 +192,11 @@ class ALTabletService(Service):
 
     @remote("v(ssss)", "v(ssssi)", "v(sssssi)")
     def showInputDialog(self, type: str, title: str, ok: str, cancel: str, value: Any = "", limit: Any = 0) -> None:
-        """Asks the user for text. Nobody answers."""
+        """Prompts the user for text. Nobody answers."""
 
     @remote("v(sss)", "v(ssssi)")
     def showInputTextDialog(self, title: str, ok: str, cancel: str, value: str = "", limit: int = 0) -> None:
-        """Asks the user for text. Nobody answers."""
+        """Prompts the user for text. Nobody answers."""
 
     @remote("v()")
     def hideDialog(self) -> None:
@@ -204,7 +204,7 @@ class ALTabletService(Service):
 
     @remote("v(fsi)")
     def showAlertView(self, opacity: float, color: str, delay: int) -> None:
-        """Lays a colour over the screen for a time [ms]. Not shown."""
+        """Covers the screen with a colour for a time [ms]. Ignored."""
 
     # --- network -----------------------------------------------------------------------------------------------------
 
@@ -220,7 +220,7 @@ class ALTabletService(Service):
 
     @remote("v()")
     def disableWifi(self) -> None:
-        """Switches the tablet's Wi-Fi off. Pages load all the same: they come over the machine's own network."""
+        """Switches the tablet's Wi-Fi off. Pages still load, over this machine's own network."""
         self._set_wifi(False)
 
     @remote("b(s)")
@@ -237,13 +237,13 @@ class ALTabletService(Service):
 
     @remote("b(sss)")
     def configureWifi(self, security: str, ssid: str, key: str) -> bool:
-        """Makes a network known; security is "open", "wep" or "wpa". The key is not kept."""
+        """Configures a network; security is "open", "wep" or "wpa". The key is not stored."""
         one_of(security, _WIFI_SECURITY, "security")
         return True
 
     @remote("b(s)")
     def forgetWifi(self, ssid: str) -> bool:
-        """Forgets a network; none is kept: false."""
+        """Forgets a network; none is stored: false."""
         return False
 
     @remote("s()")
@@ -256,7 +256,7 @@ class ALTabletService(Service):
         """Returns the robot's address as seen from the tablet."""
         return _ROBOT_SEEN_FROM_TABLET
 
-    # --- the box -----------------------------------------------------------------------------------------------------
+    # --- device ------------------------------------------------------------------------------------------------------
 
     @remote("f()")
     def getBrightness(self) -> float:
@@ -265,13 +265,13 @@ class ALTabletService(Service):
 
     @remote("b(f)")
     def setBrightness(self, brightness: float) -> bool:
-        """Sets the brightness, 0 to 1. Kept."""
+        """Sets the brightness, 0 to 1. Stored only."""
         self._brightness = within(brightness, 0.0, 1.0, "brightness")
         return True
 
     @remote("v(b)")
     def turnScreenOn(self, enable: bool) -> None:
-        """Switches the screen. Off hides everything."""
+        """Switches the screen on or off. Off hides everything."""
         if not enable:
             self.hide()
 
@@ -286,18 +286,18 @@ class ALTabletService(Service):
 
     @remote("v()")
     def resetTablet(self) -> None:
-        """Starts Android's interface afresh: nothing is shown."""
+        """Restarts Android's user interface: nothing is shown."""
         self.hide()
 
     @remote("b(i)")
     def setVolume(self, volume: int) -> bool:
-        """Sets the tablet's own volume, 0 to 15. Documented to answer false always."""
+        """Sets the tablet's own volume, 0 to 15. According to the documentation it always returns false."""
         within(volume, 0, 15, "volume")
         return False
 
     @remote("b(s)")
     def setTabletLanguage(self, language: str) -> bool:
-        """Sets the language of Android's own texts. There are none: true."""
+        """Sets the language of Android. It shows no text of its own: true."""
         return True
 
     @remote("[s]()")
@@ -307,7 +307,7 @@ class ALTabletService(Service):
 
     @remote("b(s)")
     def setKeyboard(self, keyboardId: str) -> bool:
-        """Chooses a keyboard; there is none: false."""
+        """Sets the keyboard; there is none: false."""
         return False
 
     @remote("s()")

@@ -1,7 +1,7 @@
-r"""ALTextToSpeech: saying texts, one after the other, in real time. What was said last is kept on the robot's disk.
+r"""ALTextToSpeech: says texts, one after the other, in real time. The last one is recorded on the robot's disk.
 
-Texts may hold the engine's tags: \rspd=80\ speed [%], \vct=120\ pitch [%], \vol=50\ loudness [%], \pau=500\ pause [ms],
-\rst\ back to the defaults; others are dropped. The last value of each tag holds for the whole text.
+Texts may contain the engine's tags: \rspd=80\ speed [%], \vct=120\ pitch [%], \vol=50\ loudness [%], \pau=500\ pause
+[ms], \rst\ back to the defaults; others are dropped. The last value of each tag applies to the whole text.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _INITIAL_VALUES: dict[str, Any] = {
     "PositionOfCurrentWord": 0,
     "Status": [0, "done"],
 }
-"""Event -> its value before anything was said."""
+"""Event -> its value before the first text."""
 
 
 class ALTextToSpeech(Module):
@@ -81,7 +81,7 @@ class ALTextToSpeech(Module):
 
     @remote("v(s)", "v(ss)")
     def say(self, stringToSay: str, language: str = "") -> concurrent.futures.Future | None:
-        """Says a text, optionally in another language; ends when it has been said or was interrupted."""
+        """Says a text, optionally in another language; ends when it has been said or is interrupted."""
         voice = LANGUAGES[one_of(language or self._language, LANGUAGES, "language")][1]
         return self.speak(stringToSay, voice)
 
@@ -94,23 +94,23 @@ class ALTextToSpeech(Module):
 
     @remote("v()")
     def stopAll(self) -> None:
-        """Falls silent: ends what is said and what waits."""
+        """Stops the text being said and all that wait."""
         self._voice.stop()
 
     def speak(self, text: str, voice: str | None = None) -> concurrent.futures.Future | None:
-        """For the other services: queue a text; done when said. None when there is nothing to say."""
+        """Queue a text, for other services; the future is done when it has been said. None for an empty text."""
         text, style = self._prepare(text, voice or LANGUAGES[self._language][1])
         if not text.strip():
             return None
         if self._voice.waiting() >= MAX_QUEUE:
-            raise ServiceError(f"{MAX_QUEUE} texts are waiting already")
+            raise ServiceError(f"{MAX_QUEUE} texts are already waiting")
         return chained(self._voice.say(text, style), lambda _: None)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
     @remote("v(s)")
     def setLanguage(self, pLanguage: str) -> None:
-        """Chooses the language."""
+        """Sets the language."""
         self._language = one_of(pLanguage, LANGUAGES, "pLanguage")
         self.languageTTS(pLanguage)
 
@@ -131,7 +131,7 @@ class ALTextToSpeech(Module):
 
     @remote("s()", "s(s)")
     def locale(self, language: str = "") -> str:
-        """Returns the locale of a language, by default the present one."""
+        """Returns the locale of a language, by default the current one."""
         return LANGUAGES[one_of(language or self._language, LANGUAGES, "language")][0]
 
     @remote("v(f)")
@@ -157,12 +157,12 @@ class ALTextToSpeech(Module):
 
     @remote("v()")
     def resetSpeed(self) -> None:
-        """Speaks at the default speed again."""
+        """Resets the speed to its default."""
         self._parameters["speed"] = 100.0
 
     @remote("v(s)")
     def setVoice(self, pVoiceID: str) -> None:
-        """Chooses a voice; there is one."""
+        """Sets the voice; there is only one."""
         one_of(pVoiceID, self.getAvailableVoices(), "pVoiceID")
 
     @remote("s()")
@@ -177,22 +177,22 @@ class ALTextToSpeech(Module):
 
     @remote("v(b)")
     def enableNotifications(self, enable: bool = True) -> None:
-        """Switches the events of this service. They are always raised."""
+        """Switches the events of this service on or off. Ignored: they are always raised."""
 
     @remote("b(ssss)", "b(ssssi)")
     def addToDictionary(self, type: str, word: str, priority: str, phonetic: str, accent: int = 0) -> bool:
-        """Teaches how a word is spoken. There is no dictionary: false."""
+        """Adds the pronunciation of a word. There is no dictionary: false."""
         return False
 
     @remote("b(s)")
     def deleteFromDictionary(self, word: str) -> bool:
-        """Forgets how a word is spoken; none is known: false."""
+        """Removes the pronunciation of a word; none is known: false."""
         return False
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _prepare(self, text: str, voice: str) -> tuple[str, SpeechStyle]:
-        """The text without tags, and the style they and the settings ask for."""
+        """Return the text without tags, and the style that tags and settings specify."""
         if len(text) > MAX_TEXT:
             raise ServiceError(f"the text has {len(text)} characters; at most {MAX_TEXT} can be said at once")
         shift = self._parameters["pitchShift"]
@@ -233,7 +233,7 @@ class ALTextToSpeech(Module):
 
 
 def _apply(style: SpeechStyle, default: SpeechStyle, tag: str, value: str) -> SpeechStyle:
-    """The style after a tag."""
+    """Return the style after a tag."""
     if tag == "rst":
         return default
     if not value.strip().isdigit():

@@ -8,7 +8,7 @@ from pepper_sim.robot import Pepper
 
 
 class ALTouch(Module):
-    """State of the touch sensors and bumpers."""
+    """Reports which touch sensors and bumpers are pressed."""
 
     name = "ALTouch"
 

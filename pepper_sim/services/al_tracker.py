@@ -1,6 +1,6 @@
-"""ALTracker: following a target. The robot has no eye for targets here: it starts, finds nothing, and says so.
+"""ALTracker: following a target. Targets are not detected: tracking starts and reports the target as lost.
 
-`lookAt` and `pointAt` need no target to be seen and turn the head and arm.
+`lookAt` needs no target and turns the head.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TARGETS = ("Face", "LandMark", "LandMarks", "People", "RedBall", "Sound")
 
 
 class ALTracker(Module):
-    """Keeps the settings of tracking; looks and points at given places."""
+    """Stores the settings of tracking; turns the head to given points."""
 
     name = "ALTracker"
 
@@ -42,10 +42,10 @@ class ALTracker(Module):
     def lookAt(
         self, position: list[float], frame: int, fractionMaxSpeed: float, useWholeBody: bool = False
     ) -> concurrent.futures.Future:
-        """Turns the head to a place [x, y, z] in frame 0 torso, 1 world or 2 robot; ends when it looks there."""
+        """Turns the head to a point [x, y, z] in frame 0 torso, 1 world or 2 robot; ends when it looks there."""
         if not 0.0 < fractionMaxSpeed <= 1.0:
             raise ServiceError(f"fractionMaxSpeed must be above 0 and at most 1, got {fractionMaxSpeed:g}")
-        x, y, z = self._seen_from_neck(position, frame)
+        x, y, z = self._relative_to_neck(position, frame)
         angles = {"HeadYaw": math.atan2(y, x), "HeadPitch": -math.atan2(z, math.hypot(x, y))}
         return self._joints.go(angles, fractionMaxSpeed, "lookAt")
 
@@ -58,12 +58,12 @@ class ALTracker(Module):
 
     @remote("v(s)")
     def trackEvent(self, pEventName: str) -> None:
-        """Starts to follow what an event tells."""
+        """Starts to follow the target of an event."""
         self._target = pEventName
 
     @remote("v()")
     def stopTracker(self) -> None:
-        """Ends following."""
+        """Stops following."""
         self._target = ""
 
     @remote("b()")
@@ -73,39 +73,39 @@ class ALTracker(Module):
 
     @remote("b()")
     def isTargetLost(self) -> bool:
-        """Whether the target is out of sight: always, while one is followed."""
+        """Whether the target is lost: always, while one is followed."""
         return bool(self._target)
 
     @remote("b()")
     def isNewTargetDetected(self) -> bool:
-        """Whether a target has been seen since the last call: no."""
+        """Whether a target has been detected since the last call: no."""
         return False
 
     @remote("s()")
     def getActiveTarget(self) -> str:
-        """Names the followed target, or ""."""
+        """Returns the followed target, or ""."""
         return self._target
 
     @remote("[f](i)")
     def getTargetPosition(self, pFrame: int) -> list[float]:
-        """Where the target is; unknown: []."""
+        """Returns the target's position; unknown: []."""
         one_of(pFrame, FRAME_LINKS, "pFrame")
         return []
 
     @remote("v(sm)")
     def registerTarget(self, pTarget: str, pParams: Any) -> None:
-        """Makes a target known."""
+        """Registers a target."""
         self._registered[one_of(pTarget, TARGETS, "pTarget")] = pParams
 
     @remote("v(s)")
     def unregisterTarget(self, pTarget: str) -> None:
-        """Forgets a target."""
+        """Removes a target."""
         if self._registered.pop(pTarget, None) is None:
             raise ServiceError(f"target '{shown(pTarget)[1:-1]}' is not registered")
 
     @remote("v()")
     def unregisterAllTargets(self) -> None:
-        """Forgets all targets."""
+        """Removes all targets."""
         self._registered.clear()
         self._target = ""
 
@@ -126,27 +126,27 @@ class ALTracker(Module):
 
     @remote("v(s)")
     def setMode(self, pMode: str) -> None:
-        """Chooses what follows the target."""
+        """Sets which parts of the body follow the target."""
         self._mode = one_of(pMode, MODES, "pMode")
 
     @remote("s()")
     def getMode(self) -> str:
-        """Returns what follows the target."""
+        """Returns which parts of the body follow the target."""
         return self._mode
 
     @remote("[s]()")
     def getAvailableModes(self) -> list[str]:
-        """Lists what may follow a target."""
+        """Lists the modes."""
         return list(MODES)
 
     @remote("v(s)")
     def setEffector(self, pEffector: str) -> None:
-        """Chooses what points at the target."""
+        """Sets which arm points at the target."""
         self._effector = one_of(pEffector, ("None", "Arms", "LArm", "RArm"), "pEffector")
 
     @remote("s()")
     def getEffector(self) -> str:
-        """Returns what points at the target."""
+        """Returns which arm points at the target."""
         return self._effector
 
     @remote("v(m)")
@@ -163,17 +163,17 @@ class ALTracker(Module):
 
     @remote("v(f)")
     def setMaximumDistanceDetection(self, pMaxDistance: float) -> None:
-        """Sets how far targets may be [m]. Kept."""
+        """Sets the range of detection [m]. Stored only."""
         self._max_distance = pMaxDistance
 
     @remote("f()")
     def getMaximumDistanceDetection(self) -> float:
-        """Returns how far targets may be [m]."""
+        """Returns the range of detection [m]."""
         return self._max_distance
 
     @remote("v(b)")
     def toggleSearch(self, pSearch: bool) -> None:
-        """Switches the search for a lost target."""
+        """Switches the search for a lost target on or off."""
         self._search = pSearch
 
     @remote("b()")
@@ -181,8 +181,8 @@ class ALTracker(Module):
         """Whether a lost target is searched for."""
         return self._search
 
-    def _seen_from_neck(self, position: list[float], frame: int) -> np.ndarray:
-        """A place relative to the neck joint, in the torso's axes [m]."""
+    def _relative_to_neck(self, position: list[float], frame: int) -> np.ndarray:
+        """Return a point relative to the neck joint, in the torso's axes [m]."""
         one_of(frame, FRAME_LINKS, "frame")
         if len(position) != 3:
             raise ServiceError(f"position must be [x, y, z], got {len(position)} numbers")

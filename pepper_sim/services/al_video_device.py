@@ -1,15 +1,16 @@
 """ALVideoDevice: the cameras.
 
-A client subscribes for a camera, a size, a colour space and a rate, and then asks for pictures:
+A client subscribes to a camera with a size, a colour space and a rate, and then requests pictures:
 
     getImageRemote -> [width, height, layers, colour space, seconds, microseconds, pixels (raw), camera,
                        left, top, right, bottom angle [rad]]
 
-Each call waits for a picture that this subscriber has not had, at most about a period; the time stamp is the instant
-shown. A client that dies leaves its subscription behind, as on the robot; it ends after five minutes without a call.
-Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as ros-naoqi/naoqi_driver checks them.
+Each call waits for a picture that this subscriber has not received yet, at most about a period; the time stamp is the
+time at which it was taken. A client that dies leaves its subscription behind, as on the robot; it ends after five
+minutes without a call. Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as
+ros-naoqi/naoqi_driver checks them.
 
-The service runs on `raw_server.RawServer`, which can answer a list with raw and int32 in it; its methods may block.
+The service runs on `raw_server.RawServer`, which can send a list that holds raw data and int32; its methods may block.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
 from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
 from pepper_sim.robot import Pepper
-from pepper_sim.services.al_memory import split_stamp
 
 log = logging.getLogger(__name__)
 
 MAX_INSTANCES = 8
 """Subscriptions that may share a name; the next one is refused."""
 FORGET_AFTER = 300.0
-"""A subscription that was not used for so long [s] ends."""
+"""A subscription that is not used for this long [s] ends."""
 _CLEANUP_PERIOD = 1.0
 
 
@@ -82,7 +83,7 @@ class ALVideoDevice(Module):
 
     @remote("s(siiii)")
     def subscribeCamera(self, name: str, cameraIndex: int, resolution: int, colorSpace: int, fps: int) -> str:
-        """Subscribes to a camera and returns the handle for the other calls; "" when that is not possible."""
+        """Subscribes to a camera and returns the handle for the other calls; "" if that is not possible."""
         return self._subscribe(name, [(cameraIndex, resolution, colorSpace)], fps)
 
     @remote("s(s[i][i][i]i)")
@@ -101,13 +102,13 @@ class ALVideoDevice(Module):
 
     @remote("b(s)")
     def unsubscribe(self, nameId: str) -> bool:
-        """Ends a subscription; false when there is none of that handle."""
+        """Ends a subscription; false if the handle is unknown."""
         with self._lock:
             return self._subscriptions.pop(nameId, None) is not None
 
     @remote("b(s)")
     def unsubscribeAllInstances(self, id: str) -> bool:
-        """Ends all subscriptions made under a name; false when there is none."""
+        """Ends all subscriptions under a name; false if there is none."""
         with self._lock:
             handles = [handle for handle, known in self._subscriptions.items() if id in (handle, known.name)]
             for handle in handles:
@@ -124,7 +125,7 @@ class ALVideoDevice(Module):
 
     @remote("m(s)")
     def getImageRemote(self, name: str) -> list | None:
-        """Returns the next picture of a subscription; None for an unknown handle or when the camera is shut."""
+        """Returns the next picture of a subscription; None for an unknown handle or a closed camera."""
         subscription = self._use(name)
         return self._image(subscription, subscription.views[0]) if subscription is not None else None
 
@@ -136,12 +137,12 @@ class ALVideoDevice(Module):
 
     @remote("m(s)")
     def getDirectRawImageRemote(self, name: str) -> list | None:
-        """Returns the next picture in the camera's native form; here that of the subscription."""
+        """Returns the next picture in the camera's native format; here in the subscription's format."""
         return self.getImageRemote(name)
 
     @remote("m(s)")
     def getImageLocal(self, name: str) -> None:
-        """Hands out a pointer; only for modules in the robot's own process."""
+        """Returns a pointer; only for modules in the robot's own process."""
         raise ServiceError("can only be called by a module on the robot; use getImageRemote")
 
     @remote("b(s)")
@@ -241,7 +242,7 @@ class ALVideoDevice(Module):
         return ""
 
     def _problem(self, name: str, wanted: list[tuple[int, int, int]], fps: int) -> str | None:
-        """Why a subscription is not possible. A robot answers an empty handle and writes the reason to its log."""
+        """Return why a subscription is not possible. A robot returns an empty handle and logs the reason."""
         if not name or len(name) > 200:
             return "a name of 1 to 200 characters is needed"
         if fps < 1:
@@ -279,7 +280,7 @@ class ALVideoDevice(Module):
         camera = view.camera
         if not self.settings.is_open(camera):
             return None
-        with subscription.lock:  # two calls under one handle get two pictures
+        with subscription.lock:  # two calls with one handle get two pictures
             flips = self.settings.parameters[camera.index].flips
             key = (camera.name, view.resolution, subscription.fps, *flips)
             image = self._streams.read(camera, key, view.space, view.cursor)

@@ -1,4 +1,4 @@
-"""LogManager: the robot's log, for listeners. What this simulator logs is what the robot logs.
+"""LogManager: sends the robot's log to listeners; the robot's log is this simulator's log.
 
 A message is a structure of source, level (1 fatal to 6 debug), time, category, location, text, number and two dates, as
 in libqicore (BSD-3-Clause) `qicore/logmessage.hpp`.
@@ -15,7 +15,7 @@ from typing import Any
 import qi
 
 from pepper_sim.naoqi.service import Service, remote, within
-from pepper_sim.services.al_memory import split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
 
 _MESSAGE = (
     "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"
@@ -29,7 +29,7 @@ _LOGGER = "pepper_sim"
 
 @qi.multiThreaded()
 class _Listener:
-    """What getListener answers; its signal fires with every message up to its level."""
+    """What getListener returns; its signals fire with every message up to its level."""
 
     def __init__(self) -> None:
         self._level = _INFO
@@ -46,11 +46,11 @@ class _Listener:
 
     @qi.bind(qi.Void, (qi.String, qi.Int32))
     def addFilter(self, category: str, level: int) -> None:
-        """Filters are not kept: every category is told."""
+        """Ignored: every category is sent."""
 
     @qi.bind(qi.Void, ())
     def clearFilters(self) -> None:
-        """There are none."""
+        """Ignored: there are no filters."""
 
     @qi.nobind
     def report(self, message: tuple) -> None:
@@ -60,7 +60,7 @@ class _Listener:
 
 
 class _Handler(logging.Handler):
-    """Passes Python's log records on."""
+    """Passes on Python's log records."""
 
     def __init__(self, report: Any) -> None:
         super().__init__(logging.INFO)
@@ -71,12 +71,12 @@ class _Handler(logging.Handler):
             level = next(number for least, number in _QI_LEVELS if record.levelno >= least)
             source = f"{record.filename}:{record.funcName}:{record.lineno}"
             self._report(level, source, record.name, record.getMessage(), record.created)
-        except Exception:
+        except Exception:  # the contract of logging.Handler: an error while logging must not reach the caller
             self.handleError(record)
 
 
 class LogManager(Service):
-    """Collects log messages and tells them to listeners."""
+    """Collects log messages and sends them to listeners."""
 
     name = "LogManager"
 
@@ -96,7 +96,7 @@ class LogManager(Service):
 
     @remote("v([m])")
     def log(self, message: list) -> None:
-        """Takes messages of a provider; each is a structure as listeners get it."""
+        """Accepts messages from a provider; each is a structure as listeners receive it."""
         for item in message:
             fields = list(item.values()) if isinstance(item, dict) else item
             if isinstance(fields, list | tuple) and len(fields) >= 6:
@@ -118,16 +118,16 @@ class LogManager(Service):
 
     @remote("i(o)")
     def addProvider(self, provider: Any) -> int:
-        """Takes a source of messages; returns its number. Providers call log() by themselves."""
+        """Registers a source of messages and returns its number. Providers call log() by themselves."""
         return next(self._providers)
 
     @remote("v(i)")
     def removeProvider(self, providerId: int) -> None:
-        """Forgets a source of messages."""
+        """Removes a source of messages."""
 
     def _report(self, level: int, source: str, category: str, text: str, created: float) -> None:
         if getattr(self._reporting, "busy", False):
-            return  # a listener's own trouble is not told to listeners
+            return  # what goes wrong while sending to listeners is not sent to listeners
         self._reporting.busy = True
         try:
             nanoseconds = int(created * 1e9)

@@ -1,1 +1,1 @@
-"""What the robot plays, says and hears. No NAOqi words."""
+"""The robot's loudspeaker, voice and microphones, and the sounds in its room. No NAOqi words."""

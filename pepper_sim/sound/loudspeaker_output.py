@@ -1,4 +1,4 @@
-"""What the simulated loudspeaker plays, where a person can hear it: a sound device, a WAV file."""
+"""Plays what the simulated loudspeaker plays on a sound device, and records it into a WAV file."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ log = logging.getLogger(__name__)
 
 RATE = 48000
 PERIOD = 0.01
-"""Seconds of sound in one piece: what it adds to the delay."""
+"""Seconds of sound in one block, which is the delay that it adds."""
 LEAD = 0.02
-"""Seconds in advance at the sound device: this thread shares its processor with physics, which may hold it up."""
+"""Seconds of sound kept ahead at the sound device: this thread shares its processor with the physics."""
 PATIENCE = 0.0
-"""Seconds of delay accepted on top, for a busy machine."""
+"""Seconds of additional delay that are accepted on a busy machine."""
 MAX_LAG = 0.5
-"""A longer pause of this process is left out of the sound [s]."""
+"""Longer pauses of this process are cut out of the sound [s]."""
 
 
 class LoudspeakerOutput:
     """Renders a track in real time, from construction until `close`.
 
     Args:
-        track: What is played; see `Loudspeaker.track`.
-        device: See `telepresence.audio.devices`; "none" opens none. A device that is missing is tried again.
+        track: The sound; see `Loudspeaker.track`.
+        device: See `telepresence.audio.devices`; "none" opens none. A missing device is retried.
         record: Everything from the start on, silence included, goes into this WAV file: mono, 48 kHz, 16 bits. It is
-            whole whenever it is read.
+            valid whenever it is read.
     Raises:
         OSError: The file cannot be written.
     """
@@ -86,14 +86,14 @@ class LoudspeakerOutput:
 
     def _end_record(self) -> None:
         if self._file is not None and self._stream is not None:
-            self._file.close()  # it leaves the stream open, which it did not open
+            self._file.close()  # wave does not close a stream that it did not open
             self._stream.close()
         self._file = self._stream = None
 
 
 def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
     path.parent.mkdir(parents=True, exist_ok=True)
-    # Unbuffered: a reader finds everything but the last few milliseconds, and so does who kills this process.
+    # Unbuffered: a reader finds everything but the last few milliseconds, even after this process was killed.
     stream = path.open("wb", buffering=0)
     file = wave.open(stream, "wb")
     file.setnchannels(1)
@@ -104,10 +104,10 @@ def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
 
 
 class _Sink:
-    """Blocks of int16 samples, mono, to a sound device."""
+    """Passes blocks of int16 samples, mono, to a sound device."""
 
     def __init__(self, device: str) -> None:
-        # Loaded only for a robot that shall be heard: a simulator needs no GStreamer.
+        # Imported only if a device is used: the simulator itself needs no GStreamer.
         from telepresence.audio.loudspeaker import Loudspeaker
 
         self._loudspeaker = Loudspeaker(device, RATE, LEAD, PATIENCE, name="loudspeaker of the simulated robot").start()

@@ -1,6 +1,6 @@
-"""Sound in and around the robot: what is played when, and what the microphones hear of it. No NAOqi words.
+"""Sound in and around the robot: what is played when, and what the microphones pick up of it. No NAOqi words.
 
-Time is `time.monotonic()` [s]. Samples are float32, mono, -1 to 1, unless said.
+Time is `time.monotonic()` [s]. Samples are float32, mono, -1 to 1, unless stated otherwise.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 from pepper_sim.body.description import MICROPHONES
 
 HISTORY = 12.0
-"""How long a sound is remembered after its end [s]."""
+"""How long a sound is kept after its end [s]."""
 LOUDSPEAKER_IN_MICROPHONE = 0.3
-"""Share of the loudspeaker's amplitude that reaches the microphones of the same head."""
+"""Fraction of the loudspeaker's amplitude that reaches the microphones in the same head."""
 NOISE_FLOOR = 12.0 / 32768.0
 """Standard deviation of a microphone in a quiet room."""
 FULL_SCALE = 32767.0
@@ -43,9 +43,9 @@ _S = TypeVar("_S", bound=Sound)
 
 
 class Stream(Sound):
-    """A sound that grows at its end: buffers that arrive one after the other and play without a gap.
+    """A sound that is extended at its end: buffers that arrive one after the other and play without a gap.
 
-    What is older than `HISTORY` may be forgotten.
+    Samples older than `HISTORY` may be dropped.
     """
 
     def __init__(self, rate: int, start: float) -> None:
@@ -54,7 +54,7 @@ class Stream(Sound):
         super().__init__(self._buffer[:0], rate, start)
 
     def append(self, samples: np.ndarray) -> None:
-        """Add float32 samples, at most `HISTORY` seconds of them at once."""
+        """Append float32 samples, at most `HISTORY` seconds of them at once."""
         if self._count + len(samples) > len(self._buffer):
             keep = min(self._count, len(self._buffer) - len(samples), int(HISTORY * self.rate))
             self._buffer[:keep] = self._buffer[self._count - keep : self._count]
@@ -66,7 +66,7 @@ class Stream(Sound):
 
 
 class Track:
-    """Sounds on one clock; any number at a time."""
+    """Any number of sounds on one clock."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -77,7 +77,7 @@ class Track:
         return self._add(Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start))
 
     def open(self, rate: int, start: float | None = None) -> Stream:
-        """Add a sound that `extend` makes longer; `start` defaults to now."""
+        """Add an empty sound for `extend`; `start` defaults to now."""
         return self._add(Stream(rate, time.monotonic() if start is None else start))
 
     def extend(self, stream: Stream, samples: np.ndarray) -> None:
@@ -93,20 +93,20 @@ class Track:
         return sound
 
     def cut(self, sound: Sound, at: float | None = None) -> None:
-        """End a sound early."""
+        """End a sound at a time; default now."""
         at = time.monotonic() if at is None else at
         with self._lock:
             keep = max(0, min(len(sound.samples), math.ceil((at - sound.start) * sound.rate)))
             sound.samples = sound.samples[:keep]
 
     def playing(self, at: float | None = None) -> bool:
-        """Whether a sound is on at a time; default now."""
+        """Whether a sound plays at a time; default now."""
         at = time.monotonic() if at is None else at
         with self._lock:
             return any(sound.start <= at < sound.end for sound in self._sounds)
 
     def render(self, start: float, count: int, rate: int) -> np.ndarray:
-        """The sum of all sounds: `count` samples from `start` on at `rate`. Linear interpolation between samples."""
+        """Return the sum of all sounds: `count` samples from `start` on at `rate`, linearly interpolated."""
         mixed = np.zeros(count, np.float32)
         stop = start + count / rate
         with self._lock:
@@ -122,7 +122,7 @@ class Track:
 
 
 class Loudspeaker:
-    """The robot's loudspeaker: a volume, a mute switch, and a track of what came out of it."""
+    """The robot's loudspeaker: a volume, a mute switch, and the track of what it played."""
 
     def __init__(self) -> None:
         self.track = Track()
@@ -135,7 +135,7 @@ class Loudspeaker:
         return self.track.play(self._loud(samples, gain), rate, start)
 
     def extend(self, stream: Stream, samples: np.ndarray) -> None:
-        """Go on with a stream of `track` at the present volume."""
+        """Extend a stream of `track` at the present volume."""
         self.track.extend(stream, self._loud(samples))
 
     def _loud(self, samples: np.ndarray, gain: float = 1.0) -> np.ndarray:
@@ -144,10 +144,10 @@ class Loudspeaker:
 
 
 class Room:
-    """What the microphones hear: the robot's own loudspeaker, `surroundings`, and their own noise.
+    """What the microphones pick up: the robot's own loudspeaker, `surroundings`, and their own noise.
 
     Args:
-        seed: Start of the noise.
+        seed: Seed of the noise.
     """
 
     def __init__(self, loudspeaker: Loudspeaker, seed: int = 0) -> None:
@@ -157,11 +157,11 @@ class Room:
         self._lock = threading.Lock()
 
     def listen(self, start: float, count: int, rate: int) -> np.ndarray:
-        """What the microphones take up.
+        """Return what the microphones pick up.
 
         Returns:
-            (count, 4) int16: rear left, rear right, front left, front right. All hear the same sound and noise of
-            their own; where a sound comes from is not modelled.
+            (count, 4) int16: rear left, rear right, front left, front right. All get the same sound, each with noise of
+            its own; the direction of a sound is not modelled.
         """
         sound = self.surroundings.render(start, count, rate)
         sound += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
@@ -171,12 +171,12 @@ class Room:
 
 
 def sine(frequency: float, duration: float, rate: int, amplitude: float = 1.0) -> np.ndarray:
-    """A sine tone [Hz, s]."""
+    """Return a sine tone of `frequency` [Hz] and `duration` [s], sampled at `rate` [Hz]."""
     return (amplitude * np.sin(2.0 * np.pi * frequency * np.arange(int(duration * rate)) / rate)).astype(np.float32)
 
 
 def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
-    """Write samples as a WAV file of 16 bits.
+    """Write samples as a 16-bit WAV file.
 
     Args:
         samples: (n,) float32 -1 to 1, or (n, channels) int16.
@@ -192,10 +192,10 @@ def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
 
 
 def read_wave(path: Path) -> tuple[np.ndarray, int]:
-    """A WAV file of 16 bits, its channels averaged: (n,) float32 and the rate.
+    """Read a 16-bit WAV file; return the mean of its channels, (n,) float32, and its rate [Hz].
 
     Raises:
-        ValueError: Not such a file.
+        ValueError: It is not such a file.
         OSError: It cannot be read.
     """
     try:

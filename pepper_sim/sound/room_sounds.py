@@ -1,4 +1,4 @@
-"""Sounds in the simulated room that nobody on the wire made: a recording, a tone, a person who speaks."""
+"""Sounds in the simulated room that do not come from the robot: a recording, a tone, a person who speaks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pepper_sim.sound.speech import SpeechStyle, synthesise
 TONE = "tone"
 _TONE = (440.0, 0.1)  # [Hz], amplitude
 _AHEAD = 4.0
-"""Seconds that a repeated sound is prepared before it is heard."""
+"""Seconds of a repeated sound that are prepared in advance."""
 _PERSON = SpeechStyle(voice="en-us", speed=90.0, volume=0.5)
 
 
@@ -24,7 +24,7 @@ class RoomSounds:
     Args:
         background: "" for silence, "tone", or a WAV file that is repeated.
     Raises:
-        ValueError, OSError: The file is none that can be played.
+        ValueError, OSError: The file cannot be played.
     """
 
     def __init__(self, surroundings: Track, background: str = "") -> None:
@@ -42,10 +42,10 @@ class RoomSounds:
         self._thread.start()
 
     def say(self, text: str, loudness: float = 0.5) -> Sound:
-        """A person in the room says a text, from now on; returns at once after the synthesis.
+        """Let a person in the room say a text, starting now; returns after the synthesis, before the end of the text.
 
         Args:
-            loudness: Greatest amplitude at the robot's microphones, 0 to 1.
+            loudness: Peak amplitude at the robot's microphones, 0 to 1.
         """
         samples, rate = synthesise(text, _PERSON)
         peak = float(np.abs(samples).max(initial=1e-9))

@@ -1,4 +1,4 @@
-"""Speech: text to samples by espeak-ng, and a voice that says one text after the other in real time. No NAOqi words."""
+"""Speech: text to samples with espeak-ng, and a voice that says texts one by one in real time. No NAOqi words."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 SPEAKER = "espeak-ng"
 WORDS_PER_MINUTE = 175
-"""espeak-ng's own default; speed 100 %."""
+"""espeak-ng's default, which is a speed of 100 %."""
 _SYNTHESIS_TIMEOUT = 20.0
 _SILENT_RATE = 16000
 MIN_SPEED, MAX_SPEED = 20.0, 400.0
@@ -43,7 +43,7 @@ class SpeechStyle:
 
 @dataclass
 class Utterance:
-    """A text in the queue; `future` is done when it has been said: true, or false when it was interrupted."""
+    """A text in the queue; `future` is done when it has been said (true) or was interrupted (false)."""
 
     text: str
     style: SpeechStyle
@@ -51,10 +51,10 @@ class Utterance:
 
 
 def synthesise(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
-    """Speak into memory.
+    """Synthesise a text.
 
     Returns:
-        Samples (float32, mono) and their rate. Without espeak-ng silence of the length the text would take.
+        Samples (float32, mono) and their rate [Hz]. Without espeak-ng it is silence of the text's length.
     """
     if shutil.which(SPEAKER) is None:
         return _silence(text, style)
@@ -80,7 +80,7 @@ def synthesise(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
 
 
 def _read_wave(data: bytes) -> tuple[np.ndarray, int]:
-    """Samples of a WAV stream. espeak-ng writes to a pipe, so the length in the header is not the true one."""
+    """Return samples and rate of a WAV stream. espeak-ng writes to a pipe, so the length in the header is wrong."""
     with wave.open(io.BytesIO(data)) as reader:
         rate = reader.getframerate()
     start = data.index(b"data") + 8
@@ -96,11 +96,11 @@ def _silence(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
 class Voice:
     """Says texts one after the other through a loudspeaker.
 
-    `on_begin(text)`, `on_word(word, position)`, `on_end(interrupted)` come from the voice's thread. Words are told at
-    times in proportion to their letters.
+    `on_begin(text)`, `on_word(word, position)`, `on_end(interrupted)` are called on the voice's thread. The time of a
+    word is proportional to its position in the text.
 
     Args:
-        last_spoken: WAV file that always holds what was said last.
+        last_spoken: WAV file that always holds the last text.
     """
 
     def __init__(self, loudspeaker: Loudspeaker, last_spoken: Path) -> None:
@@ -129,12 +129,12 @@ class Voice:
         return utterance.future
 
     def waiting(self) -> int:
-        """How many texts are being said or wait."""
+        """Return how many texts are being said or wait."""
         with self._changed:
             return len(self._queue) + (self._current is not None)
 
     def stop(self) -> None:
-        """Fall silent: what is being said and what waits ends with False."""
+        """Fall silent: the text being said and all that wait end with False."""
         with self._changed:
             dropped = list(self._queue)
             self._queue.clear()
@@ -162,7 +162,7 @@ class Voice:
             try:
                 if not utterance.future.cancelled():
                     said = self._speak(utterance)
-            except Exception:
+            except Exception:  # callbacks of the owner; one text that fails must not end the voice
                 log.exception("a text could not be said")
             with self._changed:
                 self._current = None
@@ -184,7 +184,7 @@ class Voice:
         return not interrupted
 
     def _wait_until(self, moment: float) -> bool:
-        """Wait; true when interrupted."""
+        """Wait until `moment` [s, monotonic]; true if interrupted."""
         return self._interrupt.wait(max(0.0, moment - time.monotonic()))
 
 
@@ -194,6 +194,6 @@ def _finish(utterance: Utterance, said: bool) -> None:
 
 
 def _words(text: str, duration: float) -> list[tuple[float, str, int]]:
-    """(seconds from the start, word, position of its first letter) of every word."""
+    """Return (seconds from the start, word, position of its first letter) of every word."""
     found = [(match.group(), match.start()) for match in re.finditer(r"\w[\w'’-]*", text)]
     return [(duration * position / max(1, len(text)), word, position) for word, position in found]

@@ -1,7 +1,7 @@
-"""The tablet's web view by Debian's Chromium: script, style sheets and all, at the tablet's own 1280x800.
+"""The tablet's web view with Debian's Chromium: scripts and style sheets included, at the tablet's own 1280x800.
 
-Costs about half a processor core and 500 MB while it shows video, against a twentieth of a core for the built-in view.
-The browser starts with the first page and serves all later ones.
+It needs about half a processor core and 500 MB while it shows video; the built-in view needs a twentieth of a core.
+The browser starts with the first page and stays for all later ones.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Chromium:
         self._tools: DevTools | None = None
         self._view: ChromiumView | None = None
         self._answered = 0.0
-        self._pause = threading.Event()  # set: no pauses any more
+        self._pause = threading.Event()  # set when closing: ends the pauses between pictures
 
     def open(self, url: str, layer: Layer, events: Events) -> ChromiumView:
         view = ChromiumView(self, url, layer, events)
@@ -60,7 +60,7 @@ class Chromium:
             tools.close()
 
     def tools(self, view: ChromiumView) -> DevTools | None:
-        """The running browser, started if need be; None when `view` is no longer the current one.
+        """Return the running browser, started if necessary; None if `view` is no longer the current one.
 
         Raises:
             BrowserError: It does not start.
@@ -85,12 +85,12 @@ class Chromium:
         return tools
 
     def _handle(self, method: str, params: dict[str, Any]) -> None:
-        """An event of the browser, on its reader's thread."""
+        """Handle an event of the browser, on the reader's thread."""
         view, tools = self._view, self._tools
         if method == "Page.screencastFrame":
             if view is not None:
                 view.show(base64.b64decode(params["data"]))
-            # Chromium sends no further picture before this answer: keeping it back keeps the rate down.
+            # Chromium sends the next picture only after this answer: delaying it limits the rate.
             self._pause.wait(max(0.0, self._answered + PERIOD - time.monotonic()))
             self._answered = time.monotonic()
             if tools is not None:
@@ -116,7 +116,7 @@ class ChromiumView:
         self._thread.start()
 
     def cancel(self) -> None:
-        """Show nothing of this page any more; the browser keeps it until the next."""
+        """Stop showing this page; the browser keeps it until the next one."""
         self._cancelled = True
 
     def join(self, timeout: float) -> bool:
@@ -147,7 +147,7 @@ class ChromiumView:
         except BrowserError as error:
             log.error("the tablet's browser: %s", error)
             self._fail(UNKNOWN, str(error))
-        except Exception:
+        except Exception:  # top of a thread that calls the owner's callbacks
             log.exception("the tablet's view of %s failed", self._url)
 
     def _fail(self, code: int, text: str) -> None:

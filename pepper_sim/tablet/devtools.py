@@ -1,8 +1,9 @@
-"""Chromium without a window, told what to do over the DevTools protocol.
+"""Chromium without a window, controlled over the DevTools protocol.
 
-Wire: JSON texts, each ended by a zero byte, over two pipes that Chromium finds as file descriptors 3 (it reads) and 4
+Format: JSON texts, each ended by a zero byte, over two pipes that Chromium has as file descriptors 3 (it reads) and 4
 (it writes): its option `--remote-debugging-pipe`. A request is {id, method, params, sessionId}, a reply
-{id, result | error}, an event {method, params, sessionId}. No port is opened: no other program can drive the browser.
+{id, result | error}, an event {method, params, sessionId}. No port is opened, so no other program can control the
+browser.
 """
 
 from __future__ import annotations
@@ -59,8 +60,8 @@ class DevTools:
         profile = f"--user-data-dir={self._profile.name}"
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
-        # The shell gives the pipes the numbers that Chromium expects, and a place behind physics and cameras when there
-        # is too little processor for all: a tablet may be late. A group of its own: Chromium has many children.
+        # The shell gives the pipes the numbers that Chromium expects, and Chromium a lower priority than physics and
+        # cameras: the tablet may be late on a busy machine. The process group is its own: Chromium has many children.
         shell = f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}'
         self._process = subprocess.Popen(
             ["bash", "-c", shell, "bash", program, *_FLAGS, profile, "about:blank"],
@@ -87,10 +88,10 @@ class DevTools:
         return self._process.poll() is None
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """Ask and wait for the reply.
+        """Send a request and return its result.
 
         Raises:
-            BrowserError: Refused, no answer, or the browser has ended.
+            BrowserError: The request was refused or not answered, or the browser has ended.
         """
         number, reply = self._send(method, params)
         try:
@@ -104,7 +105,7 @@ class DevTools:
         return answer["result"]
 
     def post(self, method: str, **params: Any) -> None:
-        """Ask without waiting; for the reader's own thread, which must not wait. Errors are ignored."""
+        """Send a request without waiting, as the reader's own thread must not wait. Errors are only logged."""
         try:
             self._send(method, params)
         except BrowserError as error:
@@ -152,7 +153,7 @@ class DevTools:
                     self._dispatch(json.loads(message))
                 if len(buffer) > _MESSAGE_LIMIT:
                     raise BrowserError("a message of the browser is too long")
-        except Exception:
+        except Exception:  # top of the reader's thread, which calls `on_event` of its owner
             log.exception("the link to chromium failed")
         finally:
             os.close(self._answers)
@@ -172,7 +173,7 @@ class DevTools:
 
 
 def _pipe() -> tuple[int, int]:
-    """Reading and writing end, neither of them 3 or 4."""
+    """Open a pipe; return its reading and its writing end, neither of them descriptor 3 or 4."""
     ends = os.pipe()
     moved = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in ends]
     for end in ends:

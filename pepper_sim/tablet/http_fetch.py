@@ -1,4 +1,4 @@
-"""HTTP as a web view speaks it: cookies, redirects, time limits; and another thread can cut it short at any moment."""
+"""HTTP for a web view: cookies, redirects, time-outs; another thread can cancel a request at any moment."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ USER_AGENT = (
     "Mozilla/5.0 (Linux; Android 5.1; LPT_200AR Build/LMY47I) AppleWebKit/537.36 (KHTML, like Gecko) "
     "Chrome/44.0.2403.157 Crosswalk/15.44.384.6 Safari/537.36"
 )
-"""What Pepper's tablet says of itself, as reported by public Pepper applications."""
+"""User agent of Pepper's tablet, as reported by public Pepper applications."""
 
 CONNECT_TIMEOUT = 5.0  # seconds
 READ_TIMEOUT = 10.0  # seconds without a byte
@@ -32,8 +32,8 @@ class LoadError(Exception):
     """A resource did not load.
 
     Attributes:
-        code: As android.webkit.WebViewClient numbers them.
-        text: As its error page says it, for example "net::ERR_CONNECTION_REFUSED".
+        code: Error code of android.webkit.WebViewClient.
+        text: Text of its error page, for example "net::ERR_CONNECTION_REFUSED".
     """
 
     def __init__(self, code: int, text: str) -> None:
@@ -77,14 +77,14 @@ def check_url(url: str) -> None:
 
 
 class Fetcher:
-    """Requests of one page; `cancel` may be called from any thread and ends a running one at once."""
+    """Makes the requests of one page; `cancel` may be called from any thread and ends a running one at once."""
 
     def __init__(self, cookies: http.cookiejar.CookieJar) -> None:
         self._cancelled = threading.Event()
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
         self._cookies = cookies
-        opener = urllib.request.OpenerDirector()  # not build_opener: that one also reads files and asks proxies
+        opener = urllib.request.OpenerDirector()  # unlike build_opener it reads no files and uses no proxies
         for handler in (
             _HttpHandler(self),
             urllib.request.HTTPCookieProcessor(cookies),
@@ -96,10 +96,10 @@ class Fetcher:
         self._opener = opener
 
     def get(self, url: str) -> Any:
-        """The response to a GET, after redirects, whatever its status; to be closed by the caller.
+        """Return the response to a GET, after redirects, whatever its status; the caller closes it.
 
         Raises:
-            LoadError: No answer, or none that is HTTP.
+            LoadError: There is no answer, or it is not HTTP.
             Cancelled: `cancel` was called.
         """
         check_url(url)
@@ -121,7 +121,7 @@ class Fetcher:
             raise _load_error(error) from error
 
     def read(self, response: Any, size: int) -> bytes:
-        """What has arrived of the body, at most `size` bytes; waits for at least one; b"" at the end.
+        """Return what has arrived of the body, 1 to `size` bytes; b"" at its end.
 
         Raises:
             LoadError, Cancelled: As `get`.
@@ -137,10 +137,10 @@ class Fetcher:
         return data
 
     def read_all(self, response: Any, limit: int, timeout: float) -> bytes:
-        """The whole body, of which only the first `limit` bytes are kept.
+        """Return the whole body, cut after `limit` bytes.
 
         Raises:
-            LoadError: Not complete after `timeout` seconds; or as `get`.
+            LoadError: It is not complete after `timeout` seconds; or as `get`.
             Cancelled: As `get`.
         """
         deadline = time.monotonic() + timeout
@@ -164,7 +164,7 @@ class Fetcher:
                     pass  # closed already
 
     def connect(self, host: str, port: int) -> socket.socket:
-        """A TCP connection. Unlike `socket.create_connection` it gives up soon after `cancel`."""
+        """Open a TCP connection. Unlike `socket.create_connection` it gives up soon after `cancel`."""
         deadline = time.monotonic() + CONNECT_TIMEOUT
         failure: OSError = OSError(f"{host} has no address")
         for family, kind, protocol, _, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
@@ -187,7 +187,7 @@ class Fetcher:
                 raise
             with self._lock:
                 self._socket = connection
-            if self._cancelled.is_set():  # just before the line above, so that it went unheard
+            if self._cancelled.is_set():  # cancelled just before the line above, when there was no socket to shut down
                 connection.close()
                 raise Cancelled
             return connection
@@ -239,14 +239,14 @@ class _RedirectHandler(urllib.request.HTTPRedirectHandler):
     def http_error_302(self, req: Any, fp: Any, code: int, msg: str, headers: Any) -> Any:
         fp.close()
         check_url(urllib.parse.urljoin(req.full_url, headers.get("Location", "")))
-        # The original reads the body to its end, which it need not have.
+        # The base class reads the body to its end, which may never come.
         return super().http_error_302(req, io.BytesIO(), code, msg, headers)
 
     http_error_301 = http_error_303 = http_error_307 = http_error_308 = http_error_302
 
 
 def _load_error(error: Exception) -> LoadError:
-    """What Android's web view says about a failure of the network."""
+    """Return the error that Android's web view reports for a network failure."""
     cause = error.reason if isinstance(error, urllib.error.URLError) else error
     if isinstance(cause, socket.gaierror):
         return LoadError(HOST_LOOKUP, "net::ERR_NAME_NOT_RESOLVED")

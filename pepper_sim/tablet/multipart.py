@@ -1,4 +1,4 @@
-"""Takes multipart/x-mixed-replace apart while it arrives, as a browser does, with a limit on what it will hold.
+"""Splits multipart/x-mixed-replace while it arrives, as a browser does, with a limit on the size of a part.
 
 Servers differ: the boundary may or may not repeat the two dashes in the header, lines may end in LF alone, a part may
 state its length or end at the next delimiter.
@@ -14,11 +14,11 @@ _LENGTH = re.compile(rb"(?im)^content-length[ \t]*:[ \t]*(\d{1,12})[ \t]*\r?$")
 
 
 class MalformedStream(ValueError):
-    """The bytes are no multipart stream, or a part is larger than allowed."""
+    """The bytes are not a multipart stream, or a part is larger than allowed."""
 
 
 class MultipartParser:
-    """Bytes in, bodies of complete parts out.
+    """Takes bytes and returns the bodies of complete parts.
 
     Args:
         boundary: From the Content-Type header.
@@ -38,7 +38,7 @@ class MultipartParser:
         self._length: int | None = None
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Add bytes from the wire and return the bodies that are complete now, oldest first.
+        """Add received bytes and return the bodies that are complete now, oldest first.
 
         Raises:
             MalformedStream: No delimiter or end of headers where there should be one, or a body above the limit.

@@ -1,4 +1,4 @@
-"""The glass of the tablet: the newest content of its layers, letterboxed, at most fifteen times a second."""
+"""The tablet's screen: the newest content of its top layer, letterboxed, at most fifteen times a second."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from telepresence.video.images import LatestImage
 log = logging.getLogger(__name__)
 
 PERIOD = 1.0 / 15.0
-"""Seconds between two pictures."""
+"""Shortest time between two pictures [s]."""
 MAX_PIXELS = 16_000_000
 """Larger pictures are refused before they are decoded: a few kilobytes can claim any size."""
 
 
 class Layer:
-    """What one page or image wants to show. Its owner puts, the screen takes the newest.
+    """The content of one page or image. Its owner puts new content, the screen shows the newest.
 
     `put` takes an encoded JPEG or PNG (decoded only when it is shown) or a drawn (400, 640, 3) RGB array. `note` is a
-    line that lies over the picture, None for no note."""
+    line that is drawn over the picture, None for no note.
+    """
 
     def __init__(self, content: bytes | np.ndarray | None = None) -> None:
         self.content = content
@@ -47,7 +48,7 @@ class Screen:
     """Draws the top layer from a thread of its own.
 
     Args:
-        show: Gets each new picture, (400, 640, 3) uint8 RGB, or None when the screen turns dark.
+        show: Receives each new picture, (400, 640, 3) uint8 RGB, or None when the screen turns dark.
     """
 
     def __init__(self, show: Callable[[np.ndarray | None], None]) -> None:
@@ -61,7 +62,7 @@ class Screen:
         self._thread.start()
 
     def set_layer(self, layer: Layer | None) -> None:
-        """Show this layer from now on; None: dark."""
+        """Show this layer from now on; None turns the screen dark."""
         old, self._layer = self._layer, layer
         if old is not None:
             old.on_change = lambda: None
@@ -70,7 +71,7 @@ class Screen:
         self._changed.set()
 
     def set_background(self, colour: tuple[int, int, int]) -> None:
-        """RGB beside and behind pictures."""
+        """Set the colour beside and behind pictures (RGB, 0 to 255)."""
         self._background = colour
         self._changed.set()
 
@@ -88,7 +89,7 @@ class Screen:
             self._changed.clear()
             try:
                 self._draw()
-            except Exception:
+            except Exception:  # top of a thread that decodes foreign pictures: the next one may be fine
                 log.exception("the tablet's screen could not be drawn")
             self._stop.wait(PERIOD - (time.monotonic() - begin))
 
@@ -117,10 +118,10 @@ class Screen:
 
 
 def encoded_size(data: bytes) -> tuple[int, int]:
-    """Width and height that a JPEG or PNG file claims.
+    """Return the width and height that a JPEG or PNG file claims.
 
     Raises:
-        ValueError: It is neither, or ends before it says so.
+        ValueError: It is neither, or ends before its size.
     """
     if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
         return struct.unpack(">II", data[16:24])
@@ -141,10 +142,10 @@ def encoded_size(data: bytes) -> tuple[int, int]:
 
 
 def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
-    """A JPEG or PNG file as (height, width, 3) uint8 RGB, transparent parts over `background`.
+    """Decode a JPEG or PNG file to (height, width, 3) uint8 RGB, transparent parts over `background`.
 
     Raises:
-        ValueError: Neither of both, damaged, or more than `MAX_PIXELS`.
+        ValueError: It is neither, or damaged, or has more than `MAX_PIXELS`.
     """
     width, height = encoded_size(data)
     if not 0 < width * height <= MAX_PIXELS:
@@ -164,7 +165,7 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
 
 
 def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
-    """The whole picture, as large as it fits, in the middle of a (400, 640, 3) screen."""
+    """Return the whole picture, as large as possible, in the middle of a (400, 640, 3) screen."""
     height, width = pixels.shape[:2]
     scale = min(SCREEN_WIDTH / width, SCREEN_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -177,7 +178,7 @@ def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) 
 
 
 def _add_note(picture: np.ndarray, note: str) -> None:
-    """A dark band at the foot with one line, the picture dimmed above it: it is not live."""
+    """Write one line on a dark band at the bottom, and dim the picture above it to show that it is not live."""
     np.multiply(picture, 0.45, out=picture, casting="unsafe")
     picture[SCREEN_HEIGHT - 48 :] = picture[SCREEN_HEIGHT - 48 :] // 3
     while text_width(note, 12) > SCREEN_WIDTH - 40:

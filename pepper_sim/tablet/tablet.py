@@ -1,7 +1,7 @@
-"""The tablet on Pepper's chest, as far as an application can tell: a web view, a picture viewer, a screen.
+"""The tablet on Pepper's chest, as applications see it: a web view, a picture viewer, a screen.
 
-On the robot it is an Android box of its own with a 1280x800 screen; here the screen is 640x400, the size of its texture
-in the simulated world. This file knows no NAOqi; ALTabletService is in front of it.
+On the robot it is an Android computer of its own with a 1280x800 screen; here the screen is 640x400, the size of its
+texture in the simulated world. There is no NAOqi in this file; clients reach it through ALTabletService.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ def _ignore(*_: Any) -> None:
 
 
 class Tablet:
-    """A screen that shows the latest of: the web view, an image, nothing.
+    """A screen that shows the web view, an image, or nothing, whichever was shown last.
 
     Addresses are really fetched, in the background. The owner may set the callbacks `on_page_started()`,
     `on_page_finished()`, `on_load_error(code, text, url)` (code of android.webkit.WebViewClient) and
-    `on_image_loaded()`; they come from the tablet's threads.
+    `on_image_loaded()`; they are called on the tablet's threads.
 
     Args:
-        show: Gets every new picture of the screen, (400, 640, 3) uint8 RGB, at most 15 per second, always from the same
-            thread; None when it turns dark.
-        browser: "built-in": finds the page's picture and follows it, without script. "chromium": Debian's browser
-            without a window, for a page as it really looks; costs some 500 MB.
+        show: Receives every new picture of the screen, (400, 640, 3) uint8 RGB, at most 15 per second, always on the
+            same thread; None when it turns dark.
+        browser: "built-in": finds the page's picture and follows it, without scripts. "chromium": Debian's browser
+            without a window, for a page as it really looks; needs about 500 MB.
     """
 
     def __init__(self, show: Callable[[np.ndarray | None], None] = _ignore, browser: str = "built-in") -> None:
@@ -59,13 +59,13 @@ class Tablet:
         self._image_view: Any = None
         self._image_layer: Layer | None = None
         self._webview_shown = False
-        self._ending: list[Any] = []  # views that were told to end and have not yet
+        self._ending: list[Any] = []  # cancelled views that have not ended yet
         self._closed = False
         self._screen = Screen(show)
 
     @property
     def image(self) -> LatestImage:
-        """What the screen shows now, (400, 640, 3) uint8 RGB; black when dark."""
+        """The picture on the screen, (400, 640, 3) uint8 RGB; black when dark."""
         return self._screen.image
 
     @property
@@ -74,9 +74,10 @@ class Tablet:
         return self._webview_shown
 
     def load_url(self, url: str) -> bool:
-        """Load a page into the web view, shown or not; whether the address can be loaded at all.
+        """Load a page into the web view, shown or not; false if the address is not http or https.
 
-        What becomes of it is told by the callbacks. Only http and https are accepted."""
+        The callbacks report the result.
+        """
         with self._lock:
             if self._closed or not self._acceptable(url):
                 return False
@@ -97,13 +98,13 @@ class Tablet:
             self._screen.set_layer(self._page)
 
     def hide_webview(self) -> None:
-        """The page stays loaded."""
+        """Hide the web view; the page stays loaded."""
         with self._lock:
             self._webview_shown = False
             self._screen.set_layer(self._image_layer)
 
     def show_image(self, url: str) -> bool:
-        """Cover the screen with a JPEG or PNG from this address; whether it can be loaded at all."""
+        """Cover the screen with a JPEG or PNG from this address; false if the address is not http or https."""
         with self._lock:
             if self._closed or not self._acceptable(url):
                 return False
@@ -121,14 +122,14 @@ class Tablet:
             self._screen.set_layer(self._page if self._webview_shown else None)
 
     def set_background(self, colour: str) -> None:
-        """The colour beside pictures, as "#RRGGBB".
+        """Set the colour beside pictures, as "#RRGGBB".
 
         Raises:
-            ValueError: It is written otherwise.
+            ValueError: The text is not such a colour.
         """
         match = _COLOUR.fullmatch(colour)
         if match is None:
-            raise ValueError(f"a colour is written #RRGGBB, not {colour!r}")
+            raise ValueError(f"a colour must be written as #RRGGBB, got {colour!r}")
         red, green, blue = (int(part, 16) for part in match.groups())
         self._screen.set_background((red, green, blue))
 
@@ -143,7 +144,7 @@ class Tablet:
         deadline = time.monotonic() + 10.0
         for view in ending:
             if not view.join(max(0.0, deadline - time.monotonic())):
-                log.warning("a page of the tablet does not end; it waits for a name server")
+                log.warning("a page of the tablet is still waiting for a name server")
         self._browser.close()
         self._screen.close()
 
@@ -163,7 +164,7 @@ class Tablet:
 
     def _load(self) -> None:
         self._end(self._page_view)
-        page = Layer(self._page.content)  # the page before stays until this one has something to show
+        page = Layer(self._page.content)  # the previous page stays until this one has something to show
         events = Events(
             lambda: self.on_page_started(), lambda: self.on_page_finished(), lambda *error: self.on_load_error(*error)
         )

@@ -1,4 +1,4 @@
-"""What a web view without script and style makes of a page: its picture, or else its words; and its error page."""
+"""What a web view without scripts and style sheets shows: a page's picture, or else its text; and an error page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH
 from telepresence.video.draw_text import write
 
 _BLOCKS = frozenset("p div h1 h2 h3 h4 h5 h6 li ul ol br tr table section header footer main article hr pre".split())
-_UNSEEN = frozenset("script style head template noscript svg".split())
+_INVISIBLE = frozenset("script style head template noscript svg".split())
 _TEXT_LIMIT = 2000  # characters; more than the screen holds
 _INK, _GREY = (33, 33, 33), (117, 117, 117)
 
@@ -20,7 +20,7 @@ class PageReader(html.parser.HTMLParser):
     """Reads HTML: `title`, `lines` of text, and `image`, the address of the first <img> (None without one).
 
     Args:
-        url: Of the page; relative addresses start there or at its <base>.
+        url: Address of the page; relative addresses start there or at its <base>.
     """
 
     def __init__(self, url: str) -> None:
@@ -42,13 +42,13 @@ class PageReader(html.parser.HTMLParser):
         return [line for line in lines if line]
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        attributes = dict(reversed(attrs))  # of a repeated attribute the first counts
+        attributes = dict(reversed(attrs))  # the first of repeated attributes counts
         if tag == "base" and attributes.get("href"):
             self._base = self._resolve(attributes["href"]) or self._base
         elif tag in ("img", "input") and self.image is None and attributes.get("src"):
             if tag == "img" or (attributes.get("type") or "").lower() == "image":
                 self.image = self._resolve(attributes["src"])
-        elif tag in _UNSEEN or tag == "title":
+        elif tag in _INVISIBLE or tag == "title":
             self._inside.append(tag)
         if tag in _BLOCKS:
             self._text.append("\n")
@@ -80,7 +80,7 @@ class PageReader(html.parser.HTMLParser):
 
 
 def draw_text_page(title: str, lines: list[str]) -> np.ndarray:
-    """A page of words, (400, 640, 3) uint8 RGB."""
+    """Draw a page of text, (400, 640, 3) uint8 RGB."""
     page = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), 255, np.uint8)
     top = 36
     if title:
@@ -93,7 +93,7 @@ def draw_text_page(title: str, lines: list[str]) -> np.ndarray:
 
 
 def draw_error_page(url: str, text: str) -> np.ndarray:
-    """What Android's web view shows instead of a page that did not load, (400, 640, 3) uint8 RGB."""
+    """Draw what Android's web view shows instead of a page that did not load, (400, 640, 3) uint8 RGB."""
     page = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), 255, np.uint8)
     page[48:104, 48:92] = _GREY  # a sheet of paper with a sad face
     page[51:101, 51:89] = 255

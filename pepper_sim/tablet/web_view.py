@@ -1,8 +1,8 @@
-"""The tablet's built-in web view: fetches a page, finds its picture and follows it; no script, no style sheets.
+"""The tablet's built-in web view: fetches a page, finds its picture and follows it; no scripts, no style sheets.
 
-That is what a telepresence page needs (one <img> with a JPEG, a PNG, or a multipart/x-mixed-replace stream) for a
-twentieth of a browser's processor time. A stream that drops is asked for again, which on the real tablet is done by the
-page's own script.
+That is all a telepresence page needs (one <img> with a JPEG, a PNG, or a multipart/x-mixed-replace stream), for a
+twentieth of a browser's processor time. A dropped stream is requested again; on the real tablet the page's own script
+does that.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ log = logging.getLogger(__name__)
 PAGE_LIMIT = 1_000_000  # bytes of a page that are read
 IMAGE_LIMIT = 8_000_000  # bytes of one picture
 LOAD_TIMEOUT = 20.0  # seconds for a page or a still picture
-RETRY_DELAYS = (0.5, 1.0, 2.0, 4.0, 5.0)  # seconds before each attempt to get a dropped stream back; the last repeats
+RETRY_DELAYS = (0.5, 1.0, 2.0, 4.0, 5.0)  # seconds before each attempt to reopen a dropped stream; the last repeats
 
 
 @dataclass(frozen=True)
 class Events:
-    """Called from the view's own thread."""
+    """Callbacks of a view, called on the view's own thread."""
 
     started: Callable[[], None]
     finished: Callable[[], None]
@@ -50,11 +50,11 @@ class BuiltInBrowser:
         return WebView(url, layer, events, self._cookies)
 
     def close(self) -> None:
-        """Views are closed one by one by their owner; nothing else is open."""
+        """Do nothing: views are closed one by one by their owner, and nothing else is open."""
 
 
 class WebView:
-    """One page being loaded and followed, on a thread of its own, into `layer`."""
+    """One page that is loaded and followed on a thread of its own, and shown in `layer`."""
 
     def __init__(self, url: str, layer: Layer, events: Events, cookies: http.cookiejar.CookieJar) -> None:
         self._url = url
@@ -69,12 +69,12 @@ class WebView:
         self._thread.start()
 
     def cancel(self) -> None:
-        """Stop at once; does not wait."""
+        """Stop at once, without waiting for the thread."""
         self._stop.set()
         self._fetcher.cancel()
 
     def join(self, timeout: float) -> bool:
-        """Whether the thread has ended after at most `timeout` seconds."""
+        """Wait at most `timeout` seconds for the thread; whether it has ended."""
         if self._thread is not threading.current_thread():  # a callback may close the tablet
             self._thread.join(timeout)
         return not self._thread.is_alive()
@@ -89,7 +89,7 @@ class WebView:
         except LoadError as error:
             self._layer.put(draw_error_page(self._url, error.text))
             self._events.failed(error.code, error.text, self._url)
-        except Exception:
+        except Exception:  # top of a thread that reads foreign pages and calls the owner's callbacks
             log.exception("the tablet's view of %s failed", self._url)
 
     def _finish(self) -> None:
@@ -121,7 +121,7 @@ class WebView:
         kind = response.headers.get_content_type()
         reader = PageReader(response.url)
         if kind in ("text/html", "application/xhtml+xml"):
-            reader.feed(text + "<br>")  # a tag lets go of the last words; close() is slow on hostile pages
+            reader.feed(text + "<br>")  # a tag flushes the last words; close() is slow on hostile pages
         elif kind.startswith("text/") or kind == "application/json":
             reader.handle_data(text)
         else:
@@ -129,9 +129,10 @@ class WebView:
         return reader
 
     def _show_image(self, url: str, words: np.ndarray, response: Any) -> None:
-        """Show a still picture, or follow a stream until cancelled; `words` as long as there is neither.
+        """Show a still picture, or follow a stream until cancelled; show `words` as long as there is neither.
 
-        `response` is the one to begin with, None to ask for it."""
+        `response` is the first response, None to request it.
+        """
         while True:
             try:
                 with response or self._fetcher.get(url) as current:
@@ -150,7 +151,7 @@ class WebView:
             self._layer.put(words)
 
     def _show_response(self, response: Any) -> str | None:
-        """None when the matter is settled, else why it is worth another attempt."""
+        """Show a response; return None when done, otherwise the reason for another attempt."""
         if response.headers.get_content_type() == "multipart/x-mixed-replace":
             self._follow(response)
             return "the stream has ended"

@@ -1,1 +1,1 @@
-"""What ALAudioDevice and its neighbours are made of."""
+"""Parts of ALAudioDevice and ALAudioRecorder: microphone buffers for clients, recording into files."""

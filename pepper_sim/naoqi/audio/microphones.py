@@ -1,8 +1,8 @@
-"""Microphone buffers for clients: the room's sound, block by block at its real rate, to each client's processRemote.
+"""Microphone buffers for clients: the room's sound in real time, block by block, to each client's processRemote.
 
     processRemote(channels, samples per channel, [seconds, microseconds], buffer of int16)
 
-The buffer leaves as raw where the client's endpoint can be reached; otherwise libqi sends it as a string of the same
+The buffer is sent as raw data if the client's endpoint can be reached; otherwise libqi sends it as a string of the same
 bytes. A client whose service is gone, or fails three times in a row, is dropped. Sources: NAOqi 2.8 documentation,
 ALAudioDevice; block length as naoqi_driver's users see it (85 ms).
 """
@@ -21,13 +21,13 @@ from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.codec import CodecError
 from pepper_sim.naoqi.raw_client import RawClient
-from pepper_sim.services.al_memory import split_stamp
+from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.sound.room import Room
 
 log = logging.getLogger(__name__)
 
 BLOCK = {SOUND_RATE: 4096, VOICE_RATE: 1365}
-"""Rate -> samples per channel and block."""
+"""Sample rate [Hz] -> samples per channel in a block."""
 METHOD = "processRemote"
 _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 """Channel flag of the 16 kHz form (1 left, 2 right, 3 front, 4 rear) -> microphone."""
@@ -35,7 +35,7 @@ _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
 
 @dataclass(frozen=True)
 class Preferences:
-    """What a client wants to hear: 48000 Hz all channels (0), or 16000 Hz one of them (1 to 4)."""
+    """What a client subscribes to: all channels (0) at 48000 Hz, or one of them (1 to 4) at 16000 Hz."""
 
     rate: int = SOUND_RATE
     channels: int = 0
@@ -47,7 +47,7 @@ class Preferences:
         return MICROPHONES if self.channels == 0 else 1
 
     def cut(self, block: np.ndarray) -> np.ndarray:
-        """The wanted part of a block of (n, 4) samples, in the order of the buffer."""
+        """Return the client's part of a block of (n, 4) samples, in the order of its buffer."""
         if self.channels:
             block = block[:, _PICKS[self.channels]]
         return np.ascontiguousarray(block.T if self.deinterleaved and self.channels == 0 else block)
@@ -94,15 +94,15 @@ class MicrophoneStream:
                     self._failures += 1
                 late = time.monotonic() - end
                 start = end if late < 1.0 else end + late
-            log.warning("'%s' no longer listens: its service is gone or fails", self.name)
-        except Exception:
+            log.warning("'%s' gets no more sound: its service is gone or fails", self.name)
+        except Exception:  # top of a thread; one client's stream must not end without a trace
             log.exception("the microphones failed for '%s'", self.name)
         finally:
             if client is not None:
                 client.close()
 
     def _open(self) -> RawClient | None:
-        """A raw connection to the client's service, if one of its endpoints can be reached."""
+        """Connect to the client's service, so that buffers arrive as raw; None if no endpoint can be reached."""
         for number, endpoint in self._clients.endpoints(self.name):
             try:
                 return RawClient(endpoint, number, METHOD, arity=4)

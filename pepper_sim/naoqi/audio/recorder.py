@@ -18,11 +18,11 @@ log = logging.getLogger(__name__)
 
 _BLOCK = 0.17
 MAX_LENGTH = 3600.0
-"""A recording that nobody stops ends after this time [s]."""
+"""A recording that is not stopped ends after this time [s]."""
 
 
 class MicrophoneRecorder:
-    """One recording at a time."""
+    """Records the microphones, one recording at a time."""
 
     def __init__(self, room: Room, disk: RobotDisk) -> None:
         self._room = room
@@ -32,13 +32,13 @@ class MicrophoneRecorder:
         self._thread: threading.Thread | None = None
 
     def start(self, name: str, rate: int, channels: Sequence[bool]) -> None:
-        """Begin to record.
+        """Start recording.
 
         Args:
             name: File on the robot's disk.
             channels: Which of the four microphones.
         Raises:
-            ServiceError: A recording runs, or the file cannot be written.
+            ServiceError: A recording is already running, or the file cannot be written.
         """
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
@@ -62,7 +62,7 @@ class MicrophoneRecorder:
     def stop(self) -> None:
         """End the recording; the file is complete afterwards.
 
-        Raises: ServiceError: None runs.
+        Raises: ServiceError: No recording is running.
         """
         with self._lock:
             thread, self._thread = self._thread, None

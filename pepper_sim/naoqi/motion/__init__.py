@@ -1,1 +1,1 @@
-"""What ALMotion is made of."""
+"""Parts of ALMotion: base, joints, stiffness, frames, reflexes, config; bezier, move_config and gestures help them."""

@@ -21,8 +21,8 @@ _MAX_POINTS = 1000
 class MotionBase:
     """Driving part of ALMotion.
 
-    A robot that is asleep, fallen or too close to an obstacle does not move; it tells so by the event
-    ALMotion/MoveFailed, and moveTo answers false.
+    A robot that is asleep, fallen or too close to an obstacle does not move; it raises the event ALMotion/MoveFailed,
+    and moveTo answers false.
     """
 
     def __init__(self, robot: Pepper, workers: Workers, tasks: MotionTasks) -> None:
@@ -55,7 +55,7 @@ class MotionBase:
     def moveToInTime(
         self, x: float, y: float, theta: float, time: float, moveConfig: Any = ()
     ) -> concurrent.futures.Future:
-        """Drives to a relative pose in `time` seconds, or longer where the top speed asks for it."""
+        """Drives to a relative pose in `time` seconds, or longer if the top speed does not allow it."""
         if time <= 0.0:
             raise ServiceError(f"time must be positive, got {time:g}")
         return self._go([(x, y, theta)], time, moveConfig)
@@ -84,7 +84,7 @@ class MotionBase:
 
     @remote("b()")
     def moveIsActive(self) -> bool:
-        """Whether the base is under way."""
+        """Whether the base is moving."""
         return bool(self._robot.snapshot().moving)
 
     @remote("m(s)")
@@ -99,7 +99,7 @@ class MotionBase:
 
     @remote("[f]()")
     def getNextRobotPosition(self) -> list[float]:
-        """Returns the pose that the robot reaches with the commands it cannot take back any more."""
+        """Returns the pose that the robot reaches with the commands that can no longer be withdrawn."""
         return _pose(self._robot.snapshot().next_odometry)
 
     @remote("[f]()")
@@ -109,12 +109,12 @@ class MotionBase:
 
     @remote("v(bb)")
     def setMoveArmsEnabled(self, leftArmEnabled: bool, rightArmEnabled: bool) -> None:
-        """Lets the arms swing while driving. Kept; this robot's arms do not swing."""
+        """Lets the arms swing while driving. Stored only: this robot's arms do not swing."""
         self._arms = {"LArm": leftArmEnabled, "RArm": rightArmEnabled}
 
     @remote("b(s)")
     def getMoveArmsEnabled(self, chainName: str) -> bool:
-        """Tells whether arms may swing: "LArm", "RArm", or both "Arms"."""
+        """Whether arms may swing: "LArm", "RArm", or both "Arms"."""
         one_of(chainName, ("LArm", "RArm", "Arms"), "chainName")
         return all(self._arms.values()) if chainName == "Arms" else self._arms[chainName]
 
@@ -162,7 +162,7 @@ class MotionBase:
 
 
 def _from_here(points: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
-    """Poses relative to the first frame from poses that are each relative to the one before."""
+    """Return poses relative to the first frame from poses that are each relative to the one before."""
     x = y = theta = 0.0
     poses = []
     for dx, dy, turn in points:

@@ -20,8 +20,8 @@ def bezier_knots(start: float, moments: Sequence[float], points: Any, argument: 
     Args:
         start: Angle now [rad].
         moments: Times of the points [s], rising.
-        points: Per time [angle, handle before, handle after]; a handle is [type, time, angle] relative to its point. A
-            plain number, or a missing handle, has handles of no length.
+        points: Per time [angle, handle before, handle after]; a handle is [type, time, angle] relative to its point.
+            Handles of a plain number, and missing ones, have length zero.
     Returns:
         (time, angle), times rising.
     Raises:
@@ -43,7 +43,7 @@ def bezier_knots(start: float, moments: Sequence[float], points: Any, argument: 
 
 
 def _samples(t: Sequence[float], a: Sequence[float]) -> list[tuple[float, float]]:
-    """A segment at equal times; its last point is exact. With both handles inside the segment, time never runs back."""
+    """Sample a segment at equal times; its last point is exact. Its handles lie inside, so time never decreases."""
     u = np.linspace(0.0, 1.0, _CURVE_POINTS)
     weights = np.stack([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3])
     curve_t, curve_a = np.asarray(t) @ weights, np.asarray(a) @ weights

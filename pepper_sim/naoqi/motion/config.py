@@ -1,4 +1,4 @@
-"""ALMotion: what the robot is made of, what it is doing, and switches that are kept but move nothing."""
+"""ALMotion: description of the body, list of tasks, and switches that are stored but move nothing."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class MotionConfig:
 
     @remote("[s](s)")
     def getBodyNames(self, name: str) -> list[str]:
-        """Lists the joints of a chain or group, or with "Chains" the chains."""
+        """Lists the joints of a chain or group, or for "Chains" the chains."""
         return list(CHAINS) if name == "Chains" else joints_of(name, "name")
 
     @remote("[s](s)")
@@ -123,11 +123,11 @@ class MotionConfig:
         self._robot.stop_move(abrupt=True)
         self._robot.stop_joints()
 
-    # --- switches that are kept --------------------------------------------------------------------------------------
+    # --- switches that are only stored -------------------------------------------------------------------------------
 
     @remote("v(sb)")
     def setBreathEnabled(self, pChain: str, pIsEnabled: bool) -> None:
-        """Switches breathing. Kept; this robot does not breathe."""
+        """Switches breathing on or off. Stored only: this robot does not breathe."""
         _switch(self._breathing, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
 
     @remote("b(s)")
@@ -149,7 +149,7 @@ class MotionConfig:
 
     @remote("v(sb)")
     def setIdlePostureEnabled(self, pChain: str, pIsEnabled: bool) -> None:
-        """Switches the return to an idle posture. Kept."""
+        """Switches the return to an idle posture on or off. Stored only."""
         _switch(self._idle, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
 
     @remote("b(s)")
@@ -159,7 +159,7 @@ class MotionConfig:
 
     @remote("v(m)")
     def setMotionConfig(self, config: Any) -> None:
-        """Takes [[name, value], ...] of internal switches. Checked and ignored."""
+        """Sets internal switches, [[name, value], ...]. Checked and ignored."""
         for name, value in _named(config, "config"):
             one_of(name, _MOTION_CONFIG, "config")
             finite(value, name)

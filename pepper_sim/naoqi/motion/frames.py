@@ -100,7 +100,7 @@ class MotionFrames:
         link, offset = _EFFECTORS.get(name, (_JOINT_LINKS.get(name) or SENSORS.get(name), (0.0, 0.0, 0.0)))
         if link is None:
             raise ServiceError(f"name: unknown chain, joint or sensor {shown(name)}")
-        with self._robot.world.locked():  # both links of one instant
+        with self._robot.world.locked():  # both links at the same instant
             pose = self._robot.link_pose(link)
             frame = FRAME_LINKS[space]
             reference = np.eye(4) if frame is None else self._robot.link_pose(frame)

@@ -1,6 +1,6 @@
 """A few gestures of our own under the names that programs use: waving, nodding, shaking the head, bowing, explaining.
 
-A gesture is joint -> [(seconds, angle [rad])]; who plays it appends the way back to where the joints were.
+A gesture is joint -> [(seconds, angle [rad])]; `playable` appends the way back to where the joints were.
 """
 
 from __future__ import annotations
@@ -59,5 +59,5 @@ RETURN_TIME = 0.7
 
 
 def playable(gesture: Gesture, start: Mapping[str, float]) -> dict[str, list[tuple[float, float]]]:
-    """Knots of a gesture with the way back to `start` (joint -> angle)."""
+    """Return the knots of a gesture with the way back to `start` (joint -> angle)."""
     return {joint: [*knots, (knots[-1][0] + RETURN_TIME, float(start[joint]))] for joint, knots in gesture.items()}

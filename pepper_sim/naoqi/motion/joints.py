@@ -1,7 +1,7 @@
 """ALMotion: joint angles. Radians and seconds; hands are fractions, 0 closed, 1 open.
 
-Angles beyond a joint's limits are clipped to them. Calls that follow a trajectory end when it does; another command to
-one of its joints ends it early.
+Angles beyond a joint's limits are clipped. Calls that follow a trajectory end when it does; another command to one of
+its joints ends it early.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pepper_sim.naoqi.tasks import MotionTasks, chained
 from pepper_sim.robot import Pepper
 
 PEAK_OVER_MEAN_SPEED = 1.5
-"""A smooth motion between two rests is half as fast again in its middle as on average (cubic)."""
+"""Peak speed over mean speed of a cubic motion from rest to rest."""
 SHORTEST_MOTION = 0.05
 _HAND_TIME = 0.6
 _MAX_KNOTS = 10_000
@@ -51,7 +51,7 @@ class MotionJoints:
 
     @remote("v(mmf)")
     def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: float) -> None:
-        """Moves joints by angles relative to where they are told to be; returns at once."""
+        """Moves joints by angles relative to their setpoints; returns at once."""
         joints = joints_of(names)
         fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
         steps = values_for(joints, changes, "changes")
@@ -147,8 +147,8 @@ class MotionJoints:
         duration = SHORTEST_MOTION
         for joint, angle in angles.items():
             limits = self._robot.LIMITS[joint]
-            way = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
-            duration = max(duration, PEAK_OVER_MEAN_SPEED * way / (fraction * limits.velocity))
+            distance = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
+            duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
         return self.follow(name, {joint: [(duration, angle)] for joint, angle in angles.items()})
 
     def follow(self, name: str, knots: Knots) -> concurrent.futures.Future:
@@ -181,7 +181,7 @@ def _numbers(row: Any, argument: str) -> list[float]:
 
 
 def _rows(joints: Sequence[str], value: Any, argument: str, *, spread: bool = False) -> list[list[float]]:
-    """One list of numbers per joint from the forms that angleInterpolation takes."""
+    """Return one list of numbers per joint from the forms that angleInterpolation accepts."""
     if not isinstance(value, list | tuple):
         if len(joints) > 1 and not spread:
             raise ServiceError(
@@ -203,5 +203,5 @@ def _check_rising(moments: Sequence[float], joint: str) -> None:
     before = 0.0
     for index, moment in enumerate(moments):
         if moment < 0.0 or (index and moment <= before):
-            raise ServiceError(f"the times of {joint} must be positive and rise, got {moment:g} after {before:g}")
+            raise ServiceError(f"the times of {joint} must be positive and increasing, got {moment:g} after {before:g}")
         before = moment

@@ -1,4 +1,4 @@
-"""ALMotion's drive parameters: [[name, value], ...] as clients give and read them.
+"""ALMotion's drive parameters: [[name, value], ...] as clients set and read them.
 
 Figures: NAOqi 2.8 documentation, control-walk.
 """
@@ -31,12 +31,12 @@ _WALKING = {
 
 
 def move_config_table(which: str) -> list[list]:
-    """[[name, value], ...] for "Default", "Min" or "Max"."""
+    """Return [[name, value], ...] for "Default", "Min" or "Max"."""
     return [[name, values[_COLUMNS[which]]] for name, values in PARAMETERS.items()]
 
 
 def configured_limits(config: Any) -> BaseLimits:
-    """Speed and acceleration limits for one command: the defaults with `config` on top, kept within the hard limits.
+    """Return the speed and acceleration limits for one command: the defaults overridden by `config`, clipped.
 
     Raises:
         ServiceError: Not [[name, value], ...], or an unknown name.

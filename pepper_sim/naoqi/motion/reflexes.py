@@ -28,7 +28,7 @@ class MotionReflexes:
 
     @remote("v(sb)")
     def setExternalCollisionProtectionEnabled(self, pName: str, pEnable: bool) -> None:
-        """Switches the protection against obstacles. "All" and "Move" cannot be switched off without consent."""
+        """Switches the protection against obstacles on or off. "All" and "Move" stay on without the owner's consent."""
         one_of(pName, _PROTECTED, "pName")
         if not pEnable and pName not in _FREE:
             raise ServiceError(f"pName '{pName}': {_CONSENT}")
@@ -40,7 +40,7 @@ class MotionReflexes:
 
     @remote("b(s)")
     def getExternalCollisionProtectionEnabled(self, pName: str) -> bool:
-        """Whether the protection is on; of a group, whether all of it is."""
+        """Whether the protection is on; for a group, whether it is on for all of it."""
         one_of(pName, _PROTECTED, "pName")
         states = {"Move": self._robot.security.enabled, **self._arms}
         names = {"All": tuple(states), "Arms": ("LArm", "RArm")}.get(pName, (pName,))
@@ -68,14 +68,14 @@ class MotionReflexes:
 
     @remote("[f](si)")
     def getChainClosestObstaclePosition(self, pName: str, space: int) -> list[float]:
-        """Where the obstacle nearest to an arm is. Nothing on this robot measures that."""
+        """Returns the position of the obstacle nearest to an arm. Nothing on this robot measures it."""
         one_of(pName, ("LArm", "RArm"), "pName")
         one_of(space, (0, 1, 2), "space")
         raise ServiceError(f"no obstacle is known near {pName}")
 
     @remote("b(sb)")
     def setCollisionProtectionEnabled(self, pChainName: str, pEnable: bool) -> bool:
-        """Switches the protection of an arm against the robot's own body. Kept; contacts are simulated either way."""
+        """Switches an arm's protection against the robot's own body on or off. Stored only."""
         one_of(pChainName, self._self_collision, "pChainName")
         for arm in ("LArm", "RArm") if pChainName == "Arms" else (pChainName,):
             self._self_collision[arm] = pEnable
@@ -84,7 +84,7 @@ class MotionReflexes:
 
     @remote("b(s)")
     def getCollisionProtectionEnabled(self, pChainName: str) -> bool:
-        """Whether the protection of an arm against the robot's own body is on."""
+        """Whether an arm's protection against the robot's own body is on."""
         return self._self_collision[one_of(pChainName, self._self_collision, "pChainName")]
 
     @remote("m(s)")
@@ -95,7 +95,7 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setSmartStiffnessEnabled(self, pEnable: bool) -> None:
-        """Switches smart stiffness. Kept."""
+        """Switches smart stiffness on or off. Stored only."""
         self._smart_stiffness = pEnable
 
     @remote("b()")
@@ -105,7 +105,7 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setFallManagerEnabled(self, pEnable: bool) -> None:
-        """Switches the fall manager; off only with consent."""
+        """Switches the fall manager on or off; off only with the owner's consent."""
         _require_consent(pEnable, "pEnable")
 
     @remote("b()")
@@ -115,7 +115,7 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setDiagnosisEffectEnabled(self, pEnable: bool) -> None:
-        """Switches the reaction to a faulty device; off only with consent."""
+        """Switches the reaction to a faulty device on or off; off only with the owner's consent."""
         _require_consent(pEnable, "pEnable")
 
     @remote("b()")
@@ -125,7 +125,7 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setPushRecoveryEnabled(self, pEnable: bool) -> None:
-        """Switches push recovery. Kept."""
+        """Switches push recovery on or off. Stored only."""
         self._push_recovery = pEnable
 
     @remote("b()")

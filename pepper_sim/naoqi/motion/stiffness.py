@@ -1,7 +1,7 @@
 """ALMotion: waking up and resting, stiffness.
 
-Pepper's leg keeps itself up: its stiffness follows wakeUp and rest only. `setStiffnesses` on a group that holds the leg
-applies to the rest of the group, because documented examples call it with "Body" (NAOqi 2.8, control-stiffness).
+The stiffness of Pepper's leg follows wakeUp and rest only. `setStiffnesses` on a group that contains the leg applies to
+the rest of the group, because documented examples call it with "Body" (NAOqi 2.8, control-stiffness).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class MotionStiffness:
         memory.store("robotIsWakeUp", True)
 
     def restart(self) -> None:
-        """The world was reset: the robot stands awake again."""
+        """Stand awake again, because the world was reset."""
         self.awake = True
         self._memory.store("robotIsWakeUp", True)
 
@@ -77,7 +77,7 @@ class MotionStiffness:
 
     @remote("v(mm)")
     def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
-        """Sets stiffness, 0 to 1, at once. One value serves all joints; the leg is left as it is."""
+        """Sets stiffness, 0 to 1, at once. One value applies to all joints; the leg is left as it is."""
         self._apply(self._wanted(names, stiffnesses))
 
     @remote("[f](m)")
@@ -88,7 +88,7 @@ class MotionStiffness:
 
     @remote("v(mmm)")
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> concurrent.futures.Future:
-        """Changes stiffness over time [s]; ends when it is reached. Of a list per joint the last entries count."""
+        """Changes stiffness over time [s]; ends when it is reached. Of a list per joint only the last entry counts."""
         joints = joints_of(names)
         targets = self._wanted(names, _last(stiffnessLists, len(joints)))
         times = values_for(joints, _last(timeLists, len(joints)), "timeLists", spread=True)

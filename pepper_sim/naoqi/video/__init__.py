@@ -1,1 +1,1 @@
-"""What ALVideoDevice is made of."""
+"""Parts of ALVideoDevice: settings and parameters of the cameras, streams of pictures, picture formats."""

@@ -1,7 +1,7 @@
 """ALVideoDevice's picture sizes and colour spaces, and conversion into them.
 
 Ids: NAOqi 2.8 documentation, alvideodevice. Colour: BT.601; kYUV422 is what `cv2.COLOR_YUV2RGB_YUYV` decodes, kYUV what
-`cv2.COLOR_YUV2RGB` decodes. Hue and saturation fill 0 to 255.
+`cv2.COLOR_YUV2RGB` decodes. Hue and saturation range from 0 to 255.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ RESOLUTIONS: dict[int, tuple[int, int]] = {
     7: (80, 60),
     8: (40, 30),
 }
-"""Resolution id -> width, height [px]; the ones of this robot's cameras."""
+"""Resolution id -> width, height [px], for this robot's cameras."""
 
 DEPTH_RANGE = (0.4, 8.0)
-"""What the Xtion sees [m]; everything else is 0 (NAOqi 2.8 documentation, video_3D_pep_v18a)."""
+"""Range of the Xtion [m]; everything outside is 0 (NAOqi 2.8 documentation, video_3D_pep_v18a)."""
 
 RGB_SPACES: dict[int, int] = {
     **dict.fromkeys(range(9), 1),
@@ -37,7 +37,7 @@ DEPTH_SPACES: dict[int, int] = {0: 1, 11: 3, 13: 3, 17: 2, 19: 12, 21: 2, 23: 2}
 
 
 def convert_rgb(pixels: np.ndarray, space: int) -> np.ndarray:
-    """A colour picture in another space.
+    """Convert a colour picture into another colour space.
 
     Args:
         pixels: (height, width, 3) uint8, RGB.
@@ -49,7 +49,7 @@ def convert_rgb(pixels: np.ndarray, space: int) -> np.ndarray:
 
 
 def _yyuv(pixels: np.ndarray) -> np.ndarray:
-    """Y Y' U V per two pixels, from Y U Y' V."""
+    """Return Y Y' U V per two pixels, from Y U Y' V."""
     packed = cv2.cvtColor(pixels, cv2.COLOR_RGB2YUV_YUYV).reshape(-1, 4)
     return packed[:, [0, 2, 1, 3]]
 
@@ -99,7 +99,7 @@ _RGB: dict[int, Callable[[np.ndarray], np.ndarray]] = {
 
 
 def convert_depth(depth: np.ndarray, space: int, fovy: float) -> np.ndarray:
-    """A depth picture in a space of the depth camera.
+    """Convert a depth picture into a space of the depth camera.
 
     Args:
         depth: (height, width) float32, distance from the image plane [m].
@@ -108,7 +108,7 @@ def convert_depth(depth: np.ndarray, space: int, fovy: float) -> np.ndarray:
             colour.
         fovy: Vertical field of view [rad].
     Returns:
-        Contiguous array of height · width · layers bytes, row by row, little-endian. What is out of range is 0.
+        Contiguous array of height · width · layers bytes, row by row, little-endian; 0 where out of range.
     """
     near, far = DEPTH_RANGE
     seen = np.where((depth >= near) & (depth <= far), depth, np.float32(0.0))
@@ -134,7 +134,7 @@ def _millimetres(metres: np.ndarray) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)
 def _rays(width: int, height: int, fovy: float) -> tuple[np.ndarray, np.ndarray]:
-    """Left and up per metre ahead, for every pixel's centre: shapes (1, width), (height, 1)."""
+    """Return metres left and up per metre ahead for every pixel's centre: shapes (1, width), (height, 1)."""
     focal = 0.5 * height / np.tan(0.5 * fovy)
     left = (0.5 * (width - 1) - np.arange(width, dtype=np.float32)) / focal
     up = (0.5 * (height - 1) - np.arange(height, dtype=np.float32)) / focal

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pepper_sim.naoqi.service import ServiceError, within
 
 FAILED = 0xDEAD404
-"""What getParameter answers for a parameter the camera does not have."""
+"""What getParameter returns for a parameter that the camera does not have."""
 RESOLUTION, FRAME_RATE, CAMERA_SELECT = 14, 15, 18
 HORIZONTAL_FLIP, VERTICAL_FLIP = 7, 8
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """Range and default, and the step of the admissible values."""
+    """Range, default, and step between the values that are allowed."""
 
     low: int
     high: int
@@ -30,7 +30,7 @@ PARAMETERS: dict[int, Parameter] = {
     6: Parameter(0, 1023, 16),  # gain
     7: Parameter(0, 1, 0),  # horizontal flip
     8: Parameter(0, 1, 0),  # vertical flip
-    11: Parameter(0, 1, 1),  # auto exposition
+    11: Parameter(0, 1, 1),  # auto exposure
     12: Parameter(0, 1, 1),  # auto white balance
     13: Parameter(0, 1, 1),  # auto gain
     17: Parameter(0, 65535, 32),  # exposure
@@ -41,7 +41,7 @@ PARAMETERS: dict[int, Parameter] = {
     40: Parameter(0, 1, 0),  # auto focus
     43: Parameter(0, 250, 0, step=25),  # focus
 }
-"""Id -> parameter. The two flips change the picture; the others are kept. Average luminance (39) is not measured."""
+"""Id -> parameter. The flips change the picture; the others are only stored. Average luminance (39) is not measured."""
 
 
 class CameraParameters:
@@ -52,7 +52,7 @@ class CameraParameters:
         self.set_all_defaults()
 
     def get(self, identity: int) -> int:
-        """The value, or FAILED for an unknown id."""
+        """Return the value, or FAILED for an unknown id."""
         return self._values.get(identity, FAILED)
 
     def set(self, identity: int, value: int) -> None:
@@ -69,7 +69,10 @@ class CameraParameters:
         self._values[identity] = value
 
     def set_default(self, identity: int) -> None:
-        """Raises: ServiceError: Unknown id."""
+        """Restore the default of a value.
+
+        Raises: ServiceError: Unknown id.
+        """
         self._values[identity] = known_parameter(identity).default
 
     def set_all_defaults(self) -> None:
@@ -82,7 +85,10 @@ class CameraParameters:
 
 
 def known_parameter(identity: int) -> Parameter:
-    """Raises: ServiceError: The cameras have no parameter of this id."""
+    """Return the parameter with this id.
+
+    Raises: ServiceError: The cameras have no such parameter.
+    """
     if identity not in PARAMETERS:
         raise ServiceError(f"parameter {identity} is unknown; known: {', '.join(map(str, PARAMETERS))}")
     return PARAMETERS[identity]

@@ -1,4 +1,4 @@
-"""ALVideoDevice: which cameras there are, and how they are set."""
+"""ALVideoDevice: the cameras and their settings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COLOUR_RATES, _DEPTH_RATES = 30, 30
 
 
 def robot_cameras(robot: Pepper) -> dict[int, Camera]:
-    """The cameras of `robot` by ALVideoDevice's index, with the field of view they are drawn with."""
+    """Return the cameras of `robot` by ALVideoDevice's index, with the field of view of the simulated cameras."""
     rows = (
         (0, "CameraTop", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
         (1, "CameraBottom", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
@@ -44,10 +44,10 @@ class VideoSettings:
         self._closed: set[int] = set()
 
     def is_open(self, camera: Camera) -> bool:
-        """Whether the camera delivers pictures: nobody has shut or stopped it."""
+        """Whether the camera delivers pictures: nobody has closed or stopped it."""
         return camera.index not in self._closed
 
-    # --- which cameras there are -------------------------------------------------------------------------------------
+    # --- cameras -----------------------------------------------------------------------------------------------------
 
     @remote("[i]()")
     def getCameraIndexes(self) -> list[int]:
@@ -56,7 +56,7 @@ class VideoSettings:
 
     @remote("s(i)")
     def getCameraName(self, cameraIndex: int) -> str:
-        """Names a camera."""
+        """Returns a camera's name."""
         return known_camera(self.cameras, cameraIndex).name
 
     @remote("i(i)")
@@ -132,7 +132,7 @@ class VideoSettings:
 
     @remote("b(i)")
     def closeCamera(self, cameraIndex: int) -> bool:
-        """Shuts a camera: its pictures are None."""
+        """Closes a camera: its pictures are None."""
         self._closed.add(known_camera(self.cameras, cameraIndex).index)
         return True
 
@@ -215,7 +215,7 @@ class VideoSettings:
 
     @remote("v(ii)")
     def setParam(self, id: int, newValue: int) -> None:
-        """Sets a parameter of the active camera (old form); parameter 18 chooses that camera."""
+        """Sets a parameter of the active camera (old form); parameter 18 selects that camera."""
         if id == CAMERA_SELECT:
             self.setActiveCamera(newValue)
         else:
@@ -236,7 +236,10 @@ class VideoSettings:
 
 
 def known_camera(cameras: Mapping[int, Camera], index: int) -> Camera:
-    """Raises: ServiceError: There is no such camera."""
+    """Return the camera with this index.
+
+    Raises: ServiceError: There is no such camera.
+    """
     if index not in cameras:
         raise ServiceError(f"there is no camera {index}; cameras: {', '.join(map(str, cameras))}")
     return cameras[index]

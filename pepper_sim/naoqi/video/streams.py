@@ -1,7 +1,7 @@
-"""Pictures for ALVideoDevice's subscribers: who shares a drawn feed, and when nobody looks.
+"""Pictures for ALVideoDevice's subscribers: equal subscriptions share a rendered feed, and unused feeds are closed.
 
-A feed is drawn only while somebody asks for its pictures: two seconds after the last request it is closed, and opened
-again by the next one, so that a forgotten subscription costs nothing.
+A feed is rendered only while somebody requests its pictures: two seconds after the last request it is closed, and the
+next one opens it again, so that a forgotten subscription costs nothing.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from pepper_sim.robot import Pepper
 log = logging.getLogger(__name__)
 
 IDLE_TIME = 2.0
-"""A feed that nobody asked for so long [s] is closed."""
+"""A feed that nobody has read for this long [s] is closed."""
 _FIRST_PICTURE_TIMEOUT = 5.0
 _LATE = 1.0
-"""How much longer than a picture's period a reader waits for a fresh one [s]: drawing may be slower than asked."""
+"""How much longer than one period a reader waits for a new picture [s]: rendering may be slower than requested."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Camera:
 
     Args:
         index: ALVideoDevice's number.
-        name: Name at the robot and on the wire.
+        name: The robot's and ALVideoDevice's name.
         model: ALVideoDevice's sensor id.
         kind: "rgb" or "depth".
         resolutions: Ids it can deliver.
@@ -58,7 +58,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class ConvertedImage:
-    """A converted picture: contiguous bytes, and the instant it shows [s since 1970]."""
+    """A converted picture: contiguous bytes, and the time at which it was taken [s since 1970]."""
 
     data: np.ndarray
     stamp: float
@@ -66,7 +66,7 @@ class ConvertedImage:
 
 @dataclass
 class Cursor:
-    """The last picture a reader got."""
+    """The last picture that a reader received."""
 
     feed: Any = None
     sequence: int = 0
@@ -99,11 +99,11 @@ class Streams:
         """Wait for a picture newer than the reader's last one and convert it, once for all readers of this key.
 
         Args:
-            cursor: The reader's own; moved on to the picture that is returned.
+            cursor: The reader's own; updated to the picture that is returned.
         Returns:
             None when no picture came in time.
         Raises:
-            ValueError, RuntimeError: The camera cannot draw.
+            ValueError, RuntimeError: The camera cannot be rendered.
         """
         shared = self._open(camera, key)
         image, period = shared.feed.image, 1.0 / key[2]
@@ -119,7 +119,7 @@ class Streams:
         return ConvertedImage(self._convert(shared, camera, key, picture, space), picture.stamp)
 
     def close_idle(self, idle_time: float = IDLE_TIME) -> None:
-        """Close the feeds that nobody asked for lately."""
+        """Close the feeds that nobody has read for `idle_time` seconds."""
         limit = time.monotonic() - idle_time
         with self._lock:
             idle = [key for key, shared in self._shared.items() if shared.used < limit]
@@ -131,7 +131,7 @@ class Streams:
         self.close_idle(idle_time=-1.0)
 
     def open_feeds(self) -> int:
-        """How many feeds are drawn now."""
+        """Return how many feeds are rendered now."""
         with self._lock:
             return len(self._shared)
 
@@ -158,7 +158,7 @@ class Streams:
 
 
 def drawn_size(resolution: int) -> tuple[int, int]:
-    """The size at which a resolution is drawn [px]; the largest is drawn at half its size and enlarged."""
+    """Return the size at which a resolution is rendered [px]; the largest is rendered at half its size and enlarged."""
     width, height = RESOLUTIONS[resolution]
     return (width // 2, height // 2) if width > 1280 else (width, height)
 
@@ -173,7 +173,7 @@ def _oriented(pixels: np.ndarray, key: Key) -> np.ndarray:
 
 
 def convert(pixels: np.ndarray, camera: Camera, space: int) -> np.ndarray:
-    """A camera's picture in one of its colour spaces."""
+    """Convert a camera's picture into one of its colour spaces."""
     if camera.kind == "depth":
         return convert_depth(pixels, space, camera.fovy)
     return convert_rgb(pixels, space)

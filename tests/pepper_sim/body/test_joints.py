@@ -159,9 +159,9 @@ def test_what_makes_no_sense_is_refused(pepper):
         pepper.set_angles({"HeadYaw": math.nan}, {})
     with pytest.raises(ValueError, match="no knots"):
         pepper.follow({"HeadYaw": []})
-    with pytest.raises(ValueError, match="rise"):
+    with pytest.raises(ValueError, match="increasing"):
         pepper.follow({"HeadYaw": [(1.0, 0.0), (1.0, 0.1)]})
-    with pytest.raises(ValueError, match="rise"):
+    with pytest.raises(ValueError, match="increasing"):
         pepper.follow({"HeadYaw": [(0.0, 0.0)]})
     with pytest.raises(ValueError, match="at most"):
         pepper.follow({"HeadYaw": [(1e9, 0.0)]})

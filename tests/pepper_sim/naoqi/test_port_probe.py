@@ -47,4 +47,4 @@ def test_a_robot_that_accepts_no_clients_has_to_be_restarted(monkeypatch, wait_u
     monkeypatch.setattr("pepper_sim.simulation.PortProbe", functools.partial(PortProbe, period=0.05))
     with Simulation(scene="empty", port=0) as simulation:
         wait_until(lambda: simulation.failure, "the failure is reported")
-        assert simulation.failure == f"pepper: {simulation.url} does not let clients in any more"
+        assert simulation.failure == f"pepper: {simulation.url} accepts no clients any more"

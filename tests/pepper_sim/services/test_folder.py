@@ -36,12 +36,12 @@ def test_every_file_is_served(session, simulation):
     assert names <= {info["name"] for info in session.services()}
 
 
-def test_a_service_that_asks_for_what_no_robot_has_is_refused(simulation):
+def test_a_service_that_needs_what_no_robot_has_is_refused(simulation):
     class ALLost(Service):
         name = "ALLost"
 
         def __init__(self, wings: bytes) -> None:
             raise AssertionError("must not be made")
 
-    with pytest.raises(TypeError, match="ALLost asks for <class 'bytes'>"):
+    with pytest.raises(TypeError, match="ALLost needs <class 'bytes'>"):
         simulation.server.catalogue._make(ALLost)
