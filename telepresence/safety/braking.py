@@ -38,14 +38,6 @@ def stopping_speed(distance: float, reaction: float, braking: float) -> float: .
 def stopping_speed(distance: np.ndarray, reaction: np.ndarray | float, braking: float) -> np.ndarray: ...
 
 
-@overload
-def stopping_speed(distance: float, reaction: float, braking: float) -> float: ...
-
-
-@overload
-def stopping_speed(distance: np.ndarray, reaction: np.ndarray | float, braking: float) -> np.ndarray: ...
-
-
 def stopping_speed(distance: np.ndarray | float, reaction: np.ndarray | float, braking: float) -> np.ndarray | float:
     """Return the fastest speed that stops within a distance: solves v tau + v²/2a = d, for d >= 0.
 
