@@ -28,7 +28,8 @@ def master_proxy(uri: str, timeout: float = TIMEOUT) -> Any:  # XML-RPC has no t
 
 def master_answers(uri: str, timeout: float = TIMEOUT) -> bool:
     """Whether a ROS master answers at `uri` within `timeout` seconds."""
+    master: Any = master_proxy(uri, timeout)  # XML-RPC answers have no types
     try:
-        return master_proxy(uri, timeout).getPid("/master_watch")[0] == 1
+        return master.getPid("/master_watch")[0] == 1
     except (OSError, http.client.HTTPException, xmlrpc.client.Error):
         return False
