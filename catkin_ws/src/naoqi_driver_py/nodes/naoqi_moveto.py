@@ -9,7 +9,7 @@ Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bum
             orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
             stop_walk_srv.
 Parameters: ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
-            ~base_frame_id (base_footprint): frame of what the safety gate tells;
+            ~base_frame_id (base_footprint): frame of what the safety gate reports;
             ~wake_up (true): wake a sleeping robot at start;
             ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
 """
@@ -46,9 +46,9 @@ MOTION_CYCLE = 0.02
 HALT_TIMEOUT = 1.0
 """Seconds the robot may brake at the end of the program."""
 LOOK_PERIOD = 0.5
-"""Seconds between two questions whether the robot is awake and moves as it is told."""
+"""Seconds between two questions whether the robot is awake and moves as commanded."""
 STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
+"""Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 
 
 class MoveTo:

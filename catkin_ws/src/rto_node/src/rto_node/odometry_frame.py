@@ -11,7 +11,7 @@ import math
 from rto_node.client import Odometry
 
 Pose = tuple[float, float, float]
-"""x, y [m], phi [rad]."""
+"""Position x, y [m] and heading phi [rad]."""
 
 
 class OdometryFrame:

@@ -41,7 +41,7 @@ class Voice:
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
-        self._surface = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
         """Until the node is shut down; the exit code."""
@@ -52,7 +52,7 @@ class Voice:
         try:
             for part in parts:
                 part.start()
-            self._surface.run(self._node.cycles(LEVEL_PERIOD))
+            self._topics.run(self._node.cycles(LEVEL_PERIOD))
         finally:
             for part in parts:
                 part.close()
@@ -62,7 +62,7 @@ class Voice:
     def _received(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)
 
-    # --- for the surface ---------------------------------------------------------------------------------------------
+    # --- for the topics -----------------------------------------------------------------------------------------------
 
     def levels(self) -> tuple[float, float]:
         return self._levels[0].now, self._levels[1].now
@@ -92,4 +92,5 @@ class Voice:
 
 
 def main() -> int:
+    """Run the node; the exit code."""
     return Voice().run()
