@@ -38,6 +38,7 @@ from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
+from telepresence.geometry import yaw_of
 from telepresence.safety import PEPPER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -97,7 +98,7 @@ class MoveTo:
     def _on_goal(self, goal: PoseStamped) -> None:
         frame = goal.header.frame_id.lstrip("/")
         x, y, q = goal.pose.position.x, goal.pose.position.y, goal.pose.orientation
-        theta = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+        theta = yaw_of(q.w, q.x, q.y, q.z)
         if frame not in ("odom", "base_footprint", "base_link"):
             rospy.logerr("goal refused: frame %r is unknown here; use odom, base_footprint or base_link", frame)
         elif not all(math.isfinite(part) for part in (x, y, theta)):

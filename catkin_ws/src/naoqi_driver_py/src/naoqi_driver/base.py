@@ -17,7 +17,7 @@ import threading
 from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.gated_drive import GatedDrive
-from telepresence.geometry import ZERO_VELOCITY, Velocity
+from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
 
 log = logging.getLogger(__name__)
 
@@ -233,12 +233,12 @@ class BaseDriver:
             wanted, self._wanted_goal = self._wanted_goal, None
         return wanted
 
-    def _relative(self, x: float, y: float, theta: float, in_odometry: bool) -> tuple[float, float, float]:
+    def _relative(self, x: float, y: float, theta: float, in_odometry: bool) -> Pose:
         """The pose as the robot sees it from where it stands."""
         if not in_odometry:
-            return x, y, theta
+            return Pose(x, y, theta)
         robot = self._connection.call("ALMotion", "getRobotPosition", True, timeout=CALL_TIMEOUT)
-        return relative_pose((x, y, theta), tuple(robot))
+        return relative_pose(Pose(x, y, theta), Pose(*robot))
 
     def _finish_goal(self) -> None:
         if self._goal is not None and self._goal.done:
@@ -276,8 +276,8 @@ class BaseDriver:
             self._connection.call("ALMemory", "insertData", HEARTBEAT_KEY, 0, timeout=CALL_TIMEOUT)
 
 
-def relative_pose(pose: tuple[float, float, float], origin: tuple[float, float, float]) -> tuple[float, float, float]:
-    """`pose` (x, y, theta) as seen from `origin`, both in one frame [m, m, rad]; theta in (-pi, pi]."""
-    dx, dy, turn = pose[0] - origin[0], pose[1] - origin[1], pose[2] - origin[2]
-    c, s = math.cos(origin[2]), math.sin(origin[2])
-    return c * dx + s * dy, c * dy - s * dx, math.atan2(math.sin(turn), math.cos(turn))
+def relative_pose(pose: Pose, origin: Pose) -> Pose:
+    """Return `pose` as seen from `origin`, both in one frame."""
+    dx, dy = pose.x - origin.x, pose.y - origin.y
+    c, s = math.cos(origin.theta), math.sin(origin.theta)
+    return Pose(c * dx + s * dy, c * dy - s * dx, wrap_angle(pose.theta - origin.theta))
