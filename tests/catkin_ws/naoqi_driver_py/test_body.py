@@ -7,6 +7,8 @@ from naoqi_driver.base import relative_pose
 from naoqi_driver.body import WHEELS, BodyReader, as_number, quaternion
 from naoqi_driver.connection import Address, Connection
 
+from telepresence.geometry import Pose
+
 JOINTS = ["HeadYaw", "HeadPitch", "LHand"]
 DEVICE = "Device/SubDeviceList"
 
@@ -105,5 +107,5 @@ def test_quaternion_turns_as_the_angles_do():
 
 def test_relative_pose_is_what_the_robot_sees():
     # The robot at (1, 1) looks along y; (1, 3) is 2 m ahead, and looking along -x is a quarter turn to the left.
-    assert relative_pose((1, 3, math.pi), (1, 1, math.pi / 2)) == pytest.approx((2, 0, math.pi / 2))
-    assert relative_pose((0, 0, -3), (0, 0, 3))[2] == pytest.approx(2 * math.pi - 6)
+    assert relative_pose(Pose(1, 3, math.pi), Pose(1, 1, math.pi / 2)) == pytest.approx((2, 0, math.pi / 2))
+    assert relative_pose(Pose(0, 0, -3), Pose(0, 0, 3)).theta == pytest.approx(2 * math.pi - 6)

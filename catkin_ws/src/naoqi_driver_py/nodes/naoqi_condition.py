@@ -40,7 +40,7 @@ MESSAGES = {
     "hand/right": ("hand_touch", HandTouch(hand=HandTouch.RIGHT_BACK)),
     "hand/left": ("hand_touch", HandTouch(hand=HandTouch.LEFT_BACK)),
 }
-"""What can be pressed -> its topic, and the message that tells it."""
+"""What can be pressed -> its topic, and its message."""
 
 
 class Condition:

@@ -6,7 +6,7 @@ Publishes:  odom (nav_msgs/Odometry), imu (sensor_msgs/Imu, of the torso), joint
             /diagnostics.
 Parameters: ~sensor_rate (25) [Hz], ~odom_frame_id (odom), ~use_odometry (true), ~use_joint_sensors (true),
             ~base_frame_id (base_link, which is the torso: six degrees of freedom. With base_footprint the topic odom
-            tells the place on the floor, as REP 105 has it; the transform stays odom -> base_link, the root of the
+            gives the place on the floor, as REP 105 has it; the transform stays odom -> base_link, the root of the
             robot's tree).
 Stamps are the ROS time at which the reading arrived: the robot's keys carry none.
 """
@@ -82,7 +82,7 @@ class JointStates:
         message.position = list(state.positions)
         message.velocity = list(state.velocities)
         message.effort = list(state.efforts)
-        # The robot tells how fast its wheels turn, not how far they have: that is summed up here, from 0 at the start.
+        # The robot reports how fast its wheels turn, not how far: that is summed up here, from 0 at the start.
         for index, (wheel, speed) in enumerate(zip(WHEELS, state.wheel_speeds, strict=True)):
             if all_finite([speed]):
                 self._wheel_angles[index] += speed * elapsed

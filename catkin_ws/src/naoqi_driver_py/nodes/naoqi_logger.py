@@ -46,7 +46,7 @@ class Logger:
             listener.onLogMessage.connect(self._on_message)
             self._listener = listener
         except (RobotError, RuntimeError, AttributeError) as error:
-            rospy.logwarn("this robot does not tell its log: %s", str(error).splitlines()[0])
+            rospy.logwarn("this robot does not share its log: %s", str(error).splitlines()[0])
 
     def _on_message(self, message) -> None:
         level, category, text = read_message(message)

@@ -9,7 +9,7 @@ Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bum
             orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
             stop_walk_srv.
 Parameters: ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
-            ~base_frame_id (base_footprint): frame of what the safety gate tells;
+            ~base_frame_id (base_footprint): frame of what the safety gate reports;
             ~wake_up (true): wake a sleeping robot at start;
             ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
 """
@@ -38,6 +38,7 @@ from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
+from telepresence.geometry import yaw_of
 from telepresence.safety import PEPPER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -46,9 +47,9 @@ MOTION_CYCLE = 0.02
 HALT_TIMEOUT = 1.0
 """Seconds the robot may brake at the end of the program."""
 LOOK_PERIOD = 0.5
-"""Seconds between two questions whether the robot is awake and moves as it is told."""
+"""Seconds between two questions whether the robot is awake and moves as commanded."""
 STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
+"""Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 
 
 class MoveTo:
@@ -97,7 +98,7 @@ class MoveTo:
     def _on_goal(self, goal: PoseStamped) -> None:
         frame = goal.header.frame_id.lstrip("/")
         x, y, q = goal.pose.position.x, goal.pose.position.y, goal.pose.orientation
-        theta = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+        theta = yaw_of(q.w, q.x, q.y, q.z)
         if frame not in ("odom", "base_footprint", "base_link"):
             rospy.logerr("goal refused: frame %r is unknown here; use odom, base_footprint or base_link", frame)
         elif not all(math.isfinite(part) for part in (x, y, theta)):

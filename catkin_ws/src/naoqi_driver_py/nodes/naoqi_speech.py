@@ -2,8 +2,8 @@
 """Lets the robot speak.
 
 Subscribes: speech (std_msgs/String): say this.
-Actions:    speech_action (naoqi_bridge_msgs/SpeechWithFeedback): say this and tell when it is said; cancelling silences
-            the robot.
+Actions:    speech_action (naoqi_bridge_msgs/SpeechWithFeedback): say this and report when it is said; cancelling
+            silences the robot.
 Services:   naoqi_driver/set_language (SetString), naoqi_driver/get_language (GetString), for example "English".
 """
 

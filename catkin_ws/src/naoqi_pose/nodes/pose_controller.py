@@ -4,7 +4,7 @@
 Actions:    joint_trajectory, joint_stiffness_trajectory (naoqi_bridge_msgs/JointTrajectory),
             joint_angles_action (JointAnglesWithSpeed), body_pose_naoqi (BodyPoseWithSpeed: NAOqi's own postures).
 Subscribes: joint_angles (JointAnglesWithSpeed), joint_stiffness (sensor_msgs/JointState, stiffness in the field effort;
-            what naoqi_joint_states tells under the same name is not taken as a command).
+            what naoqi_joint_states publishes under the same name is not taken as a command).
 Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/enable, life/disable (std_srvs/Empty),
             life/get_state (std_srvs/Trigger). They answer when the robot has done it.
 Publishes:  get_life_state (std_msgs/String, latched).

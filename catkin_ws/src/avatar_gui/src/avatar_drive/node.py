@@ -39,7 +39,7 @@ from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, Drive
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2
-"""Seconds after which an unchanged state is repeated: windows take a second of silence for a dead arbiter."""
+"""Seconds after which an unchanged state is repeated: after a second of silence windows take this node for dead."""
 PARTING_TIME = 0.05
 """Seconds for the last zero to leave: rospy sends from a thread of its own."""
 GATE_TIMEOUT = 2.0
@@ -90,7 +90,7 @@ class LeaseNode:
 
     def _lost_windows(self) -> set[str]:
         """Nodes whose connection has closed since the last look. The kernel closes it when a process is killed, and
-        rospy drops it then from this list, of which its public interface tells only the length."""
+        rospy drops it then from this list, of which its public interface gives only the length."""
         connected = {connection.callerid_pub for connection in self._commands.impl.connections or ()}
         lost, self._connected = self._connected - connected, connected
         return lost

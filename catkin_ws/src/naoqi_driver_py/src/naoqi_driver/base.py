@@ -4,7 +4,7 @@ Wire (NAOqi 2.5-2.8 documentation, ALMotion): `move(x, y, theta)` takes m/s, m/s
 at once and holds until the next command, for ever if none comes; `moveTo(x, y, theta)` [m, m, rad] and `stopMove()`
 return when the robot stands; `killMove()` ends a motion without braking ramp. While it drives, this writes the
 ALMemory key `Telepresence/Driver/Heartbeat`: a number that changes with every cycle, 0 when the driver lets go. The
-watchdog beside NAOqi stops a robot whose heartbeat no longer changes.
+watchdog next to NAOqi stops a robot whose heartbeat no longer changes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import threading
 from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.gated_drive import GatedDrive
-from telepresence.geometry import ZERO_VELOCITY, Velocity
+from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ CALL_TIMEOUT = 0.4
 """Seconds a velocity may take to be acknowledged; shorter than the watchdog's patience."""
 BRAKING_TIME = 0.25
 """Seconds that a robot whose commands ceased may brake gently. At ALMotion's default of 0.3 m/s² it would need 1.2 s
-from full speed, and nobody's hand is on the controls."""
+from full speed, and nobody is at the controls."""
 STANDING_TIME = 1.5
 """Seconds of zero velocity after which the motion is ended; braking from full speed takes 1.2 s."""
 REFUSAL_KEY = "ALMotion/MoveFailed"
@@ -91,7 +91,7 @@ class BaseDriver:
         return self._awake
 
     def note_awake(self, awake: bool) -> None:
-        """Tell what the robot said now; somebody may have put it to rest or woken it."""
+        """Take what the robot said now; somebody may have put it to rest or woken it."""
         if self._waking is None:
             self._awake = awake
 
@@ -145,7 +145,7 @@ class BaseDriver:
         """Stop the robot, waiting at most `timeout` seconds until it stands; for the end of the program.
 
         Raises:
-            RobotUnreachable: It could not be told. The watchdog on the robot will stop it.
+            RobotUnreachable: The command did not reach it. The watchdog on the robot will stop it.
         """
         if not self.holds_robot:
             return
@@ -156,7 +156,7 @@ class BaseDriver:
         self._connection.call("ALMemory", "insertData", HEARTBEAT_KEY, 0, timeout=CALL_TIMEOUT)
 
     def _greet(self) -> None:
-        """First words on a new link."""
+        """Begin on a new link: wake the robot up, raise its head."""
         awake = bool(self._connection.call("ALMotion", "robotIsWakeUp"))
         if self._wake_up and not awake and self._awake is not False:
             log.info("the robot sleeps: waking it up")
@@ -201,7 +201,7 @@ class BaseDriver:
             self.state = reason
 
     def _send(self, velocity: Velocity, now: float) -> None:
-        """Tell the robot a velocity; it replaces a goal and a braking."""
+        """Command a velocity; it replaces a goal and a braking."""
         if velocity != self._sent:
             self._sent_changed = now
         self._sent = velocity
@@ -233,12 +233,12 @@ class BaseDriver:
             wanted, self._wanted_goal = self._wanted_goal, None
         return wanted
 
-    def _relative(self, x: float, y: float, theta: float, in_odometry: bool) -> tuple[float, float, float]:
+    def _relative(self, x: float, y: float, theta: float, in_odometry: bool) -> Pose:
         """The pose as the robot sees it from where it stands."""
         if not in_odometry:
-            return x, y, theta
+            return Pose(x, y, theta)
         robot = self._connection.call("ALMotion", "getRobotPosition", True, timeout=CALL_TIMEOUT)
-        return relative_pose((x, y, theta), tuple(robot))
+        return relative_pose(Pose(x, y, theta), Pose(*robot))
 
     def _finish_goal(self) -> None:
         if self._goal is not None and self._goal.done:
@@ -276,8 +276,8 @@ class BaseDriver:
             self._connection.call("ALMemory", "insertData", HEARTBEAT_KEY, 0, timeout=CALL_TIMEOUT)
 
 
-def relative_pose(pose: tuple[float, float, float], origin: tuple[float, float, float]) -> tuple[float, float, float]:
-    """`pose` (x, y, theta) as seen from `origin`, both in one frame [m, m, rad]; theta in (-pi, pi]."""
-    dx, dy, turn = pose[0] - origin[0], pose[1] - origin[1], pose[2] - origin[2]
-    c, s = math.cos(origin[2]), math.sin(origin[2])
-    return c * dx + s * dy, c * dy - s * dx, math.atan2(math.sin(turn), math.cos(turn))
+def relative_pose(pose: Pose, origin: Pose) -> Pose:
+    """Return `pose` as seen from `origin`, both in one frame."""
+    dx, dy = pose.x - origin.x, pose.y - origin.y
+    c, s = math.cos(origin.theta), math.sin(origin.theta)
+    return Pose(c * dx + s * dy, c * dy - s * dx, wrap_angle(pose.theta - origin.theta))

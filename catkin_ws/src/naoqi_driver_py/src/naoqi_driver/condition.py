@@ -1,4 +1,4 @@
-"""What changes seldom: bumpers, touch, battery, temperatures, and whether the robot is awake.
+"""Reads what changes seldom: bumpers, touch, battery, temperatures.
 
 Wire: one `ALMemory.getListData`. The keys are polled because NAOqi 2.5 does not deliver events to the newer libqi used
 here (ros-naoqi/libqi-python, issue 13). Keys: NAOqi 2.8 documentation, pepper_dcm/actuator_sensor_names.
@@ -35,7 +35,7 @@ HOT = 1
 
 @dataclass(frozen=True)
 class Battery:
-    """Charge 0 to 1 and current [A], negative while it is drained; NaN and None where the robot does not tell."""
+    """Charge 0 to 1 and current [A], negative while it is drained; NaN and None where the robot does not report it."""
 
     charge: float
     current: float
@@ -44,7 +44,7 @@ class Battery:
 
 @dataclass(frozen=True)
 class Temperatures:
-    """Of the joints [°C], and their status, 0 for normal."""
+    """Temperatures of the joints [°C], and their status, 0 for normal."""
 
     celsius: dict[str, float]
     status: dict[str, int]

@@ -238,7 +238,7 @@ class Connection:
         return proxy
 
     def _run(self) -> None:
-        pause, told = FIRST_PAUSE, None
+        pause, reported = FIRST_PAUSE, None
         failing_since = time.monotonic()
         while not self._stop.is_set():
             try:
@@ -246,15 +246,15 @@ class Connection:
             except RuntimeError as error:
                 cause = str(error).strip().splitlines()[0]
                 self._problem = cause
-                if cause != told and time.monotonic() - failing_since >= REPORT_AFTER:
+                if cause != reported and time.monotonic() - failing_since >= REPORT_AFTER:
                     log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
-                    told = cause
+                    reported = cause
                 self._stop.wait(pause)
                 if time.monotonic() - failing_since >= EAGER_TIME:
                     pause = min(2 * pause, LONGEST_PAUSE)
                 continue
             self._serve(session)
-            pause, told = FIRST_PAUSE, None
+            pause, reported = FIRST_PAUSE, None
             failing_since = time.monotonic()
 
     def _connect(self) -> qi.Session:
@@ -319,7 +319,7 @@ class Connection:
             callback(*arguments)
         except RobotError as error:
             log.warning("%s", error)
-        except Exception:
+        except Exception:  # of the callback's own; the link must outlive it
             log.exception("a callback of the link to %s failed", self.address)
 
 

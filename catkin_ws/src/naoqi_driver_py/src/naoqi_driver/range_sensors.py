@@ -1,4 +1,4 @@
-"""What Pepper's range sensors and bumpers say, and where it stands, for the safety gate.
+"""Reads Pepper's range sensors, bumpers and odometry for the safety gate.
 
 Wire (NAOqi 2.8 documentation, laser_pep, sonar_pep, bumper_pep): ALMemory keys below
 `Device/SubDeviceList/Platform`, read with one `getListData`:
@@ -9,7 +9,7 @@ ahead and y left of it, Seg01 leftmost, renewed every 160 ms, at 3 m or beyond w
 `{FrontLeft,FrontRight,Back}/Bumper/Sensor/Value`, 1 when pressed.
 `ALMotion.getRobotPosition(True)` is x, y, theta of the odometry [m, m, rad].
 
-ALMemory keeps the last value of a device that has died. What tells a new measurement from an old one is the frame
+ALMemory keeps the last value of a device that has died. A new measurement differs from an old one in the frame
 counter, or, where a robot doesn't count, a value that has changed.
 """
 
@@ -153,7 +153,7 @@ class RangeSensorReader:
 
     Args:
         connection: The link to the robot.
-        hear: Gets every reading, on that thread.
+        receive: Called with every reading, on that thread.
     """
 
     def __init__(self, connection: Connection, receive: Callable[[Reading], None]) -> None:

@@ -117,7 +117,7 @@ class Camera:
         return picture
 
     def close(self) -> None:
-        """Give the subscription back; nobody is told when the link is gone."""
+        """Give the subscription back; nothing happens when the link is gone."""
         handle, self._handle = self._handle, None
         if handle is not None and self._link == self._connection.connections and self._connection.connected:
             try:

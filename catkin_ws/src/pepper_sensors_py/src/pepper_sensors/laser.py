@@ -113,7 +113,7 @@ def to_base(name: str, points: np.ndarray) -> np.ndarray:
 
 
 AROUND_MAX_RANGE = MAX_RANGE + 0.1
-"""Of the merged scan [m]: the cameras stand up to 9 cm away from base_footprint."""
+"""Largest range of the merged scan [m]: the cameras stand up to 9 cm away from base_footprint."""
 SCAN_INCREMENT = math.radians(4.0)
 SCAN_EDGE = math.radians(132.0)
 _BINS = round(2 * SCAN_EDGE / SCAN_INCREMENT) + 1
@@ -122,7 +122,7 @@ _BINS = round(2 * SCAN_EDGE / SCAN_INCREMENT) + 1
 def merge(points: Mapping[str, np.ndarray]) -> Scan:
     """The three horizontal lines as one scan of base_footprint.
 
-    Every point stands where it is seen from base_footprint; a direction that two points share tells the nearer one. The
+    Every point stands where it is seen from base_footprint; a direction that two points share gives the nearer one. The
     blind sectors (about 30 to 70 degrees on both sides) hold NaN, which is not the same as nothing there: infinity.
     """
     ranges = np.full(_BINS, math.nan)

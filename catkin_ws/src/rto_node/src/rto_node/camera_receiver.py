@@ -7,7 +7,7 @@ Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~me
             "waiting: <for what>"; picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
 Parameters: ~sender (127.0.0.1): host, host:port or http://host:port; the port is 8083 unless given; ~frame_id
             (camera_optical_frame); ~measure (false): ask for pictures that carry the time they were taken, in blocks at
-            their lower edge, and tell their age; ~signaling ("http", or "copy-paste": the offer is read from this
+            their lower edge, and report their age; ~signaling ("http", or "copy-paste": the offer is read from this
             terminal and the answer printed, as the Robotino guide has it); ~address (all but loopback): of this
             machine, for copy and paste: the fewer addresses, the shorter the line.
 """
@@ -34,7 +34,7 @@ from telepresence.video.webrtc import release_early
 LOOK_PERIOD = 0.1
 """Seconds between two looks for subscribers while there is no picture."""
 STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
+"""Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
 SIGNALING = ("http", "copy-paste")
 
 
@@ -46,7 +46,7 @@ class CameraReceiver:
         self._image = rospy.Publisher("img_raw", Image, queue_size=1)
         self._state = rospy.Publisher("camera_state", String, queue_size=1, latch=True)
         self._age = rospy.Publisher("picture_age", Float32, queue_size=1) if self._measure else None
-        self._told, self._told_due, self._reminder = "", 0.0, 0.0
+        self._reported, self._reported_due, self._reminder = "", 0.0, 0.0
         signaling = rospy.get_param("~signaling", SIGNALING[0])
         if signaling not in SIGNALING:
             raise SystemExit(f"{rospy.get_name()}: ~signaling is {signaling!r}; it can be {' or '.join(SIGNALING)}")
@@ -91,7 +91,7 @@ class CameraReceiver:
         camera.close()
 
     def _paste(self) -> None:
-        """One exchange with a person's hands; the node ends with it, as the next one needs them again."""
+        """Receive by one exchange that a person pastes; the node ends with it, as the next one must be pasted again."""
 
         def take(frame: av.VideoFrame) -> None:
             self._publish(frame.to_ndarray(format="bgr24"), time.time())
@@ -123,18 +123,18 @@ class CameraReceiver:
         self._image.publish(message)
 
     def _report(self, now: float, state: str) -> None:
-        if state == self._told and now < self._told_due:
+        if state == self._reported and now < self._reported_due:
             return
         lost = state.startswith("no picture")
-        if lost and (not self._told.startswith("no picture") or now > self._reminder):
+        if lost and (not self._reported.startswith("no picture") or now > self._reminder):
             self._reminder = now + REMINDER_PERIOD
             rospy.logerr(
                 "%s; trying again. Does `rto_bringup.onboard camera` run on the robot? Its own pictures are on %s",
                 state, rospy.resolve_name("image_raw"),
             )  # fmt: skip
-        elif not lost and state != self._told:
+        elif not lost and state != self._reported:
             rospy.loginfo("camera: %s", state)
-        self._told, self._told_due = state, now + STATE_PERIOD
+        self._reported, self._reported_due = state, now + STATE_PERIOD
         self._state.publish(state)
 
 

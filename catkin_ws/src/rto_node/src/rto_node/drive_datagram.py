@@ -11,7 +11,7 @@
     robot -> pilot  {"type": "unknown session"}              say hello again
 
 Datagrams, because nothing may queue: over a connection every old command arrives after an outage, seconds late. A
-number says which command is newer. Its age is told without a common clock: a report carries the robot's time T, and a
+number says which command is newer. Its age is known without a common clock: a report carries the robot's time T, and a
 command says which report was the last one heard and how long after it the pilot gave the command (A [s]; negative if
 before). So at the robot's time t its age is at most t - T - A, the network's delays both ways included. A pilot who
 does not hear the robot cannot drive it, and neither can somebody who does not see its answers.
@@ -32,7 +32,7 @@ PERIOD = 0.05
 """Seconds between two commands, and between two reports."""
 REQUESTS = ("stop", "reset stop", "reset bumper", "leave")
 LARGEST = 1e9
-"""Of any number on the wire."""
+"""Largest size of any number in a datagram."""
 
 
 class BadMessage(ValueError):
@@ -40,11 +40,11 @@ class BadMessage(ValueError):
 
 
 class Hello(NamedTuple):
-    """A pilot wants to be heard."""
+    """A pilot asks for a session."""
 
 
 class Drive(NamedTuple):
-    """A velocity of base_link [m/s, m/s, rad/s], None for no wish; see above for the rest."""
+    """A velocity of base_link [m/s, m/s, rad/s], None for no command; see above for the rest."""
 
     session: str
     seq: int

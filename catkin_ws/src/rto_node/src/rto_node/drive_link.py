@@ -1,7 +1,7 @@
 """DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_datagram`). No ROS.
 
-A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and hears what the
-robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
+A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and receives what
+the robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
 """
 
 from __future__ import annotations
@@ -73,10 +73,10 @@ class DriveLink:
         self._thread.start()
 
     def drive(self, vx: float, vy: float, wz: float, careful: bool = False) -> None:
-        """The pilot wishes this velocity now [m/s, m/s, rad/s].
+        """Take the velocity that the pilot commands now [m/s, m/s, rad/s].
 
         Raises:
-            ValueError: A value is not finite; the robot is told that the pilot wishes nothing.
+            ValueError: A value is not finite; the robot receives that the pilot commands nothing.
         """
         finite = all(map(math.isfinite, (vx, vy, wz)))
         with self._lock:
@@ -91,7 +91,7 @@ class DriveLink:
             raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
 
     def release(self) -> None:
-        """The pilot wishes nothing any more."""
+        """Take that the pilot commands nothing any more."""
         with self._lock:
             self._velocity = None
 
@@ -119,7 +119,7 @@ class DriveLink:
         return came
 
     def close(self) -> None:
-        """Tell the robot that the pilot leaves, once, and end."""
+        """Send once that the pilot leaves, and end."""
         self._stop.set()
         with contextlib.suppress(OSError):
             self._waker.send(b"x")

@@ -1,7 +1,7 @@
 """The node rto_drive_link: velocities to the drive server that runs on the robot, which gates them there.
 
-It stands where safe_omni_drive stands when the safety gate runs on the pilot's side, with the same names, but what is
-let through goes to the wheels on the robot itself: a cut network cannot come between the gate and the brakes.
+It takes the place, and the names, of safe_omni_drive, which runs the safety gate on the pilot's side. Here the gate
+runs on the robot, so losing the network cannot disable it.
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
 Publishes:  safety (telepresence_msgs/SafetyState), with every report of the robot, 20 Hz; safety_state
@@ -31,7 +31,7 @@ from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFil
 WAIT = 0.1
 """Seconds to wait for a report before looking whether the robot still answers."""
 STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead node."""
+"""Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
 
 
 class DriveLinkNode:
@@ -58,7 +58,7 @@ class DriveLinkNode:
         return self._node.run(self._report)
 
     def _on_master_lost(self) -> None:
-        # Whoever published our velocities may be gone with it, and nobody can be told to stop.
+        # Whoever published our velocities may be gone with it, and nobody can be asked to stop.
         self._late.link_lost()
         self._link.release()
 

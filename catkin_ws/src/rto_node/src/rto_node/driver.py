@@ -40,7 +40,7 @@ SEND_PERIOD = 0.05
 SHORTEST_SEND_PERIOD = 0.02
 """A new velocity goes out at once, but not more often than this [s]."""
 STATE_PERIOD = 0.5
-"""Seconds after which an unchanged state is repeated, so that its readers can tell a dead driver."""
+"""Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 INPUTS_EVERY, POWER_EVERY = 5, 20
 """Cycles of the sensors per reading of inputs, and of power."""
 OUTPUTS = 8
@@ -180,8 +180,8 @@ class Driver:
         self._publishers["distance_sensors_scan"].publish(scan)
 
     def _publish_wheels(self, reading: Odometry) -> None:
-        """The robot tells how fast it goes, not how far its wheels have turned: that is summed up, from 0 at the
-        start."""
+        """Publish speed and angle of the wheels. The robot reports how fast it goes, not how far its wheels have
+        turned: that is summed up, from 0 at the start."""
         now = time.monotonic()
         speeds = robot_facts.wheel_speeds(reading.vx, reading.vy, reading.omega)
         elapsed = 0.0 if self._wheels_at is None else min(now - self._wheels_at, 1.0)

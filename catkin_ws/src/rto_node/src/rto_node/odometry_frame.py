@@ -9,9 +9,7 @@ from __future__ import annotations
 import math
 
 from rto_node.client import Odometry
-
-Pose = tuple[float, float, float]
-"""x, y [m], phi [rad]."""
+from telepresence.geometry import Pose, wrap_angle
 
 
 class OdometryFrame:
@@ -20,13 +18,13 @@ class OdometryFrame:
     def __init__(self) -> None:
         self.restarts = 0
         """How often the robot's odometry has started again."""
-        self._offset: Pose = (0.0, 0.0, 0.0)  # of the robot's frame in ours
-        self._last: Pose = (0.0, 0.0, 0.0)  # the last pose in ours
+        self._offset = Pose(0.0, 0.0, 0.0)  # of the robot's frame in ours
+        self._last = Pose(0.0, 0.0, 0.0)  # the last pose in ours
         self._seq: int | None = None
 
     def update(self, reading: Odometry) -> Pose:
-        """The pose in odom for a reading."""
-        pose = (reading.x, reading.y, reading.phi)
+        """Return the pose in odom for a reading."""
+        pose = Pose(reading.x, reading.y, reading.phi)
         if self._seq is not None and reading.seq < self._seq:
             self.restarts += 1
             self._offset = _compose(self._last, _invert(pose))
@@ -35,21 +33,17 @@ class OdometryFrame:
         return self._last
 
     def reset(self, x: float, y: float, phi: float) -> None:
-        """The robot is at this pose now."""
+        """Let the robot be at this pose now [m, m, rad]."""
         pose = _compose(_invert(self._offset), self._last)
-        self._last = (x, y, _wrapped(phi))
+        self._last = Pose(x, y, wrap_angle(phi))
         self._offset = _compose(self._last, _invert(pose))
 
 
 def _compose(a: Pose, b: Pose) -> Pose:
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], _wrapped(a[2] + b[2])
+    c, s = math.cos(a.theta), math.sin(a.theta)
+    return Pose(a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, wrap_angle(a.theta + b.theta))
 
 
 def _invert(a: Pose) -> Pose:
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
-
-
-def _wrapped(angle: float) -> float:
-    return math.remainder(angle, math.tau)
+    c, s = math.cos(a.theta), math.sin(a.theta)
+    return Pose(-c * a.x - s * a.y, s * a.x - c * a.y, -a.theta)

@@ -25,7 +25,7 @@ from rto_node.link import Link, find_address
 from rto_node.odometry_frame import OdometryFrame, Pose
 
 POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
-"""Of a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""
+"""Variance for a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""
 UNMEASURED = 1e6
 """Variance of what a robot on wheels does not measure."""
 

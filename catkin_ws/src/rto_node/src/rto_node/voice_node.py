@@ -62,7 +62,7 @@ class Voice:
     def _received(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)
 
-    # --- for the surface ---------------------------------------------------------------------------------------------
+    # --- for the topics -----------------------------------------------------------------------------------------------
 
     def levels(self) -> tuple[float, float]:
         return self._levels[0].now, self._levels[1].now
@@ -92,4 +92,5 @@ class Voice:
 
 
 def main() -> int:
+    """Run the node; the exit code."""
     return Voice().run()

@@ -166,7 +166,7 @@ class WebrtcCamera:
             return location
         except SenderUnreachable:
             raise
-        except Exception as error:
+        except Exception as error:  # of aiohttp, or of aiortc, which parses with asserts and indices
             raise SenderUnreachable(f"the camera sender at {self.url} does not answer: {_cause(error)}") from error
 
     async def _supervise(self, draining: asyncio.Future) -> None:

@@ -113,10 +113,10 @@ class BubbleGate:
         self._bubble.update_points(points_of_ranges(ranges))
 
     def receive_bumper(self, pressed: bool, now: float) -> None:
-        """The guide does not listen to the bumper."""
+        """Do nothing: the guide ignores the bumper."""
 
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
-        """The guide does not need it."""
+        """Do nothing: the guide ignores odometry."""
 
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         velocity = self._bubble.command(vx, vy, wz)
@@ -132,5 +132,5 @@ class BubbleGate:
 
 
 def _decision(velocity: Velocity, state: State, reason: str) -> Decision:
-    """What the bubble can tell; it knows neither distances nor allowed speeds."""
+    """Return what the bubble knows: neither distances nor allowed speeds."""
     return Decision(*velocity, state, reason, np.full(SECTORS, math.nan), math.nan, command_age=0.0)

@@ -12,7 +12,6 @@ Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compa
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 
@@ -29,6 +28,7 @@ from telepresence_ros.safety_topics import SafetyTopics
 
 from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
+from telepresence.geometry import yaw_of
 from telepresence.safety import ROBOTINO, State, VelocityGate
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -106,7 +106,7 @@ class SafeDrive:
 
     def _on_odometry(self, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
-        theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        theta = yaw_of(q.w, q.x, q.y, q.z)
         with self._lock:
             self._gate.receive_odometry(position.x, position.y, theta, time.monotonic())
 

@@ -1,9 +1,9 @@
 """Held keys of a terminal -> velocity. No ROS, no terminal, no clock: the time is an argument.
 
-A terminal tells neither when a key is let go nor that two are held; it repeats the last one. So a key drives until its
-repetition stays out: half a second for the first one, because keyboards wait that long before they repeat, then 0.15 s.
-Keys, speeds and times: rto_teleop's keyboard (dietriro/rto_core, gulbasozan/robotino-ros2). Q turns left, as REP 103
-has it; the guide's window turns right with it.
+A terminal reports neither that a key is released nor that two are held; it repeats the last one. So a key drives until
+its repetition stays out: half a second for the first one, because keyboards wait that long before they repeat, then
+0.15 s. Keys, speeds and times: rto_teleop's keyboard (dietriro/rto_core, gulbasozan/robotino-ros2). Q turns left, as
+REP 103 has it; the guide's window turns right with it.
 """
 
 from __future__ import annotations

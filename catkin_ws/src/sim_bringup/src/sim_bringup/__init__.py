@@ -1,1 +1,1 @@
-"""Simulated robots on ROS: what the simulation guide defines, and what only a simulator can tell."""
+"""Simulated robots on ROS: the topics of the simulation guide, and what only a simulator knows."""

@@ -3,7 +3,7 @@
 A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the program that sent
 the command is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
 only the newest command counts. What the robot does goes through its driver, with the safety gate in between; a robot
-without a wire is told directly.
+without a driver is commanded directly.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from std_msgs.msg import Int32
 from telepresence.sim.simulated_robot import Controls, Movement
 
 PERIOD = 0.1
-"""A driver is told again this often [s]; it gives up after 0.5 s of silence."""
+"""Seconds between two commands to a driver; it gives up after 0.5 s of silence."""
 LEAST_PERIOD = 0.02
-"""However often commands change, a driver is told at most every so often [s]."""
+"""Shortest time between two commands to a driver, however often they change [s]."""
 ZEROS = 3
-"""So often a driver is told to stop; then others may drive."""
+"""How many zeros a driver gets for a stop; then others may drive."""
 GRACE = 0.5
 """Whoever sent the command may be gone so long [s]."""
 
@@ -86,18 +86,18 @@ class Movements:
 
     def run(self, stop: threading.Event) -> None:
         """Hand commands on until `stop` is set."""
-        heard = time.monotonic()
+        alive_at = time.monotonic()
         while not stop.is_set():
             with self._changed:
                 if self._wanted is Movement.STOP and not self._zeros:
                     self._changed.wait(PERIOD)
-                    heard = time.monotonic()
+                    alive_at = time.monotonic()
                     continue
                 now = time.monotonic()
                 if self._sender_lives():
-                    heard = now
-                elif self._wanted is not Movement.STOP and now - heard > GRACE:
-                    rospy.logwarn("movement_command: whoever told the robot to move is gone; it stops")
+                    alive_at = now
+                elif self._wanted is not Movement.STOP and now - alive_at > GRACE:
+                    rospy.logwarn("movement_command: whoever made the robot move is gone; it stops")
                     self._want(Movement.STOP)
                 movement = self._wanted
                 if movement is Movement.STOP:
@@ -130,7 +130,7 @@ class Movements:
         return topic is not None and any(link.callerid_pub == self._sender for link in topic.connections or ())
 
     def _want(self, movement: Movement) -> None:
-        """The lock is held."""
+        """Change the movement. The caller holds the lock."""
         if movement is Movement.STOP and self._wanted is not Movement.STOP:
             self._zeros = ZEROS
         self._wanted = movement

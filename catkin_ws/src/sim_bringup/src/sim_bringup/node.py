@@ -1,14 +1,15 @@
 """A world with simulated robots as a ROS node, `robot_control_node`.
 
-Drivers reach every robot through its own wire (NAOqi, REST), as they reach a real one. Beside the wires stands what the
-simulation guide defines, and what only a simulator can tell. For every robot, in its namespace (see `interface.py`):
+Drivers reach every robot through its own wire (NAOqi, REST), as they reach a real one. Each simulator also
+offers the topics of the simulation guide, and what only a simulator knows. For every robot, in its namespace (see
+`ros_interface.py`):
 
     robot_camera      sensor_msgs/Image, 640x480 rgb8, 10 Hz, frame robot_camera: through wire and driver
     movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety gate, driver and wire
-    body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, beside the wire
+    body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, not a measurement
     truth             nav_msgs/Odometry, 20 Hz, in the frame world: the same with velocities
     restart_simulation  std_srvs/Trigger: the whole world back to the start, in place; clients stay connected
-    room_speech       std_msgs/String, taken: a person beside the robot says this (espeak-ng)
+    room_speech       std_msgs/String, taken: a person next to the robot says this (espeak-ng)
     <screen>/image_raw  sensor_msgs/Image: what the robot shows, such as Pepper's tablet
 
 For the world: overview/image_raw (sensor_msgs/Image, 10 Hz), the place seen by a fixed camera; restart_simulation.

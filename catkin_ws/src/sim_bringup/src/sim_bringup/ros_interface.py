@@ -23,7 +23,7 @@ from telepresence.video.images import LatestImage
 
 CAMERA_SIZE = (640, 480)
 CAMERA_RATE = 10.0
-"""Of robot_camera and of the overview [Hz]."""
+"""Rate of robot_camera and of the overview [Hz]."""
 TRUTH_PERIOD = 0.05
 BODY_STATE_EVERY = 2
 """body_state goes out with every second truth: 10 Hz."""
@@ -70,7 +70,7 @@ class RobotTopics:
 
 
 class WorldInterface:
-    """The ROS surface of a simulation, between entering and leaving. `stop` is set when the node shuts down."""
+    """The topics and services of a simulation, between entering and leaving. `stop` is set when the node shuts down."""
 
     def __init__(self, simulation: Simulation, wires: Mapping[str, RobotTopics]) -> None:
         self.stop = threading.Event()
@@ -132,7 +132,7 @@ class WorldInterface:
 
 
 class RobotInterface:
-    """What the world tells of one robot, and how it is moved and seen."""
+    """The topics of one simulated robot: its truth, its pictures, its movement commands."""
 
     def __init__(self, simulation: Simulation, name: str, robot: SimulatedRobot, wire: RobotTopics) -> None:
         self._pose: Callable[[], BodyState] = lambda: simulation.truth(name)

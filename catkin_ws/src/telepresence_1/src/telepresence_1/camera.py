@@ -111,7 +111,7 @@ class Camera:
                 self._read_until_lost()
             except SourceError as error:
                 title, text = error.title, str(error)
-            except Exception:
+            except Exception:  # the page must go on, with a notice, whatever a camera's driver raises
                 log.exception("the camera thread failed")
                 title, text = "Camera failed", "The program's log says why."
             else:

@@ -1,4 +1,4 @@
-"""ROS node com_cam: the pilot's camera, the page with its picture, and the robot that is told to show it.
+"""ROS node com_cam: the pilot's camera, the page with its picture, and the command to the tablet to show it.
 
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
@@ -41,7 +41,7 @@ from telepresence_1.page_auth import make_token
 from telepresence_1.tablet_link import TabletLink, public
 
 VISIT_PATIENCE = 10.0
-"""Seconds after which a tablet that was told to show the page and has not asked for the picture is a problem."""
+"""Seconds after which a tablet that should show the page and has not asked for the picture is a problem."""
 STATUS_PERIOD = 1.0
 """Seconds between two reports."""
 SHUTDOWN_TIMEOUT = 4.0

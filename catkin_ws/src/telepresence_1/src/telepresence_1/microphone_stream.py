@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 MICROPHONES = {"stereo": (48000, 0, 0), "front": (16000, 3, 0)}
 """What can be heard -> rate [Hz], channels, deinterleaved, as `setClientPreferences` takes them."""
 FRONT_LEFT, FRONT_RIGHT = 2, 3
-"""Of Pepper's four microphones: rear left, rear right, front left, front right."""
+"""Order of Pepper's four microphones: rear left, rear right, front left, front right."""
 SILENT_AFTER = 3.0
 """Seconds without a block after which the subscription counts as dead."""
 _DEVICE = "ALAudioDevice"
@@ -53,7 +53,7 @@ class MicrophoneStream:
         self.rate = MICROPHONES[microphones][0]
         self.channels = 2 if microphones == "stereo" else 1
         self.wanted = True
-        """Set it to False when nobody would hear."""
+        """False while nobody listens."""
         self.problem: str | None = "not connected yet"
         """Why nothing is heard; None while blocks come."""
         self.blocks = 0
@@ -66,7 +66,7 @@ class MicrophoneStream:
         self._told: str | None = None
         self._name = ""
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="robot-ears", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="microphone-stream", daemon=True)
 
     def start(self) -> MicrophoneStream:
         self._thread.start()
@@ -85,7 +85,7 @@ class MicrophoneStream:
                 self._report(str(error))
                 self._link = -1
                 self._stop.wait(1.0)
-            except Exception:
+            except Exception:  # top of the thread: it goes on and tries again
                 log.exception("the robot's microphones cannot be kept")
                 self._stop.wait(1.0)
         self._leave()
@@ -152,15 +152,15 @@ class MicrophoneStream:
             self._told = problem
 
 
-def _listener(heard: Callable[[int, int, Any], None]) -> object:
+def _listener(on_sound: Callable[[int, int, Any], None]) -> object:
     """The service that the robot calls. libqi shows every attribute to clients, so it has none."""
 
     class Listener:
         @qi.bind(qi.Void, (qi.Int32, qi.Int32, qi.Dynamic, qi.Buffer))
         def processRemote(self, nbOfChannels: int, nbOfSamplesByChannel: int, timeStamp: Any, buffer: Any) -> None:
             try:
-                heard(nbOfChannels, nbOfSamplesByChannel, buffer)
-            except Exception:
+                on_sound(nbOfChannels, nbOfSamplesByChannel, buffer)
+            except Exception:  # libqi would send it back to the robot, which has no use for it
                 log.exception("a block of the robot's microphones is lost")
 
     return Listener()

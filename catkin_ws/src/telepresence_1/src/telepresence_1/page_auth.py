@@ -39,7 +39,7 @@ class PageAuth:
 
     Args:
         token: The key; None lets everybody in.
-        hosts: Names this machine is called by, beside "localhost" and any IP address.
+        hosts: Names of this machine besides "localhost" and any IP address.
     """
 
     def __init__(self, token: str | None = None, hosts: Iterable[str] = ()) -> None:

@@ -1,4 +1,4 @@
-"""Sound over RTP: from the program that hears the robot to the loudspeaker beside the pilot, here or elsewhere.
+"""Sound over RTP: from the program that receives the robot's sound to the pilot's loudspeaker, here or elsewhere.
 
 Wire, UDP, default port 10001, payload type 96:
     l16   RFC 3551 L16/44100/2: what the first telepresence rig sent; 1.5 Mbit/s, a packet every 8 ms
@@ -145,7 +145,7 @@ class RtpPlayer(Output):
         super().__init__("loudspeaker", device, head, patience, self._listen, on_state=on_state)
 
     def packets(self) -> tuple[int, int]:
-        """(played, lost or late) since the pipeline started."""
+        """Return how many packets were played, and how many lost or late, since the pipeline started."""
         jitter = self.pipeline.get("jitter")
         if jitter is None:
             return 0, 0

@@ -1,7 +1,7 @@
 """The pilot's voice to the robot's loudspeaker, through NAOqi alone: nothing is installed on the robot.
 
 Wire: ALAudioDevice.sendRemoteBufferToOutput(frames, buffer): int16 little-endian, stereo interleaved, at most 16384
-frames. The robot queues buffers, up to more than a second, and tells nobody how much waits there. So the delay is
+frames. The robot queues buffers, up to more than a second, and does not report how much waits there. So the delay is
 decided here: pieces go out as the microphone delivers them, a small cushion ahead, and whatever could have grown the
 robot's queue (a link that stood still, a backlog, a clock that drifts) ends with `flushAudioOutputs` and a new cushion.
 Silence is not sent, so that the queue runs empty between sentences; what the microphone heard just before a word is the
@@ -83,7 +83,7 @@ class SpeakerStream:
         self._loud_until = self._pause_until = 0.0
         self._since = self._sent = 0.0
         self._closing = False
-        self._thread = threading.Thread(target=self._run, name="robot-mouth", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="speaker-stream", daemon=True)
 
     def start(self) -> SpeakerStream:
         self._thread.start()
@@ -158,7 +158,7 @@ class SpeakerStream:
                     self._handle(continue_with, time.monotonic())
             except RobotError as error:
                 self._fail(str(error))
-            except Exception:
+            except Exception:  # top of the thread: the pilot's next word must have a chance
                 log.exception("the pilot's voice cannot be sent")
                 self._fail("it fails; the log says why")
 
@@ -226,7 +226,7 @@ class SpeakerStream:
         self.pieces += 1
 
     def _fail(self, problem: str) -> None:
-        """After an error: silent until the next word; told once."""
+        """Be silent after an error until the next word; report it once."""
         self._pending.clear()
         self._talking, self._stalled = False, True
         self._loud_until = 0.0

@@ -75,7 +75,7 @@ class TabletLink:
                     self._report(str(error))
                     self._stop.wait(pause)
                     pause = min(2 * pause, LONGEST_PAUSE)
-                except Exception:
+                except Exception:  # top of the thread: it goes on and tries again
                     log.exception("showing the page failed")
                     self._stop.wait(LONGEST_PAUSE)
 

@@ -34,7 +34,7 @@ from telepresence_1.speaker_stream import SpeakerStream
 
 
 class Voice:
-    """Joins microphone and mouth, ears and loudspeaker; reads its parameters once.
+    """Connects the pilot's microphone and loudspeaker with those of the robot; reads its parameters once.
 
     Raises:
         ValueError: A parameter makes no sense; the text says which.
@@ -86,7 +86,7 @@ class Voice:
         try:
             self._topics.run(self._node.cycles(LEVEL_PERIOD))
         finally:
-            # The ears first: their unsubscribing needs the link, which ends after this.
+            # The robot's microphones first: unsubscribing needs the link, which ends after this.
             for part in (
                 self._microphone_stream,
                 self._microphone,
@@ -107,7 +107,7 @@ class Voice:
     def _speaker_changed(self, problem: str | None) -> None:
         self._microphone_stream.wanted = problem is None
 
-    # --- for the surface ---------------------------------------------------------------------------------------------
+    # --- for the topics -----------------------------------------------------------------------------------------------
 
     def levels(self) -> tuple[float, float]:
         return self._levels[0].now, self._levels[1].now

@@ -1,4 +1,4 @@
-"""Tells /diagnostics how a node fares."""
+"""Reports the state of a node on /diagnostics."""
 
 from __future__ import annotations
 

@@ -45,13 +45,13 @@ def wait_for_master(timeout: float = START_TIMEOUT, stop: threading.Event | None
     uri = rosgraph.get_master_uri()
     advice = f"No ROS master answers at {uri}. Start one with:  roscore\nor set ROS_MASTER_URI to where one runs."
     stop = stop or threading.Event()
-    began, told = time.monotonic(), False
+    began, reported = time.monotonic(), False
     while not master_answers(uri):
         waited = time.monotonic() - began
         if waited > timeout:
             sys.exit(f"No ROS master answered at {uri} within {timeout:g} s.")
-        if waited > PATIENCE and not told:
-            told = True
+        if waited > PATIENCE and not reported:
+            reported = True
             print(advice, file=sys.stderr, flush=True)
         if stop.wait(0.1):
             sys.exit(0)

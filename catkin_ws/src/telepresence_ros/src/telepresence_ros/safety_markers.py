@@ -25,7 +25,7 @@ HEIGHT = 0.02
 RING_GAP, RING_WIDTH, RING_LEAST = 0.03, 0.30, 0.02
 """The ring begins this far outside the outline's circle; its length at top speed, and where nothing is allowed [m]."""
 TEXT_HEIGHT = 0.08
-"""Of a capital letter [m]."""
+"""Height of a capital letter [m]."""
 ARROW_TIME = 1.0
 """The arrow reaches as far as the robot would drive in this time [s]."""
 WHITE = (1.0, 1.0, 1.0, 1.0)

@@ -1,7 +1,7 @@
-"""What a safety gate tells on ROS, and how a person stops it and lets it go; the same for every robot.
+"""The ROS topics and services of a safety gate; the same for every robot.
 
 Publishes:  safety (telepresence_msgs/SafetyState): every decision; safety_state (std_msgs/String, latched):
-            "<state>: <reason>", when it changes and twice a second, so that its readers can tell a dead node;
+            "<state>: <reason>", when it changes and twice a second, so that readers notice a dead node;
             safety_markers (visualization_msgs/MarkerArray): the same to look at, while somebody subscribes.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper: let go again (std_srvs/Trigger).
 All names are relative to the namespace of the node.
@@ -30,7 +30,7 @@ MARKER_PERIOD = 0.1
 
 
 class Latches(Protocol):
-    """Stops that last until a person lets them go. Called on threads of their own."""
+    """Stops that last until a person resets them. Called on threads of their own."""
 
     def stop(self, reason: str) -> None: ...
 

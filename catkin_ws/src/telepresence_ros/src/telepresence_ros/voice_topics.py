@@ -51,7 +51,7 @@ class Talk(Protocol):
     """What a robot's voice connection offers to people."""
 
     def levels(self) -> tuple[float, float]:
-        """Of the pilot and of the robot [dBFS]."""
+        """Return the levels of the pilot and of the robot [dBFS]."""
 
     def describe(self) -> tuple[str, str]:
         """How the pilot's and the robot's sound stand: "live", "muted", "talking", or why there is none."""

@@ -1,4 +1,4 @@
-"""What runs on the robot, beside its own web server: the drive server and the camera sender. No ROS.
+"""Programs that run on the robot next to its own web server: drive server, camera sender, sound server. No ROS.
 
     python -m rto_bringup.onboard drive     velocities by UDP, gated by the robot's own sensors; needs only NumPy
     python -m rto_bringup.onboard camera    pictures by WebRTC; needs aiortc and aiohttp

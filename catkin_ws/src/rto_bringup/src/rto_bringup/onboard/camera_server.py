@@ -1,4 +1,4 @@
-"""The camera sender: the robot's pictures by WebRTC, video VP8, to a few receivers. Signaling needs no hands:
+"""The camera sender: the robot's pictures by WebRTC, video VP8, to a few receivers. Signaling is automatic:
 
     POST /camera[?time=1]   body: an offer, application/sdp    201, body: the answer, Location: /camera/NUMBER
     DELETE /camera/NUMBER   200: the receiver has left
@@ -88,7 +88,7 @@ class CameraServer:
                     raise ValueError("the offer asks for no video")
                 peer.addTrack(NewestPictureTrack(self._source.image, with_time))
                 await peer.setLocalDescription(await peer.createAnswer())
-        except BaseException as error:
+        except BaseException as error:  # cancellation, too, must not leave a receiver behind
             await self._end(number, "the offer is refused")
             if isinstance(error, Exception) and not isinstance(error, ValueError):
                 # aiortc parses with asserts and indices; whatever it stumbles over is the offer's fault.
@@ -160,14 +160,14 @@ class CameraServer:
         return number
 
     async def _supervise(self, number: int, peer: RTCPeerConnection) -> None:
-        """Ends a receiver that reports no more, long before aiortc notices."""
+        """End a receiver that sends no more reports, long before aiortc notices."""
         loop = asyncio.get_running_loop()
-        heard, last = loop.time(), None
-        while peer.connectionState not in ("closed", "failed") and loop.time() - heard < SILENT_RECEIVER:
+        received_at, last = loop.time(), None
+        while peer.connectionState not in ("closed", "failed") and loop.time() - received_at < SILENT_RECEIVER:
             await asyncio.sleep(1.0)
             newest = await _newest_report(peer)
             if newest != last:
-                heard, last = loop.time(), newest
+                received_at, last = loop.time(), newest
         await self._end(number, "it is silent")
 
     async def _end(self, number: int, reason: str) -> None:
@@ -185,7 +185,7 @@ class CameraServer:
 
 
 async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
-    """When the receiver last reported."""
+    """Return when the receiver last reported."""
     report = await peer.getStats()
     return max((each.timestamp for each in report.values() if each.type == "remote-inbound-rtp"), default=None)
 
@@ -199,7 +199,7 @@ async def _receive_goodbye(signaling: CopyAndPasteSignaling) -> None:
 
 
 def local_address(request: web.Request) -> str | None:
-    """Of this machine, where the request came in."""
+    """Return the address of this machine at which the request came in."""
     name = request.transport.get_extra_info("sockname") if request.transport else None
     if not name:
         return None
@@ -214,7 +214,7 @@ async def serve(server: CameraServer, address: str, port: int, ready: Callable[[
     Args:
         address: Of one interface; "0.0.0.0" for all.
         port: 0 takes a free one.
-        ready: Told the URL.
+        ready: Called with the URL.
     Raises:
         OSError: The port is taken or the address is not this machine's.
     """

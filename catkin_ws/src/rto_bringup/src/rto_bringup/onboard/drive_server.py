@@ -1,4 +1,4 @@
-"""The drive server: the only one who tells this robot's wheels what to do, with no network between it and them.
+"""The drive server: the only program that commands this robot's wheels, with no network between it and them.
 
 Datagrams from pilots (`rto_node.drive_datagram`) in, sensors from the robot's web server in, the gate of
 `telepresence.safety` between, velocities to the web server out. A pilot who falls silent stops the robot: a zero 0.2 s
@@ -36,7 +36,7 @@ ZEROS_TIME = 1.0
 WRITE_TIMEOUT = 0.15
 """Seconds that the robot's web server has to take a velocity; it is on the same machine."""
 FAULT_TIME = 0.5
-"""Seconds for which a velocity that the robot's web server did not take is told as a fault."""
+"""Seconds for which a velocity that the robot's web server did not take is reported as a fault."""
 MAX_READINGS = 40
 IDLE = (State.NO_COMMAND, State.BLOCKED, State.LIMITED, State.CLEAR)
 """States of the gate that say nothing about the robot itself."""
@@ -127,7 +127,7 @@ class DriveServer:
             except BlockingIOError:
                 return
             except OSError as error:
-                # Linux tells of an earlier datagram that nobody wanted.
+                # Linux reports here that an earlier datagram reached no program.
                 log.debug("a datagram did not arrive: %s", error)
                 continue
             for consequence in self._pilots.receive(datagram, address, time.monotonic()):

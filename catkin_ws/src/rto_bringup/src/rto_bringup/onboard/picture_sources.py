@@ -38,11 +38,11 @@ class CameraLost(RuntimeError):
 
 
 class PictureSource:
-    """The newest picture of a camera, taken while anybody watches.
+    """Keeps the newest picture of a camera, which is open while anybody watches.
 
     Args:
         name: For the log.
-        open_camera: Gives its pictures; raises CameraLost. Its `close` lets the camera go.
+        open_camera: Gives its pictures; raises CameraLost. Its `close` releases the camera.
     """
 
     def __init__(self, name: str, open_camera: Callable[[], Pictures]) -> None:

@@ -1,8 +1,8 @@
 """Who may drive now, and which of their commands still counts. No clock, no socket: time and address are arguments.
 
 Any pilot may listen and stop; one at a time drives: the first to ask for a velocity keeps the robot until a second
-after the last one. A command is refused that is not newer than the last, too old, or from a pilot who has not heard
-the robot lately.
+after the last one. A command is refused that is not newer than the last, too old, or from a pilot who has received
+nothing from the robot lately.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Pilots:
     """The sessions of a drive server.
 
     Attributes:
-        careful: The driving pilot wishes the body to swing.
+        careful: The driving pilot wants the body to swing.
         problem: Why the newest datagrams were no commands; empty when there is nothing to say.
         refused: Datagrams that could not be used.
         cut: The driver fell silent without a word, as a cut network does; not: let go of the controls.

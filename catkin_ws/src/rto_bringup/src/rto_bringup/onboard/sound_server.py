@@ -5,7 +5,7 @@
     DELETE /sound/NUMBER    200: the pilot has left
     GET /sound              200, JSON: {"pilots": 0 or 1, "microphone": problem or "", "loudspeaker": problem or ""}
 
-One pilot at a time; another one is refused while the first is heard. Candidates are offered on the one address that
+One pilot at a time; another one is refused while the first is connected. Candidates are offered on the one address that
 the offer came to.
 """
 
