@@ -70,6 +70,7 @@ class Recorder(QObject):
         self._process = process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
+        process.errorOccurred.connect(lambda error: self._on_error(process, error))
         # setpriv lets the kernel interrupt it when this process ends, however that happens.
         words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
         process.start("setpriv", [*words, "-O", str(bag), *topics])
@@ -90,6 +91,12 @@ class Recorder(QObject):
             self._process.waitForFinished(1000)
         for report in list(self._reports):
             report.waitForFinished(PATIENCE)
+
+    def _on_error(self, process: QProcess, error: QProcess.ProcessError) -> None:
+        if error == QProcess.ProcessError.FailedToStart:  # after any other error `finished` follows
+            process.deleteLater()
+            self._process = None
+            self.failed.emit(f"The recording cannot start: {process.errorString()}.")
 
     def _on_recorded(self, process: QProcess, bag: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
