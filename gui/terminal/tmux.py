@@ -67,8 +67,10 @@ class Tmux:
             raise TmuxError(f"{program} runs in the terminal's window '{window}'. End it there with Ctrl-C first.")
         # tmux would take a semicolon at the end of an argument as the end of its own command.
         literal = line[:-1] + "\\;" if line.endswith(";") else line
+        column, row, width = self._cursor(window)
         self._call("send-keys", "-t", self._target(window), "-l", literal)
         self._call("send-keys", "-t", self._target(window), "Enter")
+        self._wait_for_new_row(window, row, row + (column + len(line)) // width + 1)
 
     def interrupt(self, window: str) -> None:
         """Type Ctrl-C in `window`, if it is open.
@@ -134,6 +136,23 @@ class Tmux:
             if time.monotonic() > deadline:
                 return program
             time.sleep(0.05)
+
+    def _cursor(self, window: str) -> tuple[int, int, int]:
+        """Return column and row of the cursor, counted from the first row of the history, and the columns of a row."""
+        answer = self._call(
+            "display-message", "-p", "-t", self._target(window),
+            "#{cursor_x} #{history_size} #{cursor_y} #{pane_width}",
+        )  # fmt: skip
+        column, history, row, width = map(int, answer.split())
+        return column, history + row, width
+
+    def _wait_for_new_row(self, window: str, row: int, expected: int, timeout: float = 1.0) -> None:
+        """Wait until the shell has read the line that was typed in `row`: until then it looks as if it were at the
+        prompt, and a line typed next would reach the program. Rows shrink when the line clears the screen; a shell that
+        does not read it in time is busy."""
+        deadline = time.monotonic() + timeout
+        while row <= self._cursor(window)[1] < expected and time.monotonic() < deadline:
+            time.sleep(0.02)
 
     def _call(self, *words: str) -> str:
         done = self._run(*words)
