@@ -19,7 +19,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.robots import camera_info_of
 from gui.ros.channels import Answer
 from gui.ros.picture import Picture
-from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety, VoiceState
+from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -55,7 +55,6 @@ class Views(QObject):
         self._lens: Lens | None = None
         self._body: BodyState | None = None
         self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
-        self._voice = False
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
         self._readers = (
             window.around, window.bodyPanel, window.gate, window.health, window.sound, self.floor_drive,
@@ -113,8 +112,6 @@ class Views(QObject):
         elif isinstance(reading, PostureResult):
             text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'it gave no reason'}."
             self._window.robotPanel.answer(text)
-        elif isinstance(reading, VoiceState):
-            self._voice = True
 
     def _show_round_trip(self, safety: Safety) -> None:
         taken = self._round_trip.answered(safety.command_age, safety.arrived)

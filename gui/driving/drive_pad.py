@@ -153,7 +153,7 @@ class DrivePad(QFrame):
         return bool(self._pressed)
 
     def set_block(self, reason: str, passing: bool = False) -> None:
-        """Do not drive until the reason is an empty string again, and then only when pressed anew."""
+        """Do not drive until the reason is an empty string again, and then only when pressed again."""
         self._block = reason
         if reason:
             self.release_all()

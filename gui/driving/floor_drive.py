@@ -92,7 +92,7 @@ class FloorDrive(QObject):
         return self._driving
 
     def show_reading(self, reading: object) -> None:
-        """Take in `BodyState` and `Safety`; other readings are ignored."""
+        """Use a `BodyState` or `Safety`; other readings are ignored."""
         if isinstance(reading, BodyState):
             self._body = reading
         elif isinstance(reading, Safety):

@@ -144,7 +144,7 @@ class Gamepad(QObject):
         self._tick()
 
     def set_block(self, reason: str, passing: bool = False) -> None:
-        """Do not drive until the reason is an empty string again, and then only when LB is pressed anew."""
+        """Do not drive until the reason is an empty string again, and then only when LB is pressed again."""
         self._block = reason
         if reason:
             self.release_all()

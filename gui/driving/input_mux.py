@@ -76,7 +76,7 @@ class InputMux(QObject):
 
         Args:
             passing: It will pass by itself, like a late picture: a drive to a place may go on afterwards, while keys
-                and gamepad have to be pressed anew.
+                and gamepad have to be pressed again.
         """
         if (reason, passing) == (self._block, self._passing):
             return

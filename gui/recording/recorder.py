@@ -1,7 +1,7 @@
-"""Records what the robot does as a ROS bag, and writes a report of it at the end.
+"""Records a session as a ROS bag, and writes a report of it at the end.
 
-Both are programs of their own: a recording neither slows the window nor is lost with it. A window that is killed ends
-its recording, and the bag is whole.
+Both are separate programs, so a recording neither slows the window down nor is lost with it: when the window is killed,
+the recording ends and the bag is complete.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QProcess, pyqtSignal
 
 PATIENCE = 8000
-"""ms that the recorder may take to close its bag when the window is closed."""
+"""[ms] that the recorder may take to close its bag when the window is closed."""
 LEAST_FREE = 500e6
-"""Bytes that must be free on the disk; a session needs about 1 MB a second with pictures."""
+"""[B] that must be free on the disk; a session with pictures takes about 1 MB a second."""
 BUFFER = "64"
-"""MB of memory in which messages wait for the disk."""
+"""[MB] of memory in which messages wait for the disk."""
 
 
 class Recorder(QObject):
-    """One recording at a time.
+    """Makes one recording at a time.
 
     Args:
-        folder: Where bags and reports go; made when it is needed.
+        folder: Where bags and reports go; created when it is needed.
     """
 
     started = pyqtSignal(str)
-    """Recording into this file."""
+    """A recording into this file has started."""
     finished = pyqtSignal(str)
-    """Recorded; the bag."""
+    """A recording has ended; the path of the bag."""
     reported = pyqtSignal(str)
-    """The report is written; the HTML file."""
+    """A report has been written; the path of the HTML file."""
     failed = pyqtSignal(str)
-    """A sentence for the pilot."""
+    """A message for the pilot."""
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -61,14 +61,17 @@ class Recorder(QObject):
             self.failed.emit(f"Nothing can be recorded into {self._folder}: {error.strerror}.")
             return
         if free < LEAST_FREE:
-            self.failed.emit(f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Make room.")
+            self.failed.emit(
+                f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Delete something."
+            )
             return
         self._asked_to_end = False
         bag = self._folder / f"{name}.bag"
         self._process = process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
-        # The kernel asks it to end when this process dies, however that happens.
+        process.errorOccurred.connect(lambda error: self._on_error(process, error))
+        # setpriv lets the kernel interrupt it when this process ends, however that happens.
         words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
         process.start("setpriv", [*words, "-O", str(bag), *topics])
         self.started.emit(str(bag))
@@ -81,13 +84,19 @@ class Recorder(QObject):
                 os.kill(self._process.processId(), signal.SIGINT)
 
     def close(self) -> None:
-        """End without waiting for a report; at most a few seconds."""
+        """End the recording, and wait for reports that are being written; takes a few seconds at most."""
         self.stop()
         if self._process is not None and not self._process.waitForFinished(PATIENCE):
             self._process.kill()
             self._process.waitForFinished(1000)
         for report in list(self._reports):
             report.waitForFinished(PATIENCE)
+
+    def _on_error(self, process: QProcess, error: QProcess.ProcessError) -> None:
+        if error == QProcess.ProcessError.FailedToStart:  # after any other error `finished` follows
+            process.deleteLater()
+            self._process = None
+            self.failed.emit(f"The recording cannot start: {process.errorString()}.")
 
     def _on_recorded(self, process: QProcess, bag: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
@@ -98,7 +107,7 @@ class Recorder(QObject):
             self.failed.emit(f"The recording failed: {reason}.")
             return
         if not self._asked_to_end:
-            self.failed.emit(f"The recording ended by itself; {bag.name} holds what came before.")
+            self.failed.emit(f"The recording ended unexpectedly; {bag.name} holds what came before.")
         self.finished.emit(str(bag))
         self._write_report(bag)
 

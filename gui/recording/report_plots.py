@@ -1,4 +1,4 @@
-"""Plots as SVG text for a page that stands alone. No libraries: the page opens anywhere, years later."""
+"""Plots as SVG for a page that needs no other file or library, so that it can be opened anywhere, years later."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 WIDTH, HEIGHT = 860, 230
 LEFT, RIGHT, TOP, BOTTOM = 52, 14, 30, 30
 MOST_POINTS = 1500
-"""Of one line; more are not to be seen."""
+"""Points of one line; more could not be seen."""
 
 
 def nice_step(span: float, wanted: int = 5) -> float:
-    """1, 2 or 5 times a power of ten, so that about `wanted` steps make the span."""
+    """Return 1, 2 or 5 times a power of ten, so that about `wanted` steps make the span."""
     if not span > 0.0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(span / wanted))
@@ -28,7 +28,7 @@ def time_plot(
     duration: float,
     bands: Sequence[tuple[float, float, str, str]] = (),
 ) -> str:
-    """Values over time.
+    """Return a plot of values over time.
 
     Args:
         lines: (name, CSS class, (n, 2) time [s] and value) of each.
@@ -67,7 +67,7 @@ def time_plot(
 
 
 def path_plot(path: np.ndarray, marks: Sequence[tuple[float, str]] = ()) -> str:
-    """The way of the robot from above.
+    """Return a plot of the robot's path, seen from above.
 
     Args:
         path: (n, 4) t, x, y [m], heading.

@@ -1,4 +1,4 @@
-"""A recorded session as arrays, and what is told about it in figures. No ROS, no Qt."""
+"""A recorded session as arrays, and the figures that summarize it. No ROS, no Qt."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 MOVING = 0.02
-"""[m/s]; slower counts as standing."""
+"""[m/s]; slower counts as standing still."""
 LONGEST_TICK = 0.3
-"""Seconds; a decision counts no longer than this, whatever comes after it."""
+"""[s]; a decision counts for no longer than this, even when the next one comes later."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """The safety gate took all of the motion, or the pilot was stopped: from `start`, for `duration` [s]."""
+    """A stretch in which the safety gate was in one state: from `start`, for `duration` [s]."""
 
     state: str
     reason: str
@@ -26,13 +26,13 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """Times are seconds since `start` [s since 1970]; places are in odom.
+    """A recorded session. Times are seconds since `start` [s since 1970]; positions are in odom.
 
     Args:
         path: (n, 4) t, x, y [m], heading [rad].
-        commands: (n, 4) t, forward, left [m/s], counter-clockwise [rad/s]: what the pilot wanted.
+        commands: (n, 4) t, forward, left [m/s], counter-clockwise [rad/s]: what the pilot asked for.
         safety: (n, 5) t, what the wheels were given (as in commands), gap [m].
-        states, reasons: Of the safety gate, one for each row of `safety`.
+        states, reasons: The safety gate's, one for each row of `safety`.
         pictures: (n, 2) t, age on arrival [s].
         battery: (n, 3) t, charge (0 to 1) or NaN, voltage [V].
     """
@@ -49,7 +49,7 @@ class Session:
     messages: int = 0
 
     def distance(self) -> float:
-        """Driven [m]; without the jitter of a standing robot."""
+        """Return the distance driven [m], without the jitter of a standing robot."""
         if len(self.path) < 2:
             return 0.0
         total, last = 0.0, self.path[0, 1:3]
@@ -60,17 +60,17 @@ class Session:
         return total
 
     def top_speed(self) -> float:
-        """Fastest that the wheels were told to go [m/s]."""
+        """Return the highest speed that the wheels were given [m/s]."""
         return float(np.hypot(self.safety[:, 1], self.safety[:, 2]).max()) if len(self.safety) else 0.0
 
     def nearest(self) -> float:
-        """Least free room while recording [m]; NaN if none is known."""
+        """Return the least distance to anything [m]; NaN if none is known."""
         gaps = self.safety[:, 4]
         gaps = gaps[np.isfinite(gaps)]
         return float(gaps.min()) if len(gaps) else float("nan")
 
     def passed(self) -> float:
-        """Share of the wanted speed that reached the wheels while the pilot wanted to drive; NaN if never."""
+        """Return the share of the wanted speed that reached the wheels while the pilot drove; NaN if nobody did."""
         if not len(self.commands) or not len(self.safety):
             return float("nan")
         index = np.searchsorted(self.commands[:, 0], self.safety[:, 0], side="right") - 1
@@ -83,7 +83,7 @@ class Session:
         return float(np.minimum(given[driving], wanted[driving]).sum() / wanted[driving].sum())
 
     def stops(self, states: frozenset[str]) -> list[Stop]:
-        """The stretches in which the safety gate was in one of these states, in order."""
+        """Return the stretches in which the safety gate was in one of these states, in order."""
         found: list[Stop] = []
         for first, last in self._runs():
             if self.states[first] in states:
@@ -93,7 +93,7 @@ class Session:
         return found
 
     def time_in_states(self) -> dict[str, float]:
-        """State of the safety gate -> seconds."""
+        """Return the seconds that the safety gate spent in each state."""
         total: dict[str, float] = defaultdict(float)
         period = self._period()
         for state in self.states:
@@ -101,7 +101,7 @@ class Session:
         return dict(total)
 
     def picture_rate(self) -> np.ndarray:
-        """(n, 2) t, pictures in the second before."""
+        """Return (n, 2) t, number of pictures in the second before."""
         if not len(self.pictures):
             return np.empty((0, 2))
         seconds = np.arange(1.0, max(2.0, self.duration))

@@ -15,7 +15,7 @@ from gui.recording.report_plots import path_plot, time_plot
 from gui.recording.session import Session
 
 HALTS = frozenset({"stopped", "fault", "sensor stale", "bumped", "blocked"})
-"""States of the safety gate in which nothing, or next to nothing, of a command passes."""
+"""States of the safety gate in which it passes nothing of a command, or next to nothing."""
 MOST_ROWS = 40
 STYLE = """
 :root { color-scheme: light dark; --ground:#f4f6f9; --card:#fff; --text:#17202b; --quiet:#566476; --line:#d5dce5;
@@ -43,7 +43,7 @@ tr:first-child th { border-top: 0 } td.n { text-align: right; white-space: nowra
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Write the report; the exit code."""
+    """Write the report; return the exit code."""
     arguments = sys.argv[1:] if argv is None else argv
     if len(arguments) != 1 or arguments[0].startswith("-"):
         print("usage: python -m gui.session_report SESSION.bag", file=sys.stderr)
@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def report(session: Session, name: str) -> str:
-    """The page. It holds everything it shows: no other file, no network."""
+    """Return the report as an HTML page that needs no other file and no network."""
     halts = session.stops(HALTS)
     limited = session.stops(frozenset({"limited"}))
     bands = [(stop.start, stop.start + stop.duration, "halt", f"{stop.state}: {stop.reason}") for stop in halts]
@@ -112,7 +112,7 @@ def _figures(session: Session, stops: int) -> str:
 
 def _reasons(halts: list) -> str:
     if not halts:
-        return "<p>It was not.</p>"
+        return "<p>It was never stopped.</p>"
     rows = "".join(
         f'<tr><td class="n">{stop.start:.1f} s</td><td class="n">{stop.duration:.1f} s</td>'
         f"<td>{html.escape(stop.state)}</td><td>{html.escape(stop.reason)}</td></tr>"
@@ -128,7 +128,7 @@ def _reasons(halts: list) -> str:
 def _states(session: Session) -> str:
     times = session.time_in_states()
     if not times:
-        return "<p>The recording holds nothing of a safety gate.</p>"
+        return "<p>The recording holds no messages of a safety gate.</p>"
     total = sum(times.values()) or 1.0
     rows = "".join(
         f'<tr><td>{html.escape(state)}</td><td class="n">{seconds:.1f} s</td>'
@@ -143,7 +143,7 @@ def _link(session: Session, ages: np.ndarray) -> str:
     if len(session.pictures):
         late = float(np.percentile(ages[:, 1], 99))
         parts.append(
-            f"<p>{len(ages)} pictures; age on arrival: middle {np.median(ages[:, 1]):.0f} ms, "
+            f"<p>{len(ages)} pictures; age on arrival: median {np.median(ages[:, 1]):.0f} ms, "
             f"99 % below {late:.0f} ms.</p>"
         )
         parts.append(time_plot([("pictures per second", "good", session.picture_rate())], "1/s", session.duration))

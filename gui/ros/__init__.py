@@ -1,1 +1,1 @@
-"""The window's side of the ROS graph: topics to plain readings and back."""
+"""The window's side of the ROS graph: converts topics to plain readings and back."""

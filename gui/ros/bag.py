@@ -1,4 +1,4 @@
-"""Reads a recorded session. One of the files that know ROS: it needs rosbag, but neither a master nor a node."""
+"""Reads a recorded session from a bag. Needs the library rosbag, but neither a master nor a node."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _TWIST = "geometry_msgs/Twist"
 
 
 def read_session(path: Path) -> Session:
-    """The session in a bag. What a bag lacks stays empty.
+    """Return the session in a bag. What the bag lacks stays empty.
 
     Raises:
-        ValueError: The file is no bag, or holds nothing.
+        ValueError: The file is no bag, or an empty one.
     """
     try:
         bag = rosbag.Bag(str(path))
@@ -32,7 +32,7 @@ def read_session(path: Path) -> Session:
 def _collect(bag: rosbag.Bag) -> Session:
     kinds = {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
     twists = sorted(name for name, kind in kinds.items() if kind == _TWIST)
-    # Where there is a safety gate with topics of its own before and behind it, the pilot writes to the first.
+    # Robotino's safety gate reads safe_cmd_vel and writes cmd_vel: the pilot's commands are on the first.
     wanted = next((name for name in twists if name.endswith("safe_cmd_vel")), twists[0] if twists else None)
     start = bag.get_start_time()
     path, commands, safety, pictures, battery = [], [], [], [], []

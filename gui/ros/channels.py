@@ -18,13 +18,14 @@ from PyQt5.QtCore import QObject, Qt, pyqtSignal
 
 @dataclass(frozen=True)
 class Incoming:
-    """A topic that the window hears.
+    """A topic that the window subscribes to.
 
     Args:
         channel: What the window calls it.
         topic, kind: Name, and type such as "sensor_msgs/Image".
-        convert: Message and arrival [monotonic s] to what the window works with. A ValueError says why it can't.
-        on_request: Subscribe only while `RosLink.watch(channel, True)` holds; for what is large.
+        convert: Converts a message and its arrival [monotonic s] to what the window works with; raises a ValueError
+            that says why it cannot.
+        on_request: Subscribe only after `RosLink.watch(channel, True)`; for large messages.
     """
 
     channel: str
@@ -36,7 +37,7 @@ class Incoming:
 
 @dataclass(frozen=True)
 class Outgoing:
-    """A topic that the window writes: `fill(message, *values)`."""
+    """A topic that the window publishes; `fill(message, *values)` sets the fields."""
 
     channel: str
     topic: str
@@ -46,7 +47,7 @@ class Outgoing:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a call. `text` is a sentence for the pilot when `ok` is false, and may be one when it is true."""
+    """The result of a service call. `text` is a sentence for the pilot when `ok` is false, and may be one otherwise."""
 
     ok: bool
     text: str = ""
@@ -54,12 +55,12 @@ class Answer:
 
 
 def read_trigger(response: Any) -> Answer:
-    """The answer of std_srvs/Trigger and SetBool."""
+    """Convert the response of std_srvs/Trigger and SetBool."""
     return Answer(bool(response.success), str(response.message))
 
 
 def fill_data(message: Any, value: object) -> None:
-    """The one field of a std_msgs wrapper, or of std_srvs/SetBool."""
+    """Set the only field of a std_msgs wrapper, or of std_srvs/SetBool."""
     message.data = value
 
 
@@ -68,7 +69,7 @@ class Offered:
     """A service that the window calls: `fill(request, *values)`, then `read(response)`.
 
     Args:
-        timeout: Seconds after which it counts as failed.
+        timeout: Seconds after which a call counts as failed.
     """
 
     name: str
@@ -80,12 +81,12 @@ class Offered:
 
 
 class Channel(QObject):
-    """One incoming topic on Qt's side: the newest message only, converted on Qt's thread."""
+    """One incoming topic on Qt's side: delivers only the newest message, converted on Qt's thread."""
 
     arrived = pyqtSignal(object)
-    """What `Incoming.convert` made of a message; never of one that was overtaken."""
+    """What `Incoming.convert` made of the newest message."""
     trouble = pyqtSignal(str)
-    """Messages that can't be used; a sentence, once."""
+    """The messages cannot be used; a sentence, once for each reason."""
 
     _posted = pyqtSignal()
 
@@ -99,7 +100,7 @@ class Channel(QObject):
         self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]  # PyQt5's stub
 
     def post(self, message: object) -> None:
-        """A message has come; from any thread."""
+        """Deliver a message that has arrived; may be called from any thread."""
         with self._lock:
             announced = self._waiting is not None
             self._waiting = (message, time.monotonic())

@@ -1,7 +1,7 @@
-"""The window's node in the ROS graph: topics become Qt signals and the other way round.
+"""The window's node in the ROS graph: turns topics into Qt signals and calls into messages.
 
-The only file here that imports ROS. Nothing in it makes Qt wait: a thread looks for the master, joins the graph when
-there is one and does everything that asks the master; each service call has a thread of its own.
+The only file of the window that imports rospy. Nothing in it blocks Qt's thread: one thread polls for the master, joins
+the graph when there is one and makes all calls to the master; each service call has a thread of its own.
 """
 
 from __future__ import annotations
@@ -37,26 +37,26 @@ KEYBOARD_NODE = "/teleop_twist_keyboard"
 POLL_PERIOD = 0.5
 POLL_TIMEOUT = 1.0
 FIND_TIMEOUT = 1.0
-"""Seconds that a service may take to be found."""
+"""[s] that finding a service may take."""
 BUFFER = 1 << 22
-"""Bytes; above one picture, or old pictures wait in the socket."""
+"""[B]; more than one picture, or old pictures would queue in the socket."""
 Graph = list[dict[str, list[str]]]
 """Publishers, subscribers and services: name -> nodes."""
-_TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, a person's scripts
+_TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, somebody's scripts
 
 
 def without_remappings(argv: list[str]) -> list[str]:
-    """The arguments, less those that roslaunch adds for ROS (`__name:=...`)."""
+    """Return the arguments without those that roslaunch adds for ROS (`__name:=...`)."""
     return rospy.myargv(argv)
 
 
 class RosNode(QObject):
-    """This window's place in the graph, shared by the links to its robots, which are made before `start`."""
+    """The window's node, shared by the links to its robots. They must be made before `start`."""
 
     trouble = pyqtSignal(str)
-    """A sentence for the pilot."""
+    """A message for the pilot."""
     ended = pyqtSignal(str)
-    """ROS wants this node to end (rosnode kill); why."""
+    """ROS has shut this node down (rosnode kill); the reason."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,14 +73,14 @@ class RosNode(QObject):
         self._thread.start()
 
     def poll_now(self) -> None:
-        """A wish has changed: look now."""
+        """Poll at once: what the window wants to receive has changed."""
         self._wake.set()
 
     def note_sent(self) -> None:
         self._sent_at = time.monotonic()
 
     def close(self) -> None:
-        """Leave the graph; at most a few seconds, also when the master hangs."""
+        """Leave the graph; takes a few seconds at most, even when the master hangs."""
         self._closing.set()
         self._wake.set()
         self._thread.join(timeout=2.0 * POLL_TIMEOUT)
@@ -109,7 +109,7 @@ class RosNode(QObject):
             self._wake.clear()
 
     def _poll(self) -> Graph | None:
-        """Publishers, subscribers and services as the master knows them; None without a master."""
+        """Return the graph as the master knows it; None without a master."""
         try:
             reply: Any = master_proxy(self.master_uri, POLL_TIMEOUT).getSystemState(self.name)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
@@ -118,7 +118,7 @@ class RosNode(QObject):
         return [dict(group) for group in graph] if code == 1 else None
 
     def _join(self) -> None:
-        # Of two nodes with one name ROS ends the older: a second window calls itself something else.
+        # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
@@ -128,7 +128,7 @@ class RosNode(QObject):
         self.joined = True
 
     def _is_taken(self) -> bool:
-        """Whether a node of our name lives; a killed one may still be registered."""
+        """Whether a node of our name is running; the master also lists ones that were killed."""
         try:
             found: Any = master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name)
             code, _, uri = found
@@ -145,17 +145,17 @@ class RosNode(QObject):
 
 
 class RosLink(QObject):
-    """One robot in the graph.
+    """The link to one robot.
 
     Args:
         node: The window's node.
-        robot: Its topics and services.
+        robot: Which topics and services the robot has.
     """
 
     state_changed = pyqtSignal(object)
-    """LinkState, on every change."""
+    """The `LinkState` has changed."""
     trouble = pyqtSignal(str)
-    """A sentence for the pilot."""
+    """A message for the pilot."""
 
     _polled = pyqtSignal(object)
     _answered = pyqtSignal(object, object)
@@ -182,11 +182,11 @@ class RosLink(QObject):
 
     @property
     def node_name(self) -> str:
-        """What ROS calls this window."""
+        """The name of the window's node."""
         return self._node.name
 
     def set_open(self, wanted: bool) -> None:
-        """Hear and send, or neither: nobody has signed in."""
+        """Receive and send, or do neither because nobody has signed in."""
         self._open = wanted
         self._node.poll_now()
 
@@ -204,16 +204,16 @@ class RosLink(QObject):
         return self._channels[name]
 
     def has(self, name: str) -> bool:
-        """Whether the robot's tables know a channel or service of this name."""
+        """Whether the robot has a channel or service of this name."""
         return name in self._channels or name in self._outgoing or name in self._offered
 
     def watch(self, name: str, wanted: bool) -> None:
-        """Subscribe to a channel as soon as possible, or stop doing so."""
+        """Subscribe to a channel as soon as possible, or unsubscribe."""
         self._channels[name].wanted = wanted
         self._node.poll_now()
 
     def resolve(self, name: str) -> str:
-        """The full name of a topic or service of this robot."""
+        """Return the full name of a topic or service of this robot."""
         return self._resolve(name)
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
@@ -221,13 +221,13 @@ class RosLink(QObject):
         return self._transforms.place_of(frame, seen_from, stamp)
 
     def change_topic(self, name: str, topic: str) -> None:
-        """Hear a channel on another topic from now on."""
+        """Receive a channel from another topic from now on."""
         channel = self._channels[name]
         channel.row = replace(channel.row, topic=topic)
         self._node.poll_now()
 
     def send(self, name: str, *values: object) -> bool:
-        """Publish; whether the graph has been joined."""
+        """Publish a message; return whether that was possible."""
         publisher = self._publishers.get(name) if self._open else None
         if publisher is None:
             return False
@@ -242,7 +242,7 @@ class RosLink(QObject):
         return True
 
     def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
-        """Call a service; `then` gets the answer on Qt's thread, at the latest after the row's timeout."""
+        """Call a service; `then` gets the answer on Qt's thread, at the latest when the timeout is over."""
         row = self._offered[name]
         settled: list[Answer] = []
 
@@ -263,7 +263,7 @@ class RosLink(QObject):
         threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
 
     def _call(self, row: Offered, values: tuple) -> Answer:
-        """On a thread of its own."""
+        """Make the call; on a thread of its own."""
         service, kind = self._resolve(row.service), roslib.message.get_service_class(row.kind)
         if kind is None:
             return Answer(False, f"The service type {row.kind} is not built. Run  ./stack build")
@@ -275,7 +275,7 @@ class RosLink(QObject):
         except rospy.ServiceException as error:
             return Answer(False, f"{service} failed: {error}.")
         except rospy.ROSException:
-            return Answer(False, f"Nobody offers {service}: its program does not run, or not yet.")
+            return Answer(False, f"No program offers {service}: it is not running, or not ready yet.")
 
     def _resolve(self, name: str) -> str:
         return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.robot.namespace, NODE))
@@ -283,15 +283,15 @@ class RosLink(QObject):
     # --- the node's thread ---
 
     def advertise(self) -> None:
-        """The graph has been joined."""
+        """Advertise all outgoing topics; to be called when the graph has been joined."""
         for row in self._outgoing.values():
             kind = self._message_class(row.kind)
             if kind is not None:
                 self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
 
     def update(self, graph: Graph | None) -> None:
-        """Subscribe as wished, and tell what the graph looks like. Registering asks the master and so may wait for it:
-        not for Qt's thread."""
+        """Subscribe to what is wanted, and report the state of the graph. This calls the master and may block, so it
+        must not run on Qt's thread."""
         if graph is not None:
             self._transforms.listen(self._open)
             for name, channel in self._channels.items():
@@ -325,7 +325,7 @@ class RosLink(QObject):
             return LinkState(self._node.master_uri)
         publishers, subscribers, _ = graph
         cmd_vel = self._resolve(self.robot.cmd_vel)
-        # Keyboards listen as well, to know when another input drives; a driver only listens.
+        # A keyboard node also subscribes, to know when another input drives; a driver does not publish.
         drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
         return LinkState(
             self._node.master_uri,
@@ -344,6 +344,6 @@ class RosLink(QObject):
             self.state_changed.emit(state)
 
 
-def _subscribe_all(topic: str, kind: type, callback: Callable, beside: str) -> rospy.Subscriber:
-    """Subscribe without losing messages of a burst; `callback` gets `beside` with each."""
-    return rospy.Subscriber(topic, kind, callback, callback_args=beside, queue_size=100)
+def _subscribe_all(topic: str, kind: type, callback: Callable, extra: str) -> rospy.Subscriber:
+    """Subscribe without losing messages of a burst; `callback` gets each message and `extra`."""
+    return rospy.Subscriber(topic, kind, callback, callback_args=extra, queue_size=100)

@@ -1,4 +1,4 @@
-"""What is known of the ROS graph, for widgets that know no ROS."""
+"""The state of the ROS graph as plain data."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LinkState:
-    """One look at the graph."""
+    """What one poll of the master has found."""
 
     master_uri: str
-    """Where the ROS master is expected: http://host:port."""
+    """The URI at which the ROS master is expected: http://host:port."""
     master: bool = False
     """The master answers."""
     joined: bool = False
-    """This window is a node of the graph and can drive."""
+    """This window is a node of the graph."""
     driver: bool = False
-    """A program that moves a robot listens to cmd_vel."""
+    """A driver subscribes to cmd_vel."""
     keyboard: bool = False
-    """The keyboard program runs somewhere under its usual name."""
+    """A keyboard node runs somewhere under its usual name."""
     feed: bool = False
-    """Somebody publishes the camera topic."""
+    """The camera topic has a publisher."""

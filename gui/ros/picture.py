@@ -22,8 +22,13 @@ _FORMATS = {
 
 @dataclass(frozen=True)
 class Picture:
-    """`pixels` as `telepresence.video.images.read_image_message` returns them; `stamp` is when the picture was taken
-    [s since 1970], `arrived` when it came here [monotonic s]."""
+    """A camera picture.
+
+    Args:
+        pixels: As `telepresence.video.images.read_image_message` returns them.
+        stamp: When the picture was taken [s since 1970].
+        arrived: When it arrived here [monotonic s].
+    """
 
     pixels: np.ndarray
     encoding: str
@@ -32,20 +37,20 @@ class Picture:
 
 
 def read_picture(message: Any, arrived: float) -> Picture:
-    """The picture in a sensor_msgs/Image that came at `arrived` [monotonic s].
+    """Convert a sensor_msgs/Image that arrived at `arrived` [monotonic s].
 
     Raises:
-        ValueError: It can't be read; the text says why.
+        ValueError: It cannot be read; the message says why.
     """
     return Picture(read_image_message(message), message.encoding, message.header.stamp.to_sec(), arrived)
 
 
 def as_qimage(picture: Picture) -> QImage:
-    """The picture as Qt paints it, with pixels of its own. Depth and other single-channel numbers become grey levels
+    """Return the picture as an image with pixels of its own. Depth and other single-channel numbers become grey levels
     between their least and greatest finite value, near things bright.
 
     Raises:
-        ValueError: An encoding that nobody here can show.
+        ValueError: The encoding cannot be shown.
     """
     pixels = picture.pixels
     if picture.encoding not in _FORMATS and pixels.ndim != 2:

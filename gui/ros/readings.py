@@ -1,7 +1,7 @@
-"""What the robot tells, as plain data: the link makes these of messages, widgets paint them. No ROS, no Qt.
+"""What a robot publishes, as plain data: `gui.ros.topics` converts messages to these, widgets paint them.
 
-Places are in the robot's base frame on the floor under it (x forward, y left, z up) or in `odom`; SI units; `arrived`
-is when the message came here [monotonic s].
+Positions are in the robot's base frame on the floor under it (x forward, y left, z up) or in `odom`; SI units;
+`arrived` is when the message arrived here [monotonic s]. No ROS, no Qt.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SECTORS = 72
 
 @dataclass(frozen=True)
 class Points:
-    """Where a scanner hit something: (n, 2) float [m], base frame."""
+    """What a scanner sees; `at` holds (n, 2) float [m], base frame."""
 
     source: str
     at: np.ndarray
@@ -32,7 +32,7 @@ class Beams:
         starts: (n, 2) float [m], base frame.
         bearings: (n,) float [rad], base frame.
         ranges: (n,) float [m] from the start; infinity where nothing is, NaN where nothing was measured.
-        reach: [m] as far as a beam sees.
+        reach: How far a beam sees [m].
     """
 
     source: str
@@ -45,7 +45,7 @@ class Beams:
 
 @dataclass(frozen=True)
 class Cone:
-    """One sonar: from (x, y) [m] to `bearing` [rad], `width` [rad] wide; range as in `Beams` [m]."""
+    """A sonar at (x, y) [m] that points to `bearing` [rad] and is `width` [rad] wide; range as in `Beams` [m]."""
 
     source: str
     x: float
@@ -59,7 +59,7 @@ class Cone:
 
 @dataclass(frozen=True)
 class Bumpers:
-    """Names of the bumpers that are pressed: left, right, back, or ring for one all around."""
+    """The names of the pressed bumpers: left, right, back, or ring for one all around."""
 
     pressed: frozenset[str]
     arrived: float
@@ -70,14 +70,14 @@ class Safety:
     """One decision of the safety gate (telepresence_msgs/SafetyState).
 
     Args:
-        state: One word or two, for example "free", "slowed", "blocked".
+        state: One or two words, for example "clear", "limited", "blocked".
         reason: A sentence for the pilot.
-        allowed: (72,) float [m/s], see `SECTORS`.
-        gap: Free room towards the nearest thing [m]; NaN when unknown.
-        sector: Where that is; None when nowhere.
-        command_age: [s] of the newest command when this was decided.
-        given: What the wheels were given: forward, left [m/s], counter-clockwise [rad/s].
-        scanning: The body swings so that the beams see everything.
+        allowed: (72,) float [m/s], the speed allowed in each direction, see `SECTORS`.
+        gap: Distance to the nearest thing [m]; NaN when unknown.
+        sector: The direction of that thing; None when there is none.
+        command_age: Age of the newest command at this decision [s].
+        given: Velocity that the wheels were given: forward, left [m/s], counter-clockwise [rad/s].
+        scanning: Whether the body swings so that the beams see everything.
     """
 
     state: str
@@ -91,13 +91,13 @@ class Safety:
     arrived: float
 
     def allowed_towards(self, bearing: float) -> float:
-        """Speed [m/s] that is allowed in this direction [rad]."""
+        """Return the speed [m/s] that is allowed in this direction [rad]."""
         return float(self.allowed[round(bearing / (2.0 * math.pi) * SECTORS) % SECTORS])
 
 
 @dataclass(frozen=True)
 class BodyState:
-    """Where the body is in `frame` [m], how it is turned [rad], and how fast it goes in its own frame [m/s, rad/s]."""
+    """Position [m] and attitude [rad] of the body in `frame`, and its velocity in its own frame [m/s, rad/s]."""
 
     x: float
     y: float
@@ -114,7 +114,7 @@ class BodyState:
 
 @dataclass(frozen=True)
 class Battery:
-    """`share` 0 to 1 or NaN; `voltage` [V] or NaN."""
+    """`share` is the charge, 0 to 1, or NaN; `voltage` [V] or NaN."""
 
     share: float
     voltage: float
@@ -125,7 +125,7 @@ class Battery:
 
 @dataclass(frozen=True)
 class DriveState:
-    """The driver's own words: "driving", "stopped: why", "robot unreachable: why"."""
+    """What the driver says about itself: "driving", "stopped: why", "robot unreachable: why"."""
 
     text: str
     arrived: float
@@ -133,7 +133,7 @@ class DriveState:
 
 @dataclass(frozen=True)
 class PageState:
-    """The program that serves the tablet's page: how it is, and where the page is."""
+    """The state of the program that serves the tablet's page, and the address of the page."""
 
     text: str
     page: str
@@ -142,7 +142,7 @@ class PageState:
 
 @dataclass(frozen=True)
 class PostureResult:
-    """What became of a posture that was asked for."""
+    """Whether a requested posture was reached, and if not why."""
 
     ok: bool
     text: str
@@ -151,7 +151,7 @@ class PostureResult:
 
 @dataclass(frozen=True)
 class Levels:
-    """Loudness of the pilot's and the robot's microphone [dBFS], 0 is the loudest there is."""
+    """The loudness at the pilot's and the robot's microphone [dBFS]; 0 is the loudest possible."""
 
     pilot: float
     robot: float
@@ -160,7 +160,7 @@ class Levels:
 
 @dataclass(frozen=True)
 class VoiceState:
-    """The sound program's own words."""
+    """What the sound program says about itself."""
 
     text: str
     arrived: float
@@ -168,7 +168,7 @@ class VoiceState:
 
 @dataclass(frozen=True)
 class VoiceSettings:
-    """What is muted, and which devices are chosen and could be: see `telepresence.audio.devices`."""
+    """What is muted, which devices are in use, and which could be; see `telepresence.audio.devices`."""
 
     microphone_muted: bool
     speaker_muted: bool
@@ -183,8 +183,8 @@ class Lens:
     """How a camera maps directions to pixels (sensor_msgs/CameraInfo, without distortion).
 
     Args:
-        fx, fy, cx, cy: Focal lengths and middle [px].
-        width, height: Of the picture [px].
+        fx, fy, cx, cy: Focal lengths and principal point [px].
+        width, height: Size of the picture [px].
         frame: The camera's optical frame.
     """
 
@@ -199,7 +199,7 @@ class Lens:
 
 @dataclass(frozen=True)
 class CameraView:
-    """A camera at one moment, seen from a frame whose plane z = 0 is the floor.
+    """The pose of a camera at one moment, in a frame whose plane z = 0 is the floor.
 
     Args:
         rotation: (3, 3) float; columns are the optical axes x right, y down, z ahead, in that frame.

@@ -1,4 +1,4 @@
-"""Where the robot's frames are, for the window: its transforms, as tf2 keeps them. `gui.ros.link` subscribes."""
+"""The robot's transforms, in a buffer of tf2. `gui.ros.link` subscribes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 HISTORY = 10.0
-"""Seconds of transforms."""
+"""[s] for which transforms are stored."""
 LARGEST_LAG = 0.3
-"""Seconds by which the newest transform may be older than a picture: as far as a robot moves a hand's breadth."""
+"""[s] by which the newest transform may be older than a picture: meanwhile a robot moves about 0.1 m."""
 
 
 class Subscriber(Protocol):
@@ -22,14 +22,15 @@ class Subscriber(Protocol):
 
 
 class Transforms:
-    """The transforms of one robot, while they are listened to. For any thread; only `listen` waits for the master.
+    """The transforms of one robot. May be used from any thread; only `listen` waits for the master.
 
     Two robots on one master both have a frame base_link, so one of them has its transforms in its namespace. As soon as
-    any is heard there, /tf is somebody else's.
+    one arrives there, those on /tf are another robot's.
 
     Args:
-        namespace: Of the robot.
-        subscribe: Hear a topic: its name, the messages' class, a callback, and what the callback gets beside them.
+        namespace: The robot's.
+        subscribe: Subscribes to a topic: its name, the class of its messages, a callback, and a second argument for the
+            callback.
     """
 
     def __init__(self, namespace: str, subscribe: Callable[[str, type, Callable, str], Subscriber]) -> None:
@@ -40,7 +41,7 @@ class Transforms:
         self._subscribers: list[Subscriber] = []
 
     def listen(self, wanted: bool) -> None:
-        """Hear transforms from now on, or no longer; once the graph has been joined."""
+        """Receive transforms from now on, or no longer; to be called when the graph has been joined."""
         if wanted == bool(self._subscribers):
             return
         self._buffer, self._has_own = _new_buffer(), False
@@ -67,12 +68,12 @@ class Transforms:
             getattr(self._buffer, method)(transform, "window")
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
-        """How `frame` stood in `seen_from` at `stamp` [s since 1970].
+        """Return the pose of `frame` in `seen_from` at `stamp` [s since 1970].
 
         Returns:
-            (3, 3) rotation, whose columns are the frame's axes, and (3,) place [m].
+            (3, 3) rotation, whose columns are the frame's axes, and (3,) position [m].
         Raises:
-            LookupError: Not known; the text says why.
+            LookupError: It is unknown; the message says why.
         """
         buffer = self._buffer
         if buffer is None:
@@ -86,7 +87,7 @@ class Transforms:
 
 
 def _lookup(buffer: tf2_ros.Buffer, frame: str, seen_from: str, stamp: float) -> TransformStamped:
-    """Return the transform at `stamp`, or the newest one if that is hardly older."""
+    """Return the transform at `stamp`, or the newest one if that is at most `LARGEST_LAG` older."""
     try:
         return buffer.lookup_transform(seen_from, frame, genpy.Time.from_sec(stamp))
     except tf2_ros.ExtrapolationException:

@@ -1,4 +1,4 @@
-"""The command lines that the buttons type, as a person would."""
+"""The command lines that the buttons type into the terminal."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from urllib.parse import urlparse
 
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
 SECOND_NAME = "name:=window_keyboard"
-"""For a keyboard beside one that runs elsewhere: of two nodes with one name the older is thrown out."""
+"""For a keyboard node beside one that runs elsewhere: ROS ends the older of two nodes with one name."""
 OPEN_TO_ALL = "sign_in:=false"
-"""For a robot that everybody may drive without signing in."""
+"""For a robot that may be driven without signing in."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_NAOQI_PORT = 9559
@@ -22,17 +22,17 @@ _NUMBERS = re.compile(r"[0-9.]+")
 
 
 class Address(NamedTuple):
-    """Where a robot is: name or IPv4 address, and NAOqi's port if it is not the usual one."""
+    """A robot's host name or IPv4 address, and its port if that is not the usual one."""
 
     host: str
     port: int | None = None
 
 
 def parse_address(text: str) -> Address:
-    """Read `host` or `host:port`.
+    """Parse `host` or `host:port`.
 
     Raises:
-        ValueError: It is neither; the text says what is wrong.
+        ValueError: It is neither; the message says what is wrong.
     """
     host, colon, port = text.strip().partition(":")
     if not host:
@@ -49,13 +49,13 @@ def parse_address(text: str) -> Address:
 
 
 def roscore(master_uri: str) -> str:
-    """Start the ROS master where `master_uri` says that it is."""
+    """Return the command that starts the ROS master at `master_uri`."""
     port = urlparse(master_uri).port or DEFAULT_MASTER_PORT
     return "roscore" if port == DEFAULT_MASTER_PORT else f"roscore -p {port}"
 
 
 def pepper_session(address: Address, own_address: str) -> str:
-    """Start Pepper's programs."""
+    """Return the command that starts Pepper's programs."""
     words = ["roslaunch", "pepper_bringup", "tele_pepper.launch"]
     words += [f"nao_ip:={address.host}", f"roscore_ip:={own_address}"]
     if address.port not in (None, DEFAULT_NAOQI_PORT):
@@ -64,16 +64,16 @@ def pepper_session(address: Address, own_address: str) -> str:
 
 
 def robotino_session(address: Address, _own_address: str) -> str:
-    """Start Robotino's programs."""
+    """Return the command that starts Robotino's programs."""
     port = f":{address.port}" if address.port else ""
     return shlex.join(["roslaunch", "rto_bringup", "rto.launch", f"hostname:={address.host}{port}"])
 
 
 def own_address_towards(host: str) -> str:
-    """This machine's address as `host` sees it. Looks a name up, so it can take seconds.
+    """Return the address at which `host` reaches this machine. Resolves the name, so it can take seconds.
 
     Raises:
-        ValueError: The name is unknown or there is no way to it.
+        ValueError: The name is unknown, or the host cannot be reached.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
@@ -81,7 +81,7 @@ def own_address_towards(host: str) -> str:
         except OSError as error:
             reason = error.strerror or str(error)
             raise ValueError(
-                f"There is no way to {host} ({reason}). Is the robot in this network and its address right?"
+                f"{host} cannot be reached ({reason}). Is the robot in this network, and is its address right?"
             ) from error
         return probe.getsockname()[0]
 

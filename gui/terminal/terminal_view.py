@@ -1,7 +1,7 @@
-"""An xterm with tmux inside the window.
+"""An xterm with tmux, embedded in the window.
 
-Keys go to the terminal after a click into it, and back to the window after a click elsewhere: never by merely moving
-the pointer, because a held drive key must not end up as text in a terminal.
+The terminal gets the keyboard by a click into it, the window by a click elsewhere; moving the pointer changes nothing,
+because a held drive key must not end up as text in a terminal.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ PALETTE = (
 """Colours 0 to 15 of the terminal."""
 
 _LEAVE_KEY, _STOP_KEY = "F6", "Pause"
-"""Keys that the programs in the terminal don't get."""
-SEARCH_PERIOD = 50  # ms, while xterm opens its window
+"""Keys that the programs in the terminal do not get."""
+SEARCH_PERIOD = 50  # ms between two attempts to find xterm's window
 
 
 class TerminalView(QFrame):
-    """The embedded terminal. `start` opens it; lines are typed by a thread of its own."""
+    """The embedded terminal. `start` opens it; a thread of its own types lines into it."""
 
     ready = pyqtSignal()
     """xterm is on the screen."""
     refused = pyqtSignal(str)
     """A line could not be typed; why, and what to do."""
     typed = pyqtSignal(str)
-    """This line has been typed."""
+    """A line has been typed."""
     focus_changed = pyqtSignal(bool)
     """Whether keys go to the terminal."""
     stop_typed = pyqtSignal()
-    """Pause was pressed while they do: everything must stop."""
+    """Pause was pressed while keys go to the terminal: everything must stop."""
 
     def __init__(self, name: str = "", parent: QWidget | None = None) -> None:
-        """`name` tells it from other terminals of this process."""
+        """`name` distinguishes it from other terminals of this process."""
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
@@ -66,7 +66,7 @@ class TerminalView(QFrame):
         self._closing = False
         self._denied = ""
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._worker = threading.Thread(target=self._work, name="terminal-typist", daemon=True)
+        self._worker = threading.Thread(target=self._work, name="terminal-typing", daemon=True)
         self._worker.start()
 
         self._container = QWidget()
@@ -85,8 +85,8 @@ class TerminalView(QFrame):
         return self._has_keyboard
 
     def deny(self, reason: str) -> None:
-        """Show this in place of the terminal, and let nobody type; an empty string gives it back. What runs in it goes
-        on."""
+        """Hide the terminal behind this sentence and let nobody type; an empty string shows it again. What runs in it
+        keeps running."""
         self._denied = reason
         if reason:
             self.give_keyboard_back()
@@ -129,8 +129,8 @@ class TerminalView(QFrame):
         self._search.start()
 
     def type_line(self, line: str | Callable[[], str], window: str = FIRST_WINDOW) -> None:
-        """Type a line into a tmux window, when its shell is at the prompt. `line` may be a function that finds it out;
-        it runs on the typist's thread, and a ValueError of it is reported by `refused`."""
+        """Type a line into a tmux window when its shell is at the prompt. `line` may be a function that returns the
+        line: it runs on the typing thread, and its ValueError is reported by `refused`."""
 
         def job() -> None:
             text = line if isinstance(line, str) else line()
@@ -144,19 +144,19 @@ class TerminalView(QFrame):
         self._jobs.put(lambda: self._tmux.interrupt(window))
 
     def take_keyboard(self) -> None:
-        """From now on keys go to the terminal."""
+        """Give the keyboard to the terminal."""
         if self._denied:
             return
         self._wants_keyboard = True
         if self._host is None or self._guest is None:
             return
         self._wants_keyboard = False
-        self.setFocus()  # no other widget shows a text cursor
+        self.setFocus()  # so that no other widget shows a text cursor
         self._host.give_keyboard(self._guest)
         self._set_keyboard(True)
 
     def close_terminal(self) -> None:
-        """End xterm, tmux and everything in it; up to a few seconds."""
+        """End xterm, tmux and everything in it; takes a few seconds at most."""
         self._closing = True
         self._search.stop()
         self._jobs.put(None)
@@ -179,13 +179,13 @@ class TerminalView(QFrame):
         self._fit()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """What is typed must not go where nobody sees it."""
+        """Return the keyboard to the window: what is typed must not go where nobody sees it."""
         super().hideEvent(event)
         self.give_keyboard_back()
 
     def _xterm_command(self) -> list[str]:
         resources = [f"XTerm*color{index}: {colour}" for index, colour in enumerate(PALETTE)]
-        # On-screen keyboards and assistive programs send events; what could misuse them could type anyway (XTEST).
+        # On-screen keyboards and assistive programs send events. Whatever could misuse this can type anyway (XTEST).
         resources.append("XTerm*allowSendEvents: true")
         command = ["xterm", "-into", str(int(self._container.winId())), "-tn", "xterm-256color"]
         command += ["-fa", FONT, "-fs", str(FONT_SIZE * self.devicePixelRatioF())]
@@ -214,7 +214,7 @@ class TerminalView(QFrame):
             self._host.fill(self._guest, round(size.width() * ratio), round(size.height() * ratio))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Notice who has the keyboard. Qt does not: a child of its window got it, so for Qt nothing has changed."""
+        """Track who has the keyboard. For Qt nothing changes, because a child of its window has the focus."""
         kind = event.type()
         if self._host is None or self._guest is None:
             return False
@@ -238,7 +238,7 @@ class TerminalView(QFrame):
             self.take_keyboard()
 
     def give_keyboard_back(self) -> None:
-        """From now on keys go to the window again."""
+        """Give the keyboard to the window."""
         window = self.window()
         if self._has_keyboard and self._host is not None and window is not None:
             self._host.take_keyboard(int(window.winId()))
@@ -276,7 +276,7 @@ class TerminalView(QFrame):
 
 
 class _Cover(QLabel):
-    """What is seen where no terminal is."""
+    """What is shown while there is no terminal."""
 
     clicked = pyqtSignal()
 

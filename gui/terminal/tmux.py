@@ -1,8 +1,8 @@
-"""A tmux server of our own, and what a person would type into it.
+"""A tmux server of the window's own, and typing into its windows.
 
-Its own socket and configuration: neither sessions nor settings of the pilot are touched. The server ends with its only
-session, and the session with its only client (`destroy-unattached`). `start_reaper` makes sure that it ends with this
-process, even a killed one.
+It has its own socket and configuration, so the pilot's sessions and settings are not touched. The server ends with its
+only session, and the session with its only client (`destroy-unattached`). `start_reaper` makes sure that it also ends
+when this process is killed.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _HERE = Path(__file__).resolve().parent
 
 
 class TmuxError(RuntimeError):
-    """tmux did not do what it was asked for; the text is for the pilot."""
+    """tmux did not do what it was asked for; the message is for the pilot."""
 
 
 class Tmux:
-    """A tmux server that `attach_command` starts. Calls block for milliseconds: not for Qt's thread.
+    """A tmux server, started by `attach_command`. Calls block for milliseconds, so they must not run on Qt's thread.
 
     Args:
         socket: Name of the server's socket, unique on this machine.
@@ -40,7 +40,7 @@ class Tmux:
 
     def __init__(self, socket: str) -> None:
         self._base = ["tmux", "-L", socket]
-        # Where -L puts it, tmux(1). tmux itself leaves the file behind.
+        # The path that -L stands for, see tmux(1). tmux leaves the file behind.
         self._socket = Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}", socket)
         shell = shlex.join([SHELL, "--noprofile", "--rcfile", str(_HERE / "terminal.bashrc"), "-i"])
         self.attach_command = [
@@ -49,13 +49,13 @@ class Tmux:
             ";", "set-option", "-g", "default-command", shell,
             ";", "set-option", "-g", "destroy-unattached", "on",
         ]  # fmt: skip
-        """Command line to be run in a terminal window."""
+        """The command to run in a terminal window."""
 
     def type_line(self, window: str, line: str) -> None:
-        """Type a line and Enter at the shell's prompt in `window`, which is opened if need be and shown.
+        """Type a line and Enter at the shell's prompt in `window`, which is opened if necessary and shown.
 
         Raises:
-            TmuxError: Something runs in that window, or the terminal is closed.
+            TmuxError: A program runs in that window, or the terminal is closed.
         """
         self._wait_for_session()
         if window in self.windows():
@@ -65,10 +65,12 @@ class Tmux:
         program = self._wait_for_prompt(window)
         if program:
             raise TmuxError(f"{program} runs in the terminal's window '{window}'. End it there with Ctrl-C first.")
-        # tmux takes a semicolon at the end of an argument for the end of its own command.
+        # tmux would take a semicolon at the end of an argument as the end of its own command.
         literal = line[:-1] + "\\;" if line.endswith(";") else line
+        column, row, width = self._cursor(window)
         self._call("send-keys", "-t", self._target(window), "-l", literal)
         self._call("send-keys", "-t", self._target(window), "Enter")
+        self._wait_for_new_row(window, row, row + (column + len(line)) // width + 1)
 
     def interrupt(self, window: str) -> None:
         """Type Ctrl-C in `window`, if it is open.
@@ -77,12 +79,12 @@ class Tmux:
             TmuxError: tmux does not answer.
         """
         if self._has_session() and window in self.windows():
-            # A pane that is being scrolled would take the key for itself.
+            # A pane that is being scrolled (copy mode) would take the key itself.
             self._call("copy-mode", "-q", "-t", self._target(window))
             self._call("send-keys", "-t", self._target(window), "C-c")
 
     def windows(self) -> list[str]:
-        """Names of the open windows.
+        """Return the names of the open windows.
 
         Raises:
             TmuxError: The terminal is closed.
@@ -90,7 +92,7 @@ class Tmux:
         return self._call("list-windows", "-t", SESSION, "-F", "#{window_name}").split("\n")
 
     def text(self, window: str) -> str:
-        """What `window` shows.
+        """Return what `window` shows.
 
         Raises:
             TmuxError: There is no such window.
@@ -98,8 +100,8 @@ class Tmux:
         return self._call("capture-pane", "-p", "-t", self._target(window))
 
     def start_reaper(self) -> subprocess.Popen:
-        """Start a process that ends the server, and by hanging up everything in it, when its standard input is closed:
-        by us, or by the kernel if we are killed. xterm alone may outlive its window until it next draws something."""
+        """Start a process that ends the server, and thereby everything in it, when its standard input is closed: by
+        this process, or by the kernel when this process is killed. xterm alone could live on until it next draws."""
         return subprocess.Popen(
             ["sh", "-c", _REAP, "tmux-reaper", str(self._socket), *self._base],
             stdin=subprocess.PIPE,
@@ -114,7 +116,7 @@ class Tmux:
         return self._run("has-session", "-t", SESSION).returncode == 0
 
     def _wait_for_session(self, timeout: float = TIMEOUT) -> None:
-        """The first line may be asked for before the terminal window is up."""
+        """Wait until the terminal is open: a line may be requested before that."""
         deadline = time.monotonic() + timeout
         while not self._has_session():
             if time.monotonic() > deadline:
@@ -122,7 +124,7 @@ class Tmux:
             time.sleep(0.05)
 
     def _wait_for_prompt(self, window: str, timeout: float = 2.0) -> str | None:
-        """None at the prompt of a shell, else the name of the program that keeps running there."""
+        """Wait for the shell's prompt; return None, or the name of the program that keeps running there."""
         deadline = time.monotonic() + timeout
         while True:
             answer = self._call(
@@ -134,6 +136,23 @@ class Tmux:
             if time.monotonic() > deadline:
                 return program
             time.sleep(0.05)
+
+    def _cursor(self, window: str) -> tuple[int, int, int]:
+        """Return column and row of the cursor, counted from the first row of the history, and the columns of a row."""
+        answer = self._call(
+            "display-message", "-p", "-t", self._target(window),
+            "#{cursor_x} #{history_size} #{cursor_y} #{pane_width}",
+        )  # fmt: skip
+        column, history, row, width = map(int, answer.split())
+        return column, history + row, width
+
+    def _wait_for_new_row(self, window: str, row: int, expected: int, timeout: float = 1.0) -> None:
+        """Wait until the shell has read the line that was typed in `row`: until then it looks as if it were at the
+        prompt, and a line typed next would reach the program. Rows shrink when the line clears the screen; a shell that
+        does not read it in time is busy."""
+        deadline = time.monotonic() + timeout
+        while row <= self._cursor(window)[1] < expected and time.monotonic() < deadline:
+            time.sleep(0.02)
 
     def _call(self, *words: str) -> str:
         done = self._run(*words)
@@ -153,5 +172,5 @@ class Tmux:
 
 
 def environment() -> dict[str, str]:
-    """Our environment, less what makes tmux believe it runs inside another tmux."""
+    """Return the environment without what makes tmux believe that it runs inside another tmux."""
     return {name: value for name, value in os.environ.items() if name not in ("TMUX", "TMUX_PANE")}

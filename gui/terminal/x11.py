@@ -1,7 +1,7 @@
-"""The few X11 requests that Qt 5 does not offer for a window that belongs to another program.
+"""The few X11 requests for another program's window that Qt 5 does not offer.
 
-Everything goes over a connection of its own (libX11 through ctypes), on the thread of the caller. The other program may
-end at any moment, so its windows may be gone when a request arrives: such errors are expected and ignored.
+They are made on a connection of their own (libX11 through ctypes), on the caller's thread. The other program may end at
+any moment, so its windows may be gone when a request arrives: such errors are expected and ignored.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _IS_VIEWABLE = 2
 
 
 class _Attributes(ctypes.Structure):
-    """XWindowAttributes of X11/Xlib.h, up to what is read here, with room for the rest."""
+    """XWindowAttributes of X11/Xlib.h: the fields that are read here, and room for the others."""
 
     _fields_ = (
         ("x", c_int),
@@ -108,14 +108,14 @@ def _library() -> ctypes.CDLL:
 
 
 class X11Error(RuntimeError):
-    """There is no X server to talk to."""
+    """The X server cannot be reached."""
 
 
 def hold_display(name: str, patience: float = 1.0) -> bool:
-    """Whether the X server at this value of DISPLAY lets us in within `patience` seconds.
+    """Whether the X server at this value of DISPLAY accepts a connection within `patience` seconds.
 
-    The connection stays open as long as this process: a server that loses its last client may start anew, and would
-    refuse the next one, which is Qt, meanwhile. For the same reason one refusal is not the last word.
+    The connection is never closed: a server that loses its last client may reset itself, and would meanwhile refuse the
+    next one, which is Qt. For the same reason a refused connection is tried again.
     """
     try:
         x11 = _library()
@@ -130,7 +130,7 @@ def hold_display(name: str, patience: float = 1.0) -> bool:
 
 
 def screen_height(name: str) -> int:
-    """Pixels of the X screen's height at this value of DISPLAY; 0 when it cannot be told."""
+    """Return the height of the X screen at this value of DISPLAY [px]; 0 when it is unknown."""
     try:
         x11 = _library()
     except OSError:
@@ -145,10 +145,10 @@ def screen_height(name: str) -> int:
 
 
 class HostWindow:
-    """A window of ours in which another program has opened one of its own.
+    """A window of this process in which another program, the guest, opens its own window.
 
     Args:
-        window: Our X window.
+        window: The X window of this process.
     Raises:
         X11Error: The X server cannot be reached.
     """
@@ -163,9 +163,9 @@ class HostWindow:
         if not self._display:
             raise X11Error(f"no X server answers at DISPLAY={os.environ.get('DISPLAY', '')!r}")
         self._window = window
-        # A child without a picture that lies over the guest: as long as it is there, the guest sees neither the
-        # pointer nor keys typed while the pointer is over it (X11 protocol, "keyboard focus": events go to the window
-        # under the pointer if that is inside the focus window).
+        # An invisible child on top of the guest: while it is mapped, the guest gets neither clicks nor keys typed while
+        # the pointer is over it (X11 protocol, "keyboard focus": key events go to the window under the pointer if that
+        # is inside the focus window).
         self._shield = self._x11.XCreateWindow(self._display, window, 0, 0, 1, 1, 0, 0, _INPUT_ONLY, None, 0, None)
         self._x11.XSelectInput(self._display, self._shield, _BUTTON_PRESS_MASK)
         self._keys: dict[int, str] = {}
@@ -173,11 +173,11 @@ class HostWindow:
 
     @property
     def connection(self) -> int:
-        """File descriptor that becomes readable when there are `events`."""
+        """The file descriptor that becomes readable when there are `events`."""
         return self._x11.XConnectionNumber(self._display)
 
     def guest(self) -> int | None:
-        """The other program's window, once it is on the screen."""
+        """Return the guest's window; None until it is on the screen."""
         root, parent, count = c_ulong(), c_ulong(), c_uint()
         children = POINTER(c_ulong)()
         if not self._x11.XQueryTree(
@@ -190,42 +190,42 @@ class HostWindow:
         return next((window for window in windows if window != self._shield and self._is_viewable(window)), None)
 
     def fill(self, guest: int, width: int, height: int) -> None:
-        """Give the guest (and the shield) the whole of our window [px]."""
+        """Resize the guest and the shield to fill the window [px]."""
         for window in (guest, self._shield):
             self._x11.XMoveResizeWindow(self._display, window, 0, 0, max(1, width), max(1, height))
         self._sync()
 
     def size(self, guest: int) -> tuple[int, int]:
-        """Width and height of the guest [px]; (0, 0) when it is gone."""
+        """Return width and height of the guest [px]; (0, 0) when it is gone."""
         attributes = _Attributes()
         self._x11.XGetWindowAttributes(self._display, guest, byref(attributes))
         return attributes.width, attributes.height
 
     def give_keyboard(self, guest: int) -> None:
-        """Lift the shield; keys go to the guest until another window gets the keyboard focus."""
+        """Remove the shield and give the keyboard focus to the guest."""
         self._x11.XUnmapWindow(self._display, self._shield)
         self._x11.XSetInputFocus(self._display, guest, _REVERT_TO_PARENT, _CURRENT_TIME)
         self._sync()
 
     def take_keyboard(self, window: int) -> None:
-        """Keys go to `window`, ours, and the shield lies over the guest again."""
+        """Give the keyboard focus to `window`, one of this process, and put the shield over the guest again."""
         self._x11.XSetInputFocus(self._display, window, _REVERT_TO_PARENT, _CURRENT_TIME)
         self.raise_shield()
 
     def raise_shield(self) -> None:
-        """Lay the shield over the guest: a click on it is reported by `events`."""
+        """Put the shield over the guest; `events` reports a click on it."""
         self._x11.XMapRaised(self._display, self._shield)
         self._sync()
 
     def grab_key(self, name: str) -> None:
-        """Take this key from the guest; `events` reports it instead. Source of the names: X11/keysymdef.h."""
+        """Keep this key from the guest; `events` reports it instead. Source of the names: X11/keysymdef.h."""
         code = self._x11.XKeysymToKeycode(self._display, self._x11.XStringToKeysym(name.encode()))
         self._keys[code] = name
         self._x11.XGrabKey(self._display, code, _ANY_MODIFIER, self._window, 0, _GRAB_ASYNC, _GRAB_ASYNC)
         self._sync()
 
     def events(self) -> list[str]:
-        """What has happened since the last call: "click" on the shield, and names of `grab_key`."""
+        """Return what has happened since the last call: "click" for the shield, and the names of grabbed keys."""
         event, happened = _Event(), []
         while self._x11.XPending(self._display):
             self._x11.XNextEvent(self._display, byref(event))

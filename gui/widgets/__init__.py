@@ -1,1 +1,1 @@
-"""Widgets that show something; none of them knows ROS."""
+"""Widgets that show readings; none of them knows ROS."""

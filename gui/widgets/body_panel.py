@@ -1,4 +1,4 @@
-"""How the robot stands: attitude as an artificial horizon, place, heading and speed in figures."""
+"""Shows the attitude of the robot as an artificial horizon, and position, heading and speed as numbers."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState
 
 FORGET_AFTER = 1.0
-"""Seconds."""
+"""[s] after which a reading is no longer shown."""
 FULL_SCALE = math.radians(20.0)
-"""Pitch at the edge of the horizon [rad]."""
+"""Pitch at the rim of the horizon [rad]."""
 
 
 class BodyPanel(QFrame):
@@ -26,7 +26,7 @@ class BodyPanel(QFrame):
         super().__init__(parent)
         self._body: BodyState | None = None
         self.setMinimumSize(112, 160)
-        self.setToolTip("Attitude of the body (roll and pitch), place and heading by odometry, speed")
+        self.setToolTip("Attitude of the body (roll and pitch), position and heading by odometry, speed")
         self._refresh = PeriodicTimer(500, self.update, self)
         self._refresh.start()
 
@@ -34,7 +34,7 @@ class BodyPanel(QFrame):
         return QSize(116, 210)
 
     def show_reading(self, reading: object) -> None:
-        """Take in a `BodyState`; other readings are ignored."""
+        """Show a `BodyState`; other readings are ignored."""
         if isinstance(reading, BodyState):
             self._body = reading
             self.update()
@@ -44,7 +44,7 @@ class BodyPanel(QFrame):
         self.update()
 
     def lines(self) -> list[tuple[str, str]]:
-        """What is written: name and value."""
+        """Return the lines of text: name and value."""
         body = self._fresh_body()
         if body is None:
             return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
@@ -112,6 +112,6 @@ class BodyPanel(QFrame):
 
 
 def _signed(value: float, digits: int) -> str:
-    """With its sign, and the minus as wide as the plus."""
-    text = f"{round(value, digits) + 0.0:+.{digits}f}"  # adding nothing makes minus nothing plain nothing
+    """Format a number with its sign, and with a minus as wide as the plus."""
+    text = f"{round(value, digits) + 0.0:+.{digits}f}"  # -0.0 + 0.0 is 0.0
     return text.replace("-", "−")

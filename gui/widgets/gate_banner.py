@@ -1,4 +1,4 @@
-"""What the safety gate does just now, in one word and one sentence."""
+"""Shows what the safety gate does, in one word and one sentence."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gui.ros.readings import Safety
 from gui.styling import restyle, set_property
 
 SILENT_AFTER = 1.0
-"""Seconds without word from the safety gate."""
+"""[s] without a message after which the safety gate counts as silent."""
 LEVELS = {
     "clear": "good", "no command": "off", "limited": "warn", "blocked": "bad", "bumped": "bad", "stopped": "bad",
     "sensor stale": "bad", "fault": "bad",
 }  # fmt: skip
-"""State (telepresence_msgs/SafetyState) -> how it looks."""
+"""State (telepresence_msgs/SafetyState) -> level of the style sheet."""
 WORDS = {
     "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
     "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
@@ -25,7 +25,7 @@ WORDS = {
 
 
 class GateBanner(QFrame):
-    """State and reason; says so when nothing is heard."""
+    """Shows state and reason, or that the safety gate is silent."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -48,7 +48,7 @@ class GateBanner(QFrame):
 
     @property
     def text(self) -> str:
-        """Word and reason as shown."""
+        """The word and the reason that are shown."""
         return f"{self._word.text()}: {self._reason.text()}"
 
     @property
@@ -57,21 +57,15 @@ class GateBanner(QFrame):
         return self.property("level")
 
     def show_reading(self, reading: object) -> None:
-        """Take in a `Safety`; other readings are ignored."""
+        """Show a `Safety`; other readings are ignored."""
         if not isinstance(reading, Safety):
             return
         self._arrived = reading.arrived
         self._show(reading.state, reading.reason)
 
-    def show_words(self, text: str) -> None:
-        """Take in "<state>: <reason>", what layers without the full message tell."""
-        state, _, reason = text.partition(": ")
-        self._arrived = time.monotonic()
-        self._show(state, reason)
-
     def clear(self) -> None:
         self._arrived = 0.0
-        self._say("No word", "The safety gate is not heard. It starts with the robot's programs.", "off")
+        self._say("No gate", "No safety gate is running. It starts with the robot's programs.", "off")
 
     def _poll(self) -> None:
         if self._arrived and time.monotonic() - self._arrived > SILENT_AFTER:

@@ -1,4 +1,4 @@
-"""All keys and pads on one page, over the window."""
+"""A page over the window that lists all keys and the gamepad's buttons."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ SECTIONS = (
     (
         "Stop and go",
         (
-            ("Esc", "red stop: nothing drives until it is let go"),
-            ("Shift+Esc", "let the robot go"),
+            ("Esc", "red stop: nothing drives until it is released"),
+            ("Shift+Esc", "release the red stop"),
             ("F3", "take, ask for or hand over the robot"),
             ("Shift+F3", "keep it when somebody asks"),
             ("F2", "who is here; hand over; sign out"),
@@ -57,7 +57,7 @@ SECTIONS = (
 
 
 class HelpOverlay(QFrame):
-    """Covers its parent; any key or click closes it. It has the focus meanwhile, so no key drives."""
+    """Covers its parent until a key or a click closes it. It has the focus meanwhile, so no key drives."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -94,13 +94,13 @@ class HelpOverlay(QFrame):
         self.setFocus()
 
     def shut(self) -> None:
-        """Give the window back."""
+        """Hide the page and return the focus."""
         self.hide()
         if self._before is not None:
             self._before.setFocus()
 
     def toggle(self) -> None:
-        """Open or shut."""
+        """Open or close the page."""
         if self.isVisible():
             self.shut()
         else:

@@ -1,4 +1,4 @@
-"""The picture of the keys that drive from the terminal."""
+"""A legend of the keys that drive when they are typed into the terminal."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from PyQt5.QtWidgets import QFrame, QGridLayout, QLabel, QWidget
 
 KEYS = (("u", "i", "o"), ("j", "k", "l"), ("m", ",", "."))
 SYMBOLS = (("↰", "↑", "↱"), ("↶", "stop", "↷"), ("↲", "↓", "↳"))
-NOTES = "A key holds until the next one.\nShift: sideways.   q / z: faster, slower."
+NOTES = "A key is latched until the next one.\nShift: sideways.   q / z: faster, slower."
 
 
 class KeyLegend(QFrame):
-    """Which letter does what when it is typed into the terminal."""
+    """Shows which letter drives where."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -1,4 +1,4 @@
-"""How good the link to the robot is: command round trip, age and rate of the pictures, battery."""
+"""Shows the quality of the link to the robot: round trip of commands, age and rate of pictures; and the battery."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ GOOD_DELAY, BAD_DELAY = 0.15, 0.30
 GOOD_RATE, BAD_RATE = 8.0, 3.0
 """Pictures per second."""
 LOW_BATTERY, EMPTY_BATTERY = 0.3, 0.15
-"""Share of a full one."""
+"""Charge, from 0 to 1."""
 FORGET_AFTER = 5.0
-"""Seconds after which a round trip says nothing about now."""
+"""[s] after which a round trip is no longer shown."""
 NAMES = {"command": "Command", "age": "Picture", "rate": "Rate", "battery": "Battery"}
 
 
 class LinkHealth(QFrame):
-    """A row of gauges; an unknown value is a dash, never the last one that was known."""
+    """A row of gauges. An unknown value is shown as a dash, never as the last one that was known."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -32,10 +32,10 @@ class LinkHealth(QFrame):
         layout.setSpacing(6)
         self._values: dict[str, QLabel] = {}
         tips = {
-            "command": "From sending a command to the safety gate's answer to it",
+            "command": "From sending a command to the safety gate's answer",
             "age": "How old a picture is when it is shown, by the robot's clock",
             "rate": "Pictures per second",
-            "battery": "Charge, or voltage where the robot tells no charge",
+            "battery": "Charge, or voltage where the robot publishes no charge",
         }
         for name, title in NAMES.items():
             label = QLabel(title)
@@ -62,16 +62,16 @@ class LinkHealth(QFrame):
             self._show(name, "–", "off")
 
     def gauge(self, name: str) -> tuple[str, str]:
-        """Text and level (off, good, warn, bad) of a gauge of `NAMES`."""
+        """Return text and level (off, good, warn, bad) of a gauge of `NAMES`."""
         return self._values[name].text(), self._values[name].property("level")
 
     def show_round_trip(self, seconds: float) -> None:
-        """A command needed this long there and back [s]."""
+        """Show the round trip of a command [s]."""
         self._round_trip_at = time.monotonic()
         self._show("command", f"{1e3 * seconds:.0f} ms", _level_of_delay(seconds))
 
     def show_picture(self, age: float, rate: float) -> None:
-        """Age when shown [s], NaN when the clocks disagree; pictures per second, 0 when none come, NaN when unknown."""
+        """Show a picture's age [s], NaN if clocks disagree, and the rate [1/s], 0 without pictures, NaN if unknown."""
         if not math.isfinite(age):
             self._show("age", "–", "off")
         elif age >= 10.0:
@@ -85,18 +85,18 @@ class LinkHealth(QFrame):
         self._show("rate", f"{rate:.0f} /s", level)
 
     def show_share(self, share: float) -> None:
-        """How much of the speed the delay leaves, 0 to 1."""
+        """Show the share of the speed that the delay allows, 0 to 1."""
         self._share.setText("half speed" if share else "no driving")
         self._share.setVisible(share < 1.0)
         set_property(self._share, "level", "warn" if share else "bad")
 
     def clear_picture(self) -> None:
-        """Nobody wants pictures."""
+        """Show that there are no pictures because nobody asked for any."""
         self._show("age", "–", "off")
         self._show("rate", "–", "off")
 
     def show_reading(self, reading: object) -> None:
-        """Take in a `Battery`; other readings are ignored."""
+        """Show a `Battery`; other readings are ignored."""
         if not isinstance(reading, Battery):
             return
         text = f"{100 * reading.share:.0f} %" if math.isfinite(reading.share) else f"{reading.voltage:.1f} V"

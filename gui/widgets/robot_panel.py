@@ -1,4 +1,4 @@
-"""What the robot can be asked for besides driving: say a sentence, take a posture."""
+"""Asks the robot to say a sentence or to take a posture."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 LONGEST_SENTENCE = 300
-"""Characters; half a minute of speech, during which nothing else can be said."""
+"""Characters: half a minute of speech, during which nothing else can be said."""
 SENTENCES = ("Hello!", "One moment, please.", "Thank you!", "Goodbye!")
 COLUMNS = 3
 
 
 class RobotPanel(QFrame):
-    """A line to be said, and buttons for postures; what a robot cannot do is not shown."""
+    """A field for a sentence, and buttons for postures. Controls that a robot lacks are hidden."""
 
     say = pyqtSignal(str)
-    """Say this."""
+    """The robot should say this."""
     posture = pyqtSignal(str)
-    """Take the posture of this name."""
+    """The robot should take the posture of this name."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.sentence = QLineEdit()
-        self.sentence.setPlaceholderText("Type what the robot shall say, then Enter")
+        self.sentence.setPlaceholderText("Type what the robot should say, then press Enter")
         self.sentence.setMaxLength(LONGEST_SENTENCE)
         self.sentence.setAccessibleName("Sentence to be said")
         self.sentence.setObjectName("sentence")
@@ -35,7 +35,7 @@ class RobotPanel(QFrame):
         self._answer.setProperty("role", "note")
         self._answer.setWordWrap(True)
         self._speech, self._postures = QWidget(), QWidget()
-        self._nothing = QLabel("This robot neither speaks nor takes postures.")
+        self._nothing = QLabel("This robot can neither speak nor take postures.")
         self._nothing.setProperty("role", "note")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
 
@@ -69,10 +69,10 @@ class RobotPanel(QFrame):
         self.set_robot(speaks=False, postures=())
 
     def set_robot(self, speaks: bool, postures: Sequence[tuple[str, str]]) -> None:
-        """Show what this robot can do.
+        """Show the controls that this robot has.
 
         Args:
-            postures: (name, what the button says) of each.
+            postures: (name, text of the button) of each.
         """
         self._speech.setVisible(speaks)
         self._postures.setVisible(bool(postures))
@@ -89,7 +89,7 @@ class RobotPanel(QFrame):
         self.answer("")
 
     def answer(self, text: str) -> None:
-        """Show what came of the last request."""
+        """Show the result of the last request."""
         self._answer.setText(text)
         self._answer.setVisible(bool(text))
 

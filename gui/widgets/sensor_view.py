@@ -1,4 +1,4 @@
-"""The robot from above, with all that its sensors see, where it may go how fast, and where it came from."""
+"""The robot from above: what its sensors see, how fast it may drive in each direction, and where it came from."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from gui.ros.readings import SECTORS, Beams, BodyState, Bumpers, Cone, Points, S
 from telepresence.safety.outline import Outline
 
 FORGET_AFTER = 1.0
-"""Seconds after which a reading is no longer shown as what is there now."""
+"""[s] after which a reading is no longer shown."""
 TRAIL_STEP = 0.03
 TRAIL_LENGTH = 2000
 """[m] between two points of the trail, and how many are kept."""
 NEAREST_VIEW, FARTHEST_VIEW = 0.5, 6.0
 """Limits of the zoom: half the width of the view [m]."""
 RING_WIDTH = 9.0  # px
-REFRESH_PERIOD = 250  # ms; so that readings that cease fade
+REFRESH_PERIOD = 250  # ms; old readings have to disappear even when no new ones come
 
 _BUMPERS = {"left": 50.0, "right": -50.0, "back": 180.0}  # degrees from ahead
 
@@ -76,7 +76,7 @@ class SensorView(QFrame):
         return QSize(240, 240)
 
     def set_robot(self, outline: Outline, top_speed: float, reach: float) -> None:
-        """Show another robot; what was known of the one before is forgotten."""
+        """Show a robot, and forget all readings of the one before."""
         self._shape = _shape_of(outline)
         self._radius = outline.outer_radius
         self._top_speed, self._reach = top_speed, reach
@@ -90,27 +90,27 @@ class SensorView(QFrame):
         self.update()
 
     def show_reading(self, reading: object) -> None:
-        """Take in a reading; kinds that are not painted here are ignored."""
+        """Show a reading; kinds that are not painted here are ignored."""
         keep = self._handlers.get(type(reading))
         if keep is not None:
             keep(reading)
             self.update()
 
     def show_target(self, target: tuple[float, float] | None) -> None:
-        """Mark the place to be driven to, in odom [m]."""
+        """Mark the place that is driven to, in odom [m]."""
         self._target = target
         self.update()
 
     @property
     def trail(self) -> list[tuple[float, float]]:
-        """Places in odom [m], oldest first."""
+        """Positions in odom [m], oldest first."""
         return list(self._trail)
 
     def _on_body(self, body: BodyState) -> None:
         self._body = body
         here = (body.x, body.y)
         if self._trail and math.dist(self._trail[-1], here) > 1.0:
-            self._trail.clear()  # odometry was set anew
+            self._trail.clear()  # the odometry was reset
         if not self._trail or math.dist(self._trail[-1], here) > TRAIL_STEP:
             self._trail.append(here)
 
@@ -143,7 +143,7 @@ class SensorView(QFrame):
         self._paint_ring(painter, side / 2)
 
     def _px(self, x: float, y: float) -> QPointF:
-        """Base frame [m] to pixels around the middle."""
+        """Convert a position in the base frame [m] to pixels from the centre."""
         return QPointF(-y * self._scale, -x * self._scale)
 
     def _paint_grid(self, painter: QPainter) -> None:
@@ -252,7 +252,7 @@ class SensorView(QFrame):
                 painter.drawEllipse(box)
 
     def _paint_gap(self, painter: QPainter) -> None:
-        """From the outline to the thing that limits most."""
+        """Paint a line from the outline to the thing that limits the speed most."""
         safety = self._fresh_safety()
         if safety is None or safety.sector is None or not math.isfinite(safety.gap) or safety.gap > self._reach:
             return
@@ -265,7 +265,7 @@ class SensorView(QFrame):
         )
 
     def _paint_motion(self, painter: QPainter) -> None:
-        """Where the wheels are told to go: as far as in one second."""
+        """Paint the velocity that the wheels are given: as far as in two seconds."""
         safety = self._fresh_safety()
         if safety is None:
             return
@@ -311,7 +311,7 @@ class SensorView(QFrame):
             painter.drawArc(box, round((start + 0.4) * 16), round((width - 0.8) * 16))
 
     def ring_colour(self, speed: float) -> QColor:
-        """Red where nothing is allowed, amber to green with the allowed speed [m/s]; grey when it is no number."""
+        """Return red where nothing is allowed, amber to green with the allowed speed [m/s], grey if it is unknown."""
         if not math.isfinite(speed):
             return theme.colour("line")
         share = speed / self._top_speed
@@ -332,13 +332,13 @@ class SensorView(QFrame):
 
 
 def _to_base(body: BodyState, points: np.ndarray) -> np.ndarray:
-    """Return points (n, 2) in odom [m] in the base frame of a body that stands like this."""
+    """Convert points (n, 2) from odom to the base frame of a body in this pose [m]."""
     c, s = math.cos(body.yaw), math.sin(body.yaw)
     return (points - np.array((body.x, body.y))) @ np.array(((c, -s), (s, c)))
 
 
 def _shape_of(outline: Outline) -> QPainterPath:
-    """The outline as a path in the base frame [m]."""
+    """Return the outline as a path in the base frame [m]."""
     path = QPainterPath()
     if len(outline.vertices) == 1:
         path.addEllipse(QPointF(*outline.vertices[0]), outline.radius, outline.radius)

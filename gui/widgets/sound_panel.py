@@ -1,4 +1,4 @@
-"""Sound between pilot and robot: levels, mute, push to talk, choice of devices."""
+"""Controls the sound between pilot and robot: levels, mute, push to talk, choice of devices."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Levels, VoiceSettings, VoiceState
 
 QUIETEST, LOUD = -60.0, -9.0
-"""Ends of the meter's calm part [dBFS]."""
+"""Range in which the meter is green; above it is red [dBFS]."""
 FALL = 20.0
-"""dB per second that the bar falls after a peak (a peak programme meter's order of magnitude)."""
+"""[dB/s] by which the bar falls after a peak (the order of magnitude of a peak programme meter)."""
 FADE_PERIOD = 60  # ms
 SHORTEST_NAME = 12
 """Letters of a device's name that are always shown."""
 
 
 class LevelMeter(QWidget):
-    """A bar for loudness [dBFS]; rises at once, falls slowly."""
+    """A bar for loudness [dBFS] that rises at once and falls slowly."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -35,7 +35,7 @@ class LevelMeter(QWidget):
         return QSize(160, 12)
 
     def set_level(self, level: float) -> None:
-        """Loudness now [dBFS]; not a number counts as silence."""
+        """Show the present loudness [dBFS]; NaN counts as silence."""
         level = QUIETEST if math.isnan(level) else level
         if level >= self.level():
             self._level, self._at = min(0.0, level), time.monotonic()
@@ -43,7 +43,7 @@ class LevelMeter(QWidget):
         self.update()
 
     def level(self) -> float:
-        """What the bar shows [dBFS]."""
+        """Return what the bar shows [dBFS]."""
         return max(QUIETEST, self._level - FALL * (time.monotonic() - self._at))
 
     def _on_fade(self) -> None:
@@ -65,10 +65,10 @@ class LevelMeter(QWidget):
 
 
 class DeviceChoice(QComboBox):
-    """The devices of one kind; what is shown is what the sound program says that it uses."""
+    """Offers the devices of one kind, and shows which one the sound program uses."""
 
     chosen = pyqtSignal(str)
-    """A person took this one, see `telepresence.audio.devices`."""
+    """The pilot has chosen this device, see `telepresence.audio.devices`."""
 
     def __init__(self, what: str) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ class DeviceChoice(QComboBox):
         self.activated.connect(lambda index: self.chosen.emit(self.itemData(index)))
 
     def show_choice(self, names: tuple[str, ...], current: str) -> None:
-        """Offer these, and show which one is used; one that is gone stays in sight for as long as it is chosen."""
+        """Offer these devices, and show which one is used; it stays in the list even when it is gone."""
         if self._shown != (names, current):
             self._shown = (names, current)
             self.clear()
@@ -114,8 +114,8 @@ class SoundPanel(QFrame):
         self.speakers.setObjectName("speakerChoice")
         self.talk_button.setObjectName("talkButton")
         for button, name, tip in (
-            (self.microphone, "muteMicrophone", "The robot plays nothing of what you say"),
-            (self.speaker, "muteSpeaker", "You hear nothing of what the robot hears"),
+            (self.microphone, "muteMicrophone", "The robot does not play your voice"),
+            (self.speaker, "muteSpeaker", "Mutes the sound from the robot"),
         ):
             button.setCheckable(True)
             button.setObjectName(name)
@@ -157,7 +157,7 @@ class SoundPanel(QFrame):
         return self._state.text()
 
     def set_available(self, available: bool) -> None:
-        """Whether a sound program answers."""
+        """Enable the controls if a sound program answers."""
         for control in (self.microphone, self.speaker, self.talk_button, self.microphones, self.speakers):
             control.setEnabled(available)
         if not available:
@@ -166,14 +166,14 @@ class SoundPanel(QFrame):
             self._state.setText("")
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Out of sight the microphone is not held open."""
+        """Close the microphone when the panel is hidden while the button is held."""
         if self.talk_button.isDown():
             self.talk_button.setDown(False)
             self.talk.emit(False)
         super().hideEvent(event)
 
     def show_reading(self, reading: object) -> None:
-        """Take in `Levels`, `VoiceState` and `VoiceSettings`; other readings are ignored."""
+        """Show `Levels`, `VoiceState` and `VoiceSettings`; other readings are ignored."""
         if isinstance(reading, Levels):
             self.pilot.set_level(reading.pilot)
             self.robot.set_level(reading.robot)

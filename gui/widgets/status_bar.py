@@ -1,4 +1,4 @@
-"""One line at the bottom: the last message, and how the links are."""
+"""One line at the bottom of the window: the last message, and the state of the links."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ CHIPS = ("master", "robot", "picture", "keys")
 
 
 class StatusBar(QFrame):
-    """Message left, indicators right. A message stays until the next."""
+    """Shows a message on the left until the next one comes, and indicators on the right."""
 
     said = pyqtSignal(str, str)
-    """Another message than before, and its level."""
+    """A new message, and its level."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -26,7 +26,7 @@ class StatusBar(QFrame):
         self._message = QLabel()
         self._message.setObjectName("message")
         self._message.setTextFormat(Qt.TextFormat.PlainText)
-        # A long message is cut to the room there is, instead of widening the window.
+        # A long message is elided instead of widening the window.
         self._message.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout.addWidget(self._message, 1)
         self._chips: dict[str, QLabel] = {}
@@ -41,7 +41,7 @@ class StatusBar(QFrame):
         return self._text
 
     def say(self, text: str, level: str = "info") -> None:
-        """Show a sentence; `level` is info, good, warn or bad."""
+        """Show a message; `level` is info, good, warn or bad."""
         changed, self._text = text != self._text, text
         self._message.setToolTip(text)
         set_property(self._message, "level", level)
@@ -57,7 +57,7 @@ class StatusBar(QFrame):
         set_property(chip, "level", level)
 
     def chip(self, name: str) -> tuple[str, str]:
-        """Text and level of an indicator."""
+        """Return text and level of an indicator."""
         chip = self._chips[name]
         return chip.text().removeprefix("●  "), chip.property("level")
 

@@ -1,4 +1,4 @@
-"""Shows the newest camera picture, and how old it is when no newer one comes."""
+"""Shows the newest camera picture, and its age when no newer one comes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.ros.picture import Picture, as_qimage
 
 STALE_AFTER = 1.0
-"""Seconds without a new picture after which the last one is greyed."""
+"""[s] without a new picture after which the last one is greyed out."""
 RATE_WINDOW = 2.0
 CHECK_PERIOD = 100  # ms
 
@@ -27,20 +27,20 @@ _ALERT = QColor("#f0a53a")
 
 
 class VideoView(QFrame):
-    """Paints the newest picture as large as it fits. A pointer on it is told in the picture's pixels."""
+    """Paints the newest picture as large as possible. Signals of the pointer are in pixels of the picture."""
 
     first_picture = pyqtSignal()
     """The first picture after `clear` has been painted."""
     stale_changed = pyqtSignal(bool)
-    """The picture has become too old, or fresh again."""
+    """Whether the picture is too old has changed."""
     status = pyqtSignal(str)
     """Size and rate of what is shown, for a label; changes at most every 100 ms."""
     pressed = pyqtSignal(float, float)
-    """The left button went down on the picture, here [px of the picture]."""
+    """The left button was pressed on the picture [px of the picture]."""
     dragged = pyqtSignal(float, float)
-    """The pointer has moved with the button down; maybe beyond the edge [px of the picture]."""
+    """The pointer was moved with the button held, maybe beyond the edge [px of the picture]."""
     released = pyqtSignal()
-    """The button went up, or the widget lost the pointer."""
+    """The button was released, or the widget was hidden."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -51,37 +51,37 @@ class VideoView(QFrame):
         self._painted = self._announced = False
         self._title, self._hint, self._status = "", "", ""
         self.stale_after = STALE_AFTER
-        """Seconds; infinity for pictures that come only when something changes."""
+        """[s]; infinity for pictures that come only when something changes."""
         self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
         self._checks = PeriodicTimer(CHECK_PERIOD, self._check, self)
         self._checks.start()
 
     @property
     def stale(self) -> bool:
-        """Whether pictures came and have ceased."""
+        """Whether pictures came and have stopped."""
         return self._stale
 
     @property
     def image(self) -> QImage | None:
-        """What is shown, or None."""
+        """The picture that is shown, or None."""
         return self._image
 
     @property
     def stamp(self) -> float:
-        """When the picture that is shown was taken [s since 1970]."""
+        """When the shown picture was taken [s since 1970]."""
         return self._stamp
 
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
 
     def set_overlay(self, paint: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None) -> None:
-        """Have something painted on every fresh picture: `paint(painter, place)`, where `place(u, v)` is the point of
+        """Paint something on every fresh picture: `paint(painter, to_widget)`, where `to_widget(u, v)` is the point of
         the widget that shows pixel (u, v) of the picture."""
         self._overlay = paint
         self.update()
 
     def show_picture(self, picture: Picture) -> None:
-        """Show it in place of the one before.
+        """Show a picture in place of the one before.
 
         Raises:
             ValueError: The encoding cannot be shown.
@@ -93,7 +93,7 @@ class VideoView(QFrame):
         self.update()
 
     def clear(self, title: str, hint: str) -> None:
-        """Show no picture but two lines of text: what is the case, and what to do."""
+        """Show two lines of text instead of a picture: what is the matter, and what to do."""
         self._title, self._hint = title, hint
         self._image = None
         self._painted = self._announced = False
@@ -104,11 +104,11 @@ class VideoView(QFrame):
         self.update()
 
     def age(self) -> float:
-        """Seconds since the picture arrived; infinity without one."""
+        """Return the time since the picture arrived [s]; infinity without one."""
         return time.monotonic() - self._arrived if self._image else float("inf")
 
     def rate(self) -> float:
-        """Pictures per second, lately; not a number after a first one, which tells nothing yet."""
+        """Return the recent number of pictures per second; NaN after the first one, when it is unknown."""
         now = time.monotonic()
         while self._arrivals and now - self._arrivals[0] > RATE_WINDOW:
             self._arrivals.popleft()
@@ -117,7 +117,7 @@ class VideoView(QFrame):
         return (len(self._arrivals) - 1) / max(1e-3, self._arrivals[-1] - self._arrivals[0])
 
     def pixel_at(self, point: QPointF) -> tuple[float, float]:
-        """The pixel (u, v) of the picture that is shown at a point of the widget; outside it beyond the edge.
+        """Return the pixel (u, v) of the picture at a point of the widget; beside the picture one beyond its edge.
 
         Raises:
             ValueError: There is no picture.
@@ -133,7 +133,7 @@ class VideoView(QFrame):
             if self._target(self._image).contains(event.localPos()):
                 self._held = True
                 self.pressed.emit(*self.pixel_at(event.localPos()))
-        super().mousePressEvent(event)  # the window takes the keyboard back on a click beside everything
+        super().mousePressEvent(event)  # a click moves the keyboard focus to the window
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self._held and self._image is not None:
@@ -167,7 +167,7 @@ class VideoView(QFrame):
         self._painted = True
 
     def _target(self, image: QImage) -> QRectF:
-        """The largest rectangle of the picture's shape, centred."""
+        """Return the largest rectangle with the picture's aspect ratio, centred."""
         scale = min(self.width() / image.width(), self.height() / image.height())
         width, height = image.width() * scale, image.height() * scale
         return QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height)

@@ -1,1 +1,1 @@
-"""Topics, services and actions as rows of the link's table."""
+"""Topics and services of the robots as rows of their tables (`gui.robots`)."""

@@ -1,4 +1,4 @@
-"""What the window asks robots for besides driving, as rows of the link's table: speech, postures, sound. No ROS."""
+"""What the window asks of robots besides driving, as rows of their tables: speech, postures, sound. No ROS."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from gui.ros.channels import Answer, Offered, Outgoing, fill_data
 
 POSTURE_TIMEOUT = 20.0
-"""Seconds that waking up and resting may take."""
+"""[s] that waking up and resting may take."""
 
 
 def _fill_posture(message: Any, name: str) -> None:
@@ -19,12 +19,12 @@ def _read_empty(_response: Any) -> Answer:
 
 
 def sound_outgoing() -> tuple[Outgoing, ...]:
-    """Use this device from now on."""
+    """Return rows that choose a microphone and a loudspeaker."""
     return tuple(Outgoing(name, f"voice/{name}", "std_msgs/String", fill_data) for name in ("microphone", "speaker"))
 
 
 def pepper_outgoing() -> tuple[Outgoing, ...]:
-    """Say a sentence; take a posture that pose_manager knows."""
+    """Return rows to say a sentence, to take a posture that pose_manager knows, and to choose sound devices."""
     return (
         *sound_outgoing(),
         Outgoing("say", "speech", "std_msgs/String", fill_data),
@@ -33,6 +33,7 @@ def pepper_outgoing() -> tuple[Outgoing, ...]:
 
 
 def pepper_services() -> tuple[Offered, ...]:
+    """Return rows to wake up, to rest, and to mute."""
     return (
         *sound_services(),
         *(
@@ -43,6 +44,6 @@ def pepper_services() -> tuple[Offered, ...]:
 
 
 def sound_services() -> tuple[Offered, ...]:
-    """True mutes, or opens the microphone while it is held."""
+    """Return rows whose argument true mutes, or holds the microphone open (talk)."""
     names = ("mute_microphone", "mute_speaker", "talk")
     return tuple(Offered(name, f"voice/{name}", "std_srvs/SetBool", fill_data) for name in names)

@@ -15,9 +15,14 @@ PROOF = 16  # bytes; uint8[16] in the messages
 
 @dataclass(frozen=True)
 class LeaseState:
-    """Who drives (telepresence_msgs/DriveState). `window` is the node of the pilot's window, `other` that of a program
-    beside the windows, `present` (name with role, node) of everybody whose window is here; `arrived` is in
-    monotonic seconds."""
+    """Who drives (telepresence_msgs/DriveState).
+
+    Args:
+        window: Node of the pilot's window.
+        other: Node of another program that drives.
+        present: (name with role, node) of everybody with a window.
+        arrived: When the message arrived [monotonic s].
+    """
 
     epoch: str
     sign_in: bool
@@ -33,7 +38,7 @@ class LeaseState:
 
 
 def read_lease_state(message: Any, arrived: float) -> LeaseState:
-    """What drive_lease tells."""
+    """Convert a telepresence_msgs/DriveState."""
     return LeaseState(
         message.epoch,
         message.sign_in,
@@ -50,7 +55,7 @@ def read_lease_state(message: Any, arrived: float) -> LeaseState:
 
 
 def fill_command(message: Any, session: str, command: Command) -> None:
-    """A signed command of this window."""
+    """Fill in a signed command of this window."""
     message.session, message.number, message.sent = session, command.number, command.sent
     message.driving = command.velocity is not None
     message.vx, message.vy, message.wz = command.velocity or (0.0, 0.0, 0.0)
@@ -82,7 +87,7 @@ def _read_joy(message: Any, _arrived: float) -> tuple[tuple[float, ...], tuple[i
 
 
 def _leave_zero(_message: Any) -> None:
-    """A new geometry_msgs/Twist is a zero."""
+    """Change nothing: a new geometry_msgs/Twist is zero."""
 
 
 INCOMING = (
@@ -100,7 +105,7 @@ SERVICES = (
 
 
 def outgoing(cmd_vel: str) -> tuple[Outgoing, ...]:
-    """Rows for a robot that listens on `cmd_vel`, where the window itself sends nothing but zeros."""
+    """Return rows for a robot that is driven by `cmd_vel`, to which the window itself sends nothing but zeros."""
     return (
         Outgoing("command", "drive/command", "telepresence_msgs/DriveCommand", fill_command),
         Outgoing("zero", cmd_vel, "geometry_msgs/Twist", _leave_zero),

@@ -1,8 +1,9 @@
-"""What the robots tell about themselves, as rows of the link's table: messages to readings. No ROS."""
+"""What the robots publish, as rows of their tables: converts messages to readings. No ROS."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,20 +32,20 @@ CHARGING, DEAD = 1, 3
 SUCCEEDED = 3
 """actionlib_msgs/GoalStatus."""
 INFRARED_REACH, INFRARED_RADIUS = 0.40, 0.2264
-"""How far Robotino's infrared sees, and where its ring stands [m] (Webots' Robotino3; see rto_node.robot_facts)."""
+"""Range of Robotino's infrared sensors, radius of their ring [m] (Webots' Robotino3; see rto_node.robot_facts)."""
 
 
 @dataclass(frozen=True)
 class Mount:
-    """Where a sensor sits in the base frame [m, m, rad]."""
+    """The pose of a sensor in the base frame [m, m, rad]."""
 
     x: float = 0.0
     y: float = 0.0
     theta: float = 0.0
 
 
-def scan_points(source: str, mount: Mount = Mount()):  # noqa: B008
-    """sensor_msgs/LaserScan -> `Points`."""
+def scan_points(source: str, mount: Mount = Mount()) -> Callable[[Any, float], Points]:  # noqa: B008
+    """Return a function that converts sensor_msgs/LaserScan to `Points`."""
 
     def convert(message: Any, arrived: float) -> Points:
         ranges = np.asarray(message.ranges, float)
@@ -58,15 +59,15 @@ def scan_points(source: str, mount: Mount = Mount()):  # noqa: B008
 
 
 def infrared_ring(message: Any, arrived: float) -> Beams:
-    """Robotino's distance_sensors_scan (from the robot's middle) -> `Beams` from the ring."""
+    """Convert Robotino's distance_sensors_scan, measured from its centre, to `Beams` that start at the ring."""
     ranges = np.asarray(message.ranges, float)
     bearings = message.angle_min + message.angle_increment * np.arange(len(ranges))
     starts = INFRARED_RADIUS * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
     return Beams("infrared", starts, bearings, ranges - INFRARED_RADIUS, INFRARED_REACH, arrived)
 
 
-def sonar_cone(source: str, mount: Mount):
-    """sensor_msgs/Range -> `Cone`."""
+def sonar_cone(source: str, mount: Mount) -> Callable[[Any, float], Cone]:
+    """Return a function that converts sensor_msgs/Range to `Cone`."""
 
     def convert(message: Any, arrived: float) -> Cone:
         seen = message.min_range if message.range == -math.inf else message.range
@@ -77,7 +78,7 @@ def sonar_cone(source: str, mount: Mount):
 
 
 class BumperHistory:
-    """naoqi_bridge_msgs/Bumper tells one change at a time; this remembers the others."""
+    """Converts naoqi_bridge_msgs/Bumper. Each message reports one change; this remembers the other bumpers."""
 
     NAMES = ("right", "left", "back")
 
@@ -93,12 +94,12 @@ class BumperHistory:
 
 
 def bumper_ring(message: Any, arrived: float) -> Bumpers:
-    """std_msgs/Bool of Robotino's one bumper."""
+    """Convert the std_msgs/Bool of Robotino's only bumper."""
     return Bumpers(frozenset({"ring"}) if message.data else frozenset(), arrived)
 
 
 def read_safety(message: Any, arrived: float) -> Safety:
-    """telepresence_msgs/SafetyState."""
+    """Convert a telepresence_msgs/SafetyState."""
     sector = int(message.sector)
     return Safety(
         message.state,
@@ -114,7 +115,7 @@ def read_safety(message: Any, arrived: float) -> Safety:
 
 
 def read_odometry(message: Any, arrived: float) -> BodyState:
-    """nav_msgs/Odometry.
+    """Convert a nav_msgs/Odometry.
 
     Raises:
         ValueError: A part of it is not a finite number.
@@ -131,7 +132,7 @@ def read_odometry(message: Any, arrived: float) -> BodyState:
 
 
 def read_battery(message: Any, arrived: float) -> Battery:
-    """sensor_msgs/BatteryState."""
+    """Convert a sensor_msgs/BatteryState."""
     return Battery(
         float(message.percentage),
         float(message.voltage) if message.voltage else math.nan,
@@ -142,26 +143,30 @@ def read_battery(message: Any, arrived: float) -> Battery:
 
 
 def read_lens(message: Any, _arrived: float) -> Lens:
-    """sensor_msgs/CameraInfo; the distortion is left out: under a pixel for these cameras' calibrations.
+    """Convert a sensor_msgs/CameraInfo. The distortion is ignored: it is below one pixel for these cameras.
 
     Raises:
-        ValueError: It is not calibrated.
+        ValueError: The camera is not calibrated.
     """
     fx, fy, cx, cy = message.K[0], message.K[4], message.K[2], message.K[5]
     if not (fx > 0.0 and fy > 0.0 and message.width > 0 and message.height > 0):
-        raise ValueError("the camera tells no calibration")
+        raise ValueError("the camera has no calibration")
     return Lens(fx, fy, cx, cy, message.width, message.height, message.header.frame_id.lstrip("/"))
 
 
 def read_levels(message: Any, arrived: float) -> Levels:
-    """std_msgs/Float32MultiArray: pilot, robot [dBFS]."""
+    """Convert a std_msgs/Float32MultiArray: pilot, robot [dBFS].
+
+    Raises:
+        ValueError: It does not hold two numbers.
+    """
     if len(message.data) != 2:
-        raise ValueError(f"two levels are needed, {len(message.data)} came")
+        raise ValueError(f"two levels are needed, not {len(message.data)}")
     return Levels(float(message.data[0]), float(message.data[1]), arrived)
 
 
 def read_voice_settings(message: Any, _arrived: float) -> VoiceSettings:
-    """telepresence_msgs/VoiceSettings."""
+    """Convert a telepresence_msgs/VoiceSettings."""
     return VoiceSettings(
         bool(message.microphone_muted), bool(message.speaker_muted), message.microphone, message.speaker,
         tuple(message.microphones), tuple(message.speakers),
@@ -169,18 +174,18 @@ def read_voice_settings(message: Any, _arrived: float) -> VoiceSettings:
 
 
 def read_posture_result(message: Any, arrived: float) -> PostureResult:
-    """The result of an action."""
+    """Convert the result of an action."""
     return PostureResult(message.status.status == SUCCEEDED, message.status.text, arrived)
 
 
 def read_page_state(message: Any, arrived: float) -> PageState:
-    """com_cam/status, diagnostic_msgs/DiagnosticStatus."""
+    """Convert the diagnostic_msgs/DiagnosticStatus of com_cam/status."""
     values = {pair.key: pair.value for pair in message.values}
     return PageState(message.message, values.get("page", ""), arrived)
 
 
 def common() -> tuple[Incoming, ...]:
-    """Rows that every robot has."""
+    """Return the rows that every robot has."""
     return (
         Incoming("body", "odom", "nav_msgs/Odometry", read_odometry),
         Incoming("safety", "safety", "telepresence_msgs/SafetyState", read_safety),
@@ -192,7 +197,7 @@ def common() -> tuple[Incoming, ...]:
 
 
 def pepper() -> tuple[Incoming, ...]:
-    """Rows of Pepper. Mounts: data/frames.csv of pepper_description."""
+    """Return the rows of Pepper. Source of the mounts: data/frames.csv of pepper_description."""
     return (
         *common(),
         Incoming("laser", "pepper_robot/laser", "sensor_msgs/LaserScan", scan_points("laser")),
@@ -213,7 +218,7 @@ def pepper() -> tuple[Incoming, ...]:
 
 
 def robotino() -> tuple[Incoming, ...]:
-    """Rows of Robotino. The laser's place: robotino.urdf."""
+    """Return the rows of Robotino. Source of the laser's mount: robotino.urdf."""
     return (
         *common(),
         Incoming("infrared", "distance_sensors_scan", "sensor_msgs/LaserScan", infrared_ring),

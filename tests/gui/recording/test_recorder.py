@@ -99,3 +99,13 @@ def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_pa
         recorder._write_report(tmp_path / f"{name}.bag")
     spin(lambda: len(happened) == 2, "both reports have ended")
     assert happened == ["second.html", "first.bag is recorded, but its report failed: slow"]
+
+
+def test_a_recorder_that_is_not_installed_is_reported(qt, spin, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    recorder = Recorder(tmp_path)
+    failed = []
+    recorder.failed.connect(failed.append)
+    recorder.start("session", ["/odom"])
+    spin(lambda: failed, "the failure is reported")
+    assert failed[0].startswith("The recording cannot start: ") and not recorder.recording

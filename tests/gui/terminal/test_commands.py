@@ -84,5 +84,5 @@ def test_own_address_is_the_one_on_the_way_to_the_robot():
 
 
 def test_an_unknown_robot_is_explained():
-    with pytest.raises(ValueError, match=r"no way to robot\.invalid"):
+    with pytest.raises(ValueError, match=r"robot\.invalid cannot be reached"):
         commands.own_address_towards("robot.invalid")

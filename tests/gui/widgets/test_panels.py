@@ -24,7 +24,7 @@ def safety(state, reason, age=0.0):
 
 def test_the_banner_tells_state_and_reason(qt):
     banner = GateBanner()
-    assert banner.level == "off" and "not heard" in banner.text
+    assert banner.level == "off" and "No safety gate is running" in banner.text
     banner.show_reading(safety("blocked", "a wall 0.2 m ahead"))
     assert (banner.text, banner.level) == ("Blocked: A wall 0.2 m ahead", "bad")
 
