@@ -6,10 +6,15 @@ description is parsed as a whole, which fails loudly, and every error on the bus
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from collections.abc import Callable
 
+# GStreamer loads libunwind. If greenlet, whose C++ exceptions gevent's web servers need, is loaded after it and NumPy
+# before it, the first greenlet that ends aborts the program. A robot without gevent needs none of this.
+with contextlib.suppress(ImportError):
+    import greenlet  # noqa: F401
 import gi
 
 gi.require_version("Gst", "1.0")
