@@ -66,12 +66,13 @@ def test_a_video_is_repeated_for_ever(video: str) -> None:
         assert camera.status.state is State.LIVE and camera.status.losses == 0
 
 
-def test_a_still_picture_is_a_source(tmp_path) -> None:
+def test_a_still_picture_is_a_source(tmp_path, caplog: pytest.LogCaptureFixture) -> None:
     path = str(tmp_path / "still.png")
     cv2.imwrite(path, np.full((1000, 2000, 3), (0, 200, 0), np.uint8))
     with Camera(path) as camera:
         assert eventually(lambda: shows(camera, (0, 200, 0)))
         assert decoded(camera).shape == (320, 640, 3), "scaled to fit"
+    assert "failed" not in caplog.text, "it is let go without a complaint"
 
 
 @pytest.mark.parametrize(

@@ -166,6 +166,7 @@ class File:
         if not pathlib.Path(path).is_file():
             raise SourceError("No such file", f"{path} does not exist.")
         self._still: np.ndarray | None = cv2.imread(path)
+        self._capture: cv2.VideoCapture | None = None
         if self._still is None:
             self._capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
             if not self._capture.isOpened():
@@ -178,7 +179,8 @@ class File:
         self._pace.wait()
         if not pathlib.Path(self._path).is_file():  # what is open could be read for ever
             raise SourceError("File removed", f"{self._path} was removed. It is shown again as soon as it is back.")
-        if self._still is not None:
+        if self._capture is None:
+            assert self._still is not None, "a file is a video or a still picture"
             return self._still.copy()
         picture = self._encoded.read()
         if picture is None:
