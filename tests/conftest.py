@@ -45,7 +45,7 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
 
 CAPACITY = 4
 """Files of tests that run at the same time on two processors: most of their time is waiting for a robot to move."""
-COSTS = {"alone": CAPACITY, "x11": 2, "browser": 2}
+COSTS = {"alone": CAPACITY, "station": 3, "x11": 2, "browser": 2}
 """Marker -> how much of the capacity a file with such a test takes; every other file takes 1."""
 
 

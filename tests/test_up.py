@@ -22,7 +22,7 @@ from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.virtual_display import grab
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = {

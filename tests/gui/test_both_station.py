@@ -21,7 +21,7 @@ from window_station import PASSWORD, ROOT, Station
 from gui.terminal.tmux import Tmux
 from telepresence.station import processes
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 NEAR = 0.25
 """[m] from the floor point at which the robot must end."""

@@ -18,7 +18,7 @@ from gui.widgets.robot_panel import SENTENCES
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 CAPS = {
     "pad_forward": (1, 0, 0), "pad_backward": (-1, 0, 0), "pad_left": (0, 1, 0), "pad_right": (0, -1, 0),

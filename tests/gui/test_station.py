@@ -15,7 +15,7 @@ from window_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
 from telepresence.station import processes
 from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 PEOPLE = {"anna": ("pilot", 0), "ben": ("pilot", 0), "chief": ("pilot", 5), "will": ("watcher", 0)}
 BACK = 0.4

@@ -23,7 +23,7 @@ from telepresence.station import processes
 from telepresence.station.ros_master import master_proxy
 from telepresence.station.virtual_display import grab
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADING = ("60", "84")

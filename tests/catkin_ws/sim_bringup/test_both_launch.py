@@ -17,7 +17,7 @@ import pytest
 from telepresence.station import processes
 from telepresence.station.virtual_display import VirtualDisplay
 
-pytestmark = [pytest.mark.ros, pytest.mark.x11]
+pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 LAUNCH = Path(__file__).resolve().parents[3] / "launch" / "both.launch"
 EXAMPLE = LAUNCH.parents[1] / "catkin_ws" / "src" / "sim_bringup" / "examples" / "custom_controller.py"

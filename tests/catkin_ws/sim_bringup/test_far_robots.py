@@ -16,7 +16,7 @@ import pytest
 
 from telepresence.station import processes
 
-pytestmark = [pytest.mark.ros]
+pytestmark = [pytest.mark.ros, pytest.mark.station]
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
