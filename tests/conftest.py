@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import os
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from free_ports import free_port
@@ -43,87 +40,59 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
         time.sleep(0.02)
 
 
-CAPACITY = 4
-"""Files of tests that run at the same time on two processors: most of their time is waiting for a robot to move."""
-COSTS = {"alone": CAPACITY, "station": 3, "x11": 2, "browser": 2}
-"""Marker -> how much of the capacity a file with such a test takes; every other file takes 1."""
+GROUPS = {"alone": "stations", "station": "stations", "browser": "windows", "x11": "windows", "ros": ""}
+"""Marker -> the group of files that one worker runs, in the order in which they begin; "" is a group for each file."""
 
 
-def _cost(item: pytest.Item) -> int:
-    return max((cost for name, cost in COSTS.items() if item.get_closest_marker(name)), default=1)
+def _marker(item: pytest.Item) -> str:
+    return next((name for name in GROUPS if item.get_closest_marker(name)), "")
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """A file goes to one worker as a whole, so that its station starts once; the longest files go first, so that none
-    of them is left for the end."""
-    costs: dict[Path, int] = {}
-    starts_ros: set[Path] = set()
+    """Share the tests out to workers by file.
+
+    One worker has every whole station, so that there is one at a time; one has the other windows and browsers. These
+    and the files that start ROS nodes go first: short files fill the end.
+    """
+    order = [*GROUPS, ""]
+    files: dict[Path, str] = {}
     for item in items:
-        costs[item.path] = max(costs.get(item.path, 1), _cost(item))
-        if item.get_closest_marker("ros"):
-            starts_ros.add(item.path)
-        item.add_marker(pytest.mark.xdist_group(str(item.path)))
-    config.stash[FILE_COSTS] = costs
+        files[item.path] = min(files.get(item.path, ""), _marker(item), key=order.index)
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group(GROUPS.get(files[item.path]) or str(item.path)))
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: (-costs[item.path], item.path not in starts_ros))
-
-
-FILE_COSTS = pytest.StashKey[dict[Path, int]]()
+        items.sort(key=lambda item: order.index(files[item.path]))
 
 
 class Turns:
-    """Shares the machine between the workers: each file of tests takes its cost of the capacity while it runs.
+    """Workers run tests side by side, but for a file that is marked `alone`: nothing else runs beside that.
 
-    Everything is a lock on a file, which the kernel lets go when its worker dies. Whoever waits for room holds the
-    queue's lock, so that a file that needs all of the machine is not overtaken for ever.
+    Two locks, on files that all workers have: the queue, where everybody waits, and the machine. Whoever is to be
+    alone holds the queue until the others have left the machine, so nobody waits for ever.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._queue, *self._places = (
-            os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600) for name in ("queue", *map(str, range(CAPACITY)))
-        )
-        self._taken: list[int] = []
-        self.file: Path | None = None
+    def __init__(self) -> None:
+        self._queue, self._machine = os.open(__file__, os.O_RDONLY), os.open(Path(__file__).parent, os.O_RDONLY)
+        self.alone = False
 
-    def enter(self, file: Path, cost: int) -> None:
-        self.file = file
+    def enter(self, alone: bool) -> None:
         fcntl.flock(self._queue, fcntl.LOCK_EX)
-        while len(self._taken) < cost:
-            for place in self._places:
-                if place not in self._taken and len(self._taken) < cost:
-                    with contextlib.suppress(BlockingIOError):
-                        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                        self._taken.append(place)
-            if len(self._taken) < cost:
-                time.sleep(0.02)
+        fcntl.flock(self._machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
         fcntl.flock(self._queue, fcntl.LOCK_UN)
+        self.alone = alone
 
     def leave(self) -> None:
-        self.file = None
-        while self._taken:
-            fcntl.flock(self._taken.pop(), fcntl.LOCK_UN)
+        fcntl.flock(self._machine, fcntl.LOCK_UN)
+        self.alone = False
 
 
 TURNS = pytest.StashKey[Turns]()
-LOCKS = pytest.StashKey[tempfile.TemporaryDirectory]()
 
 
 def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, "workerinput"):
-        config.stash[TURNS] = Turns(Path(config.workerinput["locks"]))
-    else:
-        config.stash[LOCKS] = tempfile.TemporaryDirectory(prefix="telepresence-tests-")
-
-
-@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
-def pytest_configure_node(node: Any) -> None:
-    node.workerinput["locks"] = node.config.stash[LOCKS].name
-
-
-def pytest_unconfigure(config: pytest.Config) -> None:
-    if LOCKS in config.stash:
-        config.stash[LOCKS].cleanup()
+        config.stash[TURNS] = Turns()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)  # around the time limit and the second try
@@ -131,13 +100,14 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     turns = item.config.stash.get(TURNS, None)
     if turns is None:
         return (yield)
-    if turns.file != item.path:
-        turns.enter(item.path, item.config.stash[FILE_COSTS][item.path])
+    alone = item.get_closest_marker("alone") is not None
+    if not turns.alone:
+        turns.enter(alone)
     try:
         return (yield)
     finally:
         # The station of a file stays up between its tests.
-        if nextitem is None or nextitem.path != item.path:
+        if not (alone and nextitem is not None and nextitem.path == item.path):
             turns.leave()
 
 
