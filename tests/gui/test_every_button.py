@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+import time
 
 import pytest
 from window_session import FEED, PROGRAMS, Session
@@ -125,9 +126,16 @@ def driver(session):
 
 
 def take_the_robot(session):
-    if driver(session) != ["anna", ""]:
-        session.desk.key("F3")
-    session.wait_until(lambda: driver(session) == ["anna", ""], "who signs in drives")
+    """Press F3 until the pilot drives: a press is lost on a window that is just closing a menu."""
+    for _ in range(4):
+        deadline = time.monotonic() + 8.0
+        if driver(session) != ["anna", ""]:
+            session.desk.key("F3")
+        while time.monotonic() < deadline:
+            if driver(session) == ["anna", ""]:
+                return
+            time.sleep(0.05)
+    pytest.fail(f"F3 was pressed and {driver(session)} drives")
 
 
 def test_signing_in_opens_the_terminal(session):
@@ -182,8 +190,7 @@ def test_leaving_the_robot_and_taking_it(driving, wait_until):
     wait_until(lambda: driver(driving) == ["anna", ""], "the robot is taken")
     desk.screen.do("key", "F2", "sleep", 0.3, "key", "Down", "Return")
     wait_until(lambda: driver(driving) == ["", ""], "the menu has a key, too")
-    desk.key("F3")
-    wait_until(lambda: driver(driving) == ["anna", ""], "the robot is taken again")
+    take_the_robot(driving)
 
 
 @presses(*CAPS)

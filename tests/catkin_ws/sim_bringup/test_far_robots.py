@@ -78,7 +78,11 @@ class Far:
         self.run(self.pepper_pc, str(nodes / "pepper_bringup/watchdog.py"), f"--qi-url={self.pepper_pc.address}:9559")
         self.run(self.pilot, str(nodes / "naoqi_driver_py/naoqi_moveto.py"), naoqi, "--pport=9559")
         self.run(self.pilot, str(nodes / "rto_node/rto_camera_node"), "--hostname", rest, "__ns:=/rto3")
-        self.pictures = self.run(self.pilot, "rostopic", "echo", "/rto3/image_raw/header/seq")
+        # rostopic gives up at once where no master answers yet; nodes wait for one.
+        patient = (
+            "until rostopic list; do sleep 0.2; done >/dev/null 2>&1; exec rostopic echo /rto3/image_raw/header/seq"
+        )
+        self.pictures = self.run(self.pilot, "bash", "-c", patient)
         self.robotino = self.observe(self.robotino_pc, "rest", f"http://{rest}")
         self.pepper = self.observe(self.pepper_pc, "qi", f"tcp://{self.pepper_pc.address}:9559")
         self._pilots: list[subprocess.Popen] = []
