@@ -51,9 +51,16 @@ class SpeakerStream:
     Args:
         rate: What the robot shall play [Hz]; 0 takes what it plays now, which is safest: older robots ignore a change.
         patience: Seconds on top of the cushion, for a busy machine or a poor network.
+        clock: Monotonic seconds, by which the robot's queue is judged.
     """
 
-    def __init__(self, connection: Connection, rate: int = 0, patience: float = 0.0) -> None:
+    def __init__(
+        self,
+        connection: Connection,
+        rate: int = 0,
+        patience: float = 0.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         if rate and rate not in RATES:
             raise ValueError(f"the robot plays {', '.join(map(str, RATES))} Hz, not {rate}")
         self.rate = rate or 22050
@@ -69,6 +76,7 @@ class SpeakerStream:
         self.flushes = 0
         """How often the robot's queue was emptied."""
         self._connection = connection
+        self._clock = clock
         self._wanted = rate
         self._rest = b""
         self._queue: deque[bytes] = deque(maxlen=4 * BACKLOG)
@@ -155,7 +163,7 @@ class SpeakerStream:
                 if continue_with is None:
                     self._restart("the link is too slow for the microphone")
                 else:
-                    self._handle(continue_with, time.monotonic())
+                    self._handle(continue_with, self._clock())
             except RobotError as error:
                 self._fail(str(error))
             except Exception:  # top of the thread: the pilot's next word must have a chance
@@ -230,7 +238,7 @@ class SpeakerStream:
         self._pending.clear()
         self._talking, self._stalled = False, True
         self._loud_until = 0.0
-        self._pause_until = time.monotonic() + RETRY_PERIOD
+        self._pause_until = self._clock() + RETRY_PERIOD
         if problem != self.problem and self._connection.connected:
             log.warning("the robot does not play the pilot's voice: %s", problem)
         self.problem = problem
