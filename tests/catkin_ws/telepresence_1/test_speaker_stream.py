@@ -86,9 +86,7 @@ def sent(device: AudioDevice) -> list[tuple]:
 def test_a_word_is_sent_with_what_was_heard_just_before_it(
     connection: Connection, device: AudioDevice, wait_until: Callable
 ) -> None:
-    mouth = SpeakerStream(
-        connection, clock=lambda: 100.0
-    ).start()  # a word that takes no time, however busy the machine
+    mouth = SpeakerStream(connection, clock=lambda: 100.0).start()  # whatever the machine does
     for _ in range(2 * CUSHION):
         mouth.put(quiet())
     mouth.put(loud())
