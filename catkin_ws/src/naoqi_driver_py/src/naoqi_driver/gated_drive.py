@@ -30,7 +30,7 @@ BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_
 
 
 class GatedDrive:
-    """As `CommandGate`; what that lets through goes through the safety gate.
+    """A `CommandGate` whose output passes through the safety gate.
 
     `decide` belongs to the loop that drives. All else may be called on other threads, and never waits for the robot.
     """

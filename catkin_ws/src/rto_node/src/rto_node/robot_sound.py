@@ -132,7 +132,7 @@ class RobotSound:
                 hearing.cancel()
             await peer.close()
             if location is not None and location.startswith("/"):
-                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it finds out by itself
+                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it notices the loss anyway
                     async with session.delete(f"http://{self._host}:{self._port}{location}"):
                         pass
 

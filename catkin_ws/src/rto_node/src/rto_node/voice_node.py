@@ -44,7 +44,7 @@ class Voice:
         self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
