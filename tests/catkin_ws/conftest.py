@@ -235,7 +235,7 @@ class Graph:
         return robot
 
     def run_node(self, package: str, program: str, *arguments: str) -> Program:
-        """A node of the workspace, told where the robot is."""
+        """Start a node of the workspace with the robot's address."""
         return self.run(
             str(self.workspace / "lib" / package / program), "--pip=127.0.0.1", f"--pport={self.robot_port}", *arguments
         )
