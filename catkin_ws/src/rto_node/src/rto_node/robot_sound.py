@@ -36,7 +36,7 @@ class RobotSound:
 
     Args:
         address: host or host:port of the sound server.
-        on_sound: Gets what the robot hears: int16 stereo interleaved, 48 kHz.
+        on_sound: Receives the sound of the robot's microphone: int16 stereo interleaved, 48 kHz.
     Attributes:
         problem: Why there is no conversation; "" while there is one.
         open: Whether the pilot's voice may leave this machine.

@@ -186,7 +186,7 @@ class KeyboardNode:
         if self._keys.moving:
             self._keys.let_go()
             self._publish(Velocity())
-            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop by itself 0.5 s later
+            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop anyway 0.5 s later
 
     def _say_state(self) -> None:
         line = self._keys.describe()
