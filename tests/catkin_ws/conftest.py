@@ -1,4 +1,4 @@
-"""For the tests of the ROS packages: a small NAOqi in this process and a wire to it that can be frozen and cut; a ROS
+"""Fixtures of the ROS packages' tests: a small NAOqi in this process and a wire to it that can be frozen and cut; a ROS
 graph of its own with the simulated robot, real nodes, and a probe that watches and drives."""
 
 from __future__ import annotations
