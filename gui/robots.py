@@ -65,7 +65,7 @@ class Robot:
 
 
 def camera_info_of(topic: str) -> str:
-    """Return the topic of a camera's calibration: camera_info beside its pictures (ROS package image_transport)."""
+    """Return the topic of a camera's calibration: camera_info in the namespace of its pictures (image_transport)."""
     return f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info"
 
 
@@ -134,4 +134,4 @@ _ROBOTINO = Robot(
 )  # fmt: skip
 
 ROBOTS = {robot.name: robot for robot in (_PEPPER, _ROBOTINO)}
-"""By name; the order is that of the tabs."""
+"""The robots by name, in the order of the tabs."""

@@ -43,7 +43,7 @@ _SENSOR: tuple[tuple[float, float], ...] = (  # metres, volts
     *((0.35, 0.37), (0.40, 0.31)),
 )
 _BRIGHTNESS = np.array([1.0, 0.15, 0.15, 0.15, 0.15])
-"""Of the beam's middle and of its edge, left, right, above, below."""
+"""Brightness of the beam's middle and of its edge, left, right, above, below."""
 _DARK = 0.40 + 0.31 * (0.40 - 0.35) / (0.37 - 0.31)
 """Where the continued table reaches zero volts [m]."""
 _SOFTWARE: tuple[tuple[float, float], ...] = (  # volts, metres

@@ -14,11 +14,11 @@ import math
 WHEEL_RADIUS = 0.060
 """[m]"""
 CENTRE_TO_WHEEL = 0.175
-"""From the robot's centre to where a wheel touches the floor [m]."""
+"""Distance from the robot's centre to where a wheel touches the floor [m]."""
 GEAR = 32.0
 """Motor turns per wheel turn."""
 WHEEL_AZIMUTHS = (math.radians(60.0), math.radians(180.0), math.radians(300.0))
-"""Of wheels 1, 2, 3 [rad]."""
+"""Directions of wheels 1, 2, 3 [rad]."""
 RPM_PER_SPEED = 60.0 * GEAR / (math.tau * WHEEL_RADIUS)
 """Motor speed [rpm] for one metre per second at the wheel's rim."""
 

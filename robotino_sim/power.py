@@ -13,7 +13,7 @@ from dataclasses import dataclass
 SHUTDOWN_COUNTDOWN = 60_000
 """Milliseconds until the robot switches off once the battery is low; constant while it is not."""
 RUN_TIME, CHARGE_TIME = 4 * 3600.0, 3 * 3600.0
-"""From full to empty and back [s]."""
+"""Time from full to empty, and back [s]."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ CHARGER_STATES = (
     *("None", "Idle", "Monitor", "CheckBattery", "No battery", "NTC Error", "Start"),
     *("Stage1", "Stage2", "Stage3", "Stage4", "Error", "Unknown"),
 )
-"""In the vendor's order; that a state's number is its index here is a guess, as are the three figures below."""
+"""States in the vendor's order; that a state's number is its index here is a guess, as are the three figures below."""
 CHARGER_VERSION, BATTERY_TEMPERATURE, CHARGING_CURRENT = "1.0", 25, 2
 """Text, [°C], [A]."""
 

@@ -66,7 +66,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 class Turns:
-    """Workers run tests side by side, but for a file that is marked `alone`: nothing else runs beside that.
+    """Workers run tests side by side, but for a file that is marked `alone`: nothing else runs with that.
 
     Two locks, on files that all workers have: the queue, where everybody waits, and the machine. Whoever is to be
     alone holds the queue until the others have left the machine, so nobody waits for ever.

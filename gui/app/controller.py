@@ -30,9 +30,9 @@ class Attach(enum.Enum):
     """Whether to attach to programs that run already: show the camera, and start the keyboard in the terminal."""
 
     AUTO = "auto"
-    """When a driver is found before any button is pressed."""
+    """Attach when a driver is found before any button is pressed."""
     ALWAYS = "always"
-    """As soon as there is a ROS master."""
+    """Attach as soon as there is a ROS master."""
     NEVER = "never"
 
 
@@ -43,7 +43,7 @@ class Controller(QObject):
         window, link, terminal: What it connects. The caller starts `link` and `terminal`.
         attach: Whether to attach to programs that run already.
         sign_in: Whether people sign in; otherwise the robot's programs are started for everybody.
-        gamepad: An input device beside pad and picture; by default one that never drives.
+        gamepad: An input device besides pad and picture; by default one that never drives.
     """
 
     def __init__(

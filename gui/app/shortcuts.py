@@ -28,7 +28,7 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
             tab.controller.driving.red_stop()
 
     def type_in_terminal() -> None:
-        # The terminal gives the keyboard back by itself: Qt gets no keys meanwhile.
+        # The terminal returns the keyboard on its own: Qt gets no keys meanwhile.
         front().window.show_terminal()
         front().terminal.take_keyboard()
 

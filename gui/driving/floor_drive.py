@@ -102,7 +102,7 @@ class FloorDrive(QObject):
         """Do not drive until the reason is an empty string again.
 
         Args:
-            passing: It will pass by itself: a button that is still held then drives on.
+            passing: The cause will pass on its own: a button that is still held then drives on.
         """
         self._block, self._block_passes = reason, passing
         if reason and self._pixel is not None:

@@ -92,7 +92,7 @@ class Gamepad(QObject):
 
     @property
     def speed(self) -> float:
-        """At full deflection [m/s]."""
+        """Speed at full deflection [m/s]."""
         return self._speed
 
     @speed.setter
@@ -102,7 +102,7 @@ class Gamepad(QObject):
 
     @property
     def turn(self) -> float:
-        """At full deflection [rad/s]."""
+        """Rate of turn at full deflection [rad/s]."""
         return self._turn
 
     @turn.setter

@@ -75,8 +75,8 @@ class InputMux(QObject):
         """Do not drive until the reason is an empty string again.
 
         Args:
-            passing: It will pass by itself, like a late picture: a drive to a place may go on afterwards, while keys
-                and gamepad have to be pressed again.
+            passing: The cause will pass on its own, like a late picture: a drive to a place may go on afterwards,
+                while keys and gamepad have to be pressed again.
         """
         if (reason, passing) == (self._block, self._passing):
             return

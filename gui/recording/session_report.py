@@ -1,4 +1,4 @@
-"""The report of a recorded session:  python -m gui.session_report SESSION.bag  writes SESSION.html beside it."""
+"""The report of a recorded session:  python -m gui.session_report SESSION.bag  writes SESSION.html next to it."""
 
 from __future__ import annotations
 

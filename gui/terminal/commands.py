@@ -10,9 +10,9 @@ from urllib.parse import urlparse
 
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
 SECOND_NAME = "name:=window_keyboard"
-"""For a keyboard node beside one that runs elsewhere: ROS ends the older of two nodes with one name."""
+"""Name of a second keyboard node: ROS ends the older of two nodes with one name."""
 OPEN_TO_ALL = "sign_in:=false"
-"""For a robot that may be driven without signing in."""
+"""Option for a robot that may be driven without signing in."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_NAOQI_PORT = 9559

@@ -117,7 +117,7 @@ class VideoView(QFrame):
         return (len(self._arrivals) - 1) / max(1e-3, self._arrivals[-1] - self._arrivals[0])
 
     def pixel_at(self, point: QPointF) -> tuple[float, float]:
-        """Return the pixel (u, v) of the picture at a point of the widget; beside the picture one beyond its edge.
+        """Return the pixel (u, v) of the picture at a point of the widget; outside the picture one beyond its edge.
 
         Raises:
             ValueError: There is no picture.

@@ -128,7 +128,7 @@ SHOVEL_ANGLES: tuple[float, ...] = tuple(math.radians(angle) for angle in (20.0,
 INFRARED_PERIOD = 0.1
 INFRARED_RANGE = 0.4
 """An infrared spot detects what is closer than this [m]. No document gives a range: this one ends 0.24 m beyond the
-edge of the base, between the lasers, where no other sensor looks; a stop from MAX_XY takes 0.11 m."""
+edge of the base, between the lasers, that no other sensor covers; a stop from MAX_XY takes 0.11 m."""
 
 # --- power (page battery_pep) ---
 BATTERY_ENERGY = 795.0 * 3600.0

@@ -77,7 +77,7 @@ class Snapshot:
         touch: "FrontTactil", "MiddleTactil", "RearTactil", "HandRightBack", "HandLeftBack", "ChestButton".
         temperatures: Motor temperature per joint [°C].
         moving: The base is driving or has a motion to finish.
-        move_failed: The last motion that the robot refused or stopped by itself.
+        move_failed: The last motion that the robot refused or stopped on its own.
         fallen: The robot lies on the floor; its joints are limp until the world is reset.
     """
 

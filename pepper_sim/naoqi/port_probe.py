@@ -1,7 +1,7 @@
 """Probes whether the robot's own port still accepts clients.
 
 libqi stops accepting connections for good when one is reset between the kernel's accept queue and its own accept call.
-Old clients go on and new ones hang, so nothing looks wrong from inside. The probe connects as a client would; whoever
+Old clients go on and new ones hang, so nothing seems wrong from inside. The probe connects as a client would; whoever
 runs the robot ends the process when the probe gets no answer, and roslaunch restarts it.
 """
 

@@ -1,6 +1,6 @@
 """ALPeoplePerception: settings are stored; no person is ever detected.
 
-The simulated cameras show people, but nothing here looks for them: no event is raised and lists stay empty.
+The simulated cameras show people, but nothing here searches for them: no event is raised and lists stay empty.
 """
 
 from __future__ import annotations

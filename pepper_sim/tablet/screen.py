@@ -71,7 +71,7 @@ class Screen:
         self._changed.set()
 
     def set_background(self, colour: tuple[int, int, int]) -> None:
-        """Set the colour beside and behind pictures (RGB, 0 to 255)."""
+        """Set the colour around and behind pictures (RGB, 0 to 255)."""
         self._background = colour
         self._changed.set()
 

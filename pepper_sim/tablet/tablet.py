@@ -42,7 +42,7 @@ class Tablet:
         show: Receives every new picture of the screen, (400, 640, 3) uint8 RGB, at most 15 per second, always on the
             same thread; None when it turns dark.
         browser: "built-in": finds the page's picture and follows it, without scripts. "chromium": Debian's browser
-            without a window, for a page as it really looks; needs about 500 MB.
+            without a window, for a page as it is really rendered; needs about 500 MB.
     """
 
     def __init__(self, show: Callable[[np.ndarray | None], None] = _ignore, browser: str = "built-in") -> None:
@@ -122,7 +122,7 @@ class Tablet:
             self._screen.set_layer(self._page if self._webview_shown else None)
 
     def set_background(self, colour: str) -> None:
-        """Set the colour beside pictures, as "#RRGGBB".
+        """Set the colour around pictures, as "#RRGGBB".
 
         Raises:
             ValueError: The text is not such a colour.

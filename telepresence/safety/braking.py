@@ -5,7 +5,7 @@ c = n·v/|v| of its length is allowed if
 
     c (|v| tau + |v|²/2a) + (m_ahead - m_beside) c²  <=  d - m_beside
 
-or if the strip that the outline sweeps along v passes it at m_passing or more. Something that comes nearer by itself
+or if the strip that the outline sweeps along v passes it at m_passing or more. Something that approaches on its own
 at a speed w takes w (tau + |v|/a) more: the robot stands when it arrives.
 
 The left side is what reacting and then braking along v takes off the distance, and the wider margin for driving
@@ -60,11 +60,11 @@ class VelocityBounds:
     Args:
         points: (n, 2) obstacles [m].
         normals: (n, 2) unit vectors from the outline to them.
-        room: (n,) their distance from the outline less the margin beside and the uncertainty of their position [m].
+        room: (n,) their distance from the outline less the side margin and the uncertainty of their position [m].
         passing: (n,) room to leave when driving past them [m]; infinity where passing is not allowed.
         least_share: (n,) a motion that closes on an obstacle with a smaller share ignores it.
-        coming: (n,) speed at which they approach by themselves [m/s].
-        extra: Margin ahead less margin beside [m], not negative.
+        coming: (n,) speed at which they approach on their own [m/s].
+        extra: Margin ahead less the side margin [m], not negative.
         reaction, braking: tau [s], a [m/s²].
         corners, radius: The outline: a convex polygon (k, 2), grown by a radius [m].
     """

@@ -56,7 +56,7 @@ class BodySwing:
                 self.forget()
                 return 0.0
             return max(-swing.rate, min(swing.rate, -2.0 * offset))
-        # Reverse when the body, told so now, would come to rest at the amplitude.
+        # Reverse when the body, commanded so now, would come to rest at the amplitude.
         rest = offset + measured * swing.delay + 0.5 * measured * abs(measured) / swing.braking
         if rest * self._side >= swing.amplitude:
             self._side = -self._side

@@ -1,4 +1,4 @@
-"""Stops that last until a person resets them: no robot restarts by itself after a bump or stop (ISO 3691-4, 4.1.14)."""
+"""Stops that last until a person resets them: no robot restarts unasked after a bump or stop (ISO 3691-4, 4.1.14)."""
 
 from __future__ import annotations
 

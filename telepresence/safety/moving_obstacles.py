@@ -29,7 +29,7 @@ GOES_ON = 0.1
 PERSISTS = 0.3
 """... and at most this; a mover that is not recognised again is kept for as long [s]."""
 OFF_COURSE = 0.20
-"""It may have strayed this far from where its velocity would have brought it [m]."""
+"""Largest distance between an obstacle and where its velocity would have brought it [m]."""
 FARTHER = 0.12
 """A place was free if the beams to both sides of it read this much farther [m]."""
 BESIDE = math.sin(0.2)

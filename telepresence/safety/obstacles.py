@@ -35,10 +35,10 @@ class Obstacles:
     Attributes:
         points: (n, 2) [m].
         normals, levers: As from `Outline.measure`.
-        room: (n,) distance from the outline less the margin beside and the uncertainty of the position [m].
+        room: (n,) distance from the outline less the side margin and the uncertainty of the position [m].
         passing: (n,) room to leave when passing [m]; infinity where passing is not allowed.
         least_share: (n,) a motion that closes on an obstacle with a smaller share of its speed ignores it.
-        coming: (n,) speed at which they approach by themselves [m/s].
+        coming: (n,) speed at which they approach on their own [m/s].
         gap: Distance from the outline to the nearest one [m]; infinity if there is none.
     """
 

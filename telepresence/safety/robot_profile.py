@@ -96,14 +96,14 @@ class Limits:
 
     Args:
         max_speed, max_turn: Fastest driving and turning.
-        unseen_speed: Fastest driving where no sensor looks: a contact at this speed does no harm.
+        unseen_speed: Fastest driving where no sensor points: a contact at this speed does no harm.
         escape_speed, escape_turn: Fastest motion while a bumper is latched.
         reaction: Time from knowing an obstacle until the wheels slow down: tick, transport, actuation.
         lag: Longest time until an output takes effect; the body may turn meanwhile.
         braking, braking_turn: Deceleration that can be relied on [m/s², rad/s²].
         acceleration, acceleration_turn: How fast the output may rise; the bases have their own, lower ramp.
         margin_ahead: Room left in front of the outline when driving straight at something.
-        margin_beside: Room left between the outline and something beside it.
+        margin_beside: Room left between the outline and something at its side.
         margin_passing: Room that is enough for driving past; less than margin_beside, so that an obstacle measured a
             little too near does not stop a robot that slides along a wall.
         drift, max_drift: Odometry's error per metre driven since an obstacle was seen, and its cap [m].
@@ -252,7 +252,7 @@ _DEGREE = math.pi / 180.0
 _SIDE_LASER = 1.75728
 """Bearing of Pepper's lasers at the sides [rad]."""
 _PEPPER_LASER = dict(min_range=0.10, max_range=3.0, clear_range=3.0, period=0.16, speed=0.35, frozen_after=1.0)
-# A cone shows that something is there, hardly that nothing is: as slow as where no sensor looks.
+# A cone shows that something is there, hardly that nothing is: as slow as where no sensor points.
 _PEPPER_SONAR = dict(min_range=0.30, max_range=2.55, clear_range=2.55, period=0.10, speed=0.10, frozen_after=10.0)
 PEPPER = RobotProfile(
     "Pepper",

@@ -1,4 +1,4 @@
-"""From the pilot's command to the output: speed limits, swing, turning, obstacles, ramp, and the reason in words."""
+"""Path from the pilot's command to the output: speed limits, swing, turning, obstacles, ramp, reason in words."""
 
 from __future__ import annotations
 

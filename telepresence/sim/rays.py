@@ -20,7 +20,7 @@ FEW_RAYS = 3
 """Up to this many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
 
 MANY_RAYS, MANY_GEOMS = 10, 300
-"""From these numbers on, testing what is in the cone costs less than it saves."""
+"""Numbers from which on testing what is in the cone costs less than it saves."""
 WIDEST = math.radians(75.0)
 """A wider cone excludes nearly nothing [rad]."""
 
@@ -156,7 +156,7 @@ class _Cone:
         self._reaches = (reach + self._radii) ** 2
 
     def outside(self, data: mujoco.MjData) -> np.ndarray:
-        """Return for each geom whether all rays miss it: its sphere is out of reach or beside the cone."""
+        """Return for each geom whether all rays miss it: its sphere is out of reach or outside the cone."""
         away = data.geom_xpos - data.site_xpos[self._site]
         along = away @ (data.site_xmat[self._site].reshape(3, 3) @ self._axis)
         squares = np.einsum("ij,ij->i", away, away)

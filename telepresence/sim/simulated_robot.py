@@ -122,7 +122,7 @@ class SimulatedRobot(ABC):
         return {}
 
     def say_nearby(self, text: str) -> None:  # noqa: B027 -- most robots have no microphone
-        """Let a person beside the robot say a text."""
+        """Let a person near the robot say a text."""
 
     def close(self) -> None:  # noqa: B027 -- and nothing to end
         """End the wire and everything else of this robot. Calling it again does nothing."""

@@ -105,7 +105,7 @@ class Simulation:
     ) -> None:
         requests = list(robots)
         self.robots: dict[str, SimulatedRobot] = {}
-        """By name."""
+        """The robots by name."""
         places = FreePlaces(scene) if len(requests) > 1 else None
         for request in requests:
             self.robots[request.name] = _make(request, places)

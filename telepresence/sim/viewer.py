@@ -1,4 +1,4 @@
-"""MuJoCo's own viewer beside a running world."""
+"""MuJoCo's own viewer for a running world."""
 
 from __future__ import annotations
 

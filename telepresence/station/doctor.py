@@ -26,7 +26,7 @@ WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
 ROUND_TRIPS = 10
 SLOW = 0.15
-"""With a longer round trip [s] the pilot reacts too late to what the picture shows."""
+"""Longest round trip at which the pilot still reacts in time to what the picture shows [s]."""
 WRONG_CLOCK = 5.0
 """Difference of two clocks that is reported [s]."""
 Finding = tuple[bool, str, str]

@@ -1,8 +1,8 @@
 """Runs a roscore and brings it back when it dies, with the parameters and nodes that it had.
 
-A node of ours registers again by itself (`telepresence_ros.master_watch`). What does not, robot_state_publisher for
-example, is asked to shut down over its own slave API, and roslaunch (`respawn="true"`) starts it anew. Everything goes
-over the documented Master, Parameter Server and Slave APIs: http://wiki.ros.org/ROS/Master_API.
+Our own nodes register again automatically (`telepresence_ros.master_watch`). Others, robot_state_publisher for
+example, are asked to shut down over their own slave API, and roslaunch (`respawn="true"`) starts them anew.
+Everything goes over the documented Master, Parameter Server and Slave APIs: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 
 CALLER = "/master_keeper"
 START_TIMEOUT = 15.0  # seconds; a cold disk takes several
-RETURN_TIMEOUT = 3.0  # seconds that nodes have to register again by themselves
+RETURN_TIMEOUT = 3.0  # seconds within which nodes must register again on their own
 PERIOD = 0.25
 REMEMBER_PERIOD = 2.0
 _OF_THE_MASTER_ITSELF = {"run_id", "rosversion", "rosdistro", "roslaunch"}
@@ -120,7 +120,7 @@ class MasterKeeper:
         log.warning("roscore is back")
 
     def _restart_strangers(self) -> None:
-        """Shut down nodes that do not register again by themselves; roslaunch respawns them."""
+        """Shut down nodes that do not register again automatically; roslaunch respawns them."""
         missing = dict(self._nodes)
         deadline = time.monotonic() + RETURN_TIMEOUT
         while missing and time.monotonic() < deadline and not self._stop.wait(PERIOD):

@@ -7,7 +7,7 @@ import xmlrpc.client
 from typing import Any
 
 TIMEOUT = 0.3
-"""Seconds that the master has for an answer."""
+"""Seconds within which the master must answer."""
 
 
 class _TimeoutTransport(xmlrpc.client.Transport):

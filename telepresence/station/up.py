@@ -47,7 +47,7 @@ ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 8
 STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
 RUN_ID_PATIENCE = 3.0
-"""Seconds that a starting roscore has to set its run_id."""
+"""Seconds within which a starting roscore must set its run_id."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -175,7 +175,7 @@ def require_known(robot: str, settings: dict[str, str]) -> None:
 
 
 def require_loopback(settings: dict[str, str], name: str) -> None:
-    """Raise RuntimeError when the drivers would drive a real robot while a simulated one starts beside it."""
+    """Raise RuntimeError when the drivers would drive a real robot while a simulated one starts too."""
     address = settings.get(name, "127.0.0.1")
     if address not in ("127.0.0.1", "localhost"):
         raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")

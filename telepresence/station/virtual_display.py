@@ -52,7 +52,7 @@ class VirtualDisplay:
         if not number:
             raise RuntimeError("Xvfb could not open a display")
         self.name = f":{number}"
-        """For the environment variable DISPLAY."""
+        """Value of the environment variable DISPLAY."""
 
     def close(self) -> None:
         processes.end(self._process)

@@ -28,7 +28,7 @@ LONGEST_NAME, LONGEST_PASSWORD = 64, 1024
 TRIES = 5
 """Wrong passwords in a row after which a name is locked."""
 LOCK_TIME = 60.0
-"""Seconds for which it is locked."""
+"""Seconds for which a name stays locked."""
 _COST = {"n": 1 << 15, "r": 8, "p": 1, "maxmem": 1 << 26, "dklen": 32}
 """32 MiB and about 0.1 s for one guess."""
 _SCHEMA = """

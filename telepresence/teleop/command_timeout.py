@@ -15,7 +15,7 @@ from typing import NamedTuple
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 
 COMMAND_TIMEOUT = 0.5
-"""Seconds that a velocity command holds. The keyboard and the window repeat theirs every 0.1 s."""
+"""Seconds for which a velocity command is valid. The keyboard and the window repeat theirs every 0.1 s."""
 ZEROS_TIME = 0.3
 """Seconds for which zeros are sent after driving; then nothing, so that others may drive."""
 
@@ -27,13 +27,13 @@ class CommandState(Enum):
     """No command has come yet."""
     DRIVING = auto()
     ZERO = auto()
-    """It is young, and it is zero."""
+    """The last command is young and zero."""
     REFUSED = auto()
-    """It is young, and not finite."""
+    """The last command is young and not finite."""
     OVER = auto()
-    """It is old, and the robot was told to stand: nothing is wrong."""
+    """The last command is old and was zero: nothing is wrong."""
     SILENT = auto()
-    """It is old, and the robot was told to drive."""
+    """The last command is old and was not zero."""
     NO_MASTER = auto()
     """The ROS master does not answer, whatever was commanded."""
 

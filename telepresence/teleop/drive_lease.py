@@ -5,7 +5,7 @@ random numbers; neither a watcher nor a program that only listens can send as so
 before. The pilot's window renews the lease with every message; a second of silence frees the robot. Whenever the pilot
 changes, the robot gets a zero first.
 
-Keyboards and gamepads that publish velocities beside the windows rank last: they drive while no window does. Messages
+Keyboards and gamepads that publish velocities on their own rank last: they drive while no window does. Messages
 and services: telepresence_msgs/msg and telepresence_msgs/srv.
 """
 
@@ -118,14 +118,14 @@ class _Window:
     key: bytes = field(repr=False)
     last_message: float
     number: int = 0
-    """Of its last command; `asked` is that of its last request, because the two use different channels."""
+    """Number of its last command; `asked` is that of its last request, because the two use different channels."""
     asked: int = 0
     offset: float = math.inf
     """Least difference seen between our clock and its own [s]."""
     measured: float = 0.0
     hold: str = ""
     proven: bool = False
-    """It has shown that it knows the account's key."""
+    """Whether the window has shown that it knows the account's key."""
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Joystick:
             .partition(b"\0")[0]
             .decode(errors="replace")
         )
-        """As the kernel calls it; empty when this is no joystick device."""
+        """The kernel's name for the device; empty when it is no joystick."""
         self.axis_codes = list(self._ask(_GET_AXIS_MAP, array.array("B", bytes(_AXES))))
         """What the axes are: ABS_... of linux/input-event-codes.h by number; all 0 when unknown."""
         self.button_codes = list(self._ask(_GET_BUTTON_MAP, array.array("H", bytes(2 * _BUTTONS))))

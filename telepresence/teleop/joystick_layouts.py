@@ -1,4 +1,4 @@
-"""Which axis and which button of a gamepad is which, by the kernel's own names where it tells them.
+"""The axes and buttons of gamepads, by the kernel's own names where it has any.
 
 Sources: Linux, Documentation/input/gamepad.rst and include/uapi/linux/input-event-codes.h; Logitech F710 with its
 switch on D: ROS wiki, joy.
@@ -56,7 +56,7 @@ class JoystickLayout:
 
 
 XBOX = JoystickLayout(left_x=0, left_y=1, right_x=3, right_y=4, hat_x=6, hat_y=7, B=1, LB=4, RB=5)
-"""Xbox (xpad), DualShock 4, Logitech F710 with its switch on X: where the kernel tells nothing."""
+"""Xbox (xpad), DualShock 4, Logitech F710 with its switch on X: where the kernel has no names."""
 DEFAULT = XBOX.driving()
 """What the window and the gamepad node take a pad for, unless the kernel or a parameter knows better."""
 DIRECT = JoystickLayout(left_x=0, left_y=1, right_x=2, right_y=3, hat_x=4, hat_y=5, B=2, LB=4, RB=5)

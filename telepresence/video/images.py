@@ -1,7 +1,7 @@
 """The newest picture and its age, and sensor_msgs/Image to and from arrays.
 
 Neither ROS nor OpenCV is imported. Messages are read and written by field name, because Debian's `cv_bridge` does not
-load beside NumPy 2.
+load with NumPy 2.
 """
 
 from __future__ import annotations

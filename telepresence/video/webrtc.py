@@ -110,7 +110,7 @@ def on_address(address: str | None) -> Iterator[None]:
 
 
 def address_towards(host: str, port: int = 9) -> str:
-    """Return this machine's address on the route to a host. It looks the name up, so it can take seconds.
+    """Return this machine's address on the route to a host. It resolves the name, so it can take seconds.
 
     Raises:
         OSError: There is no way to it.

@@ -32,7 +32,7 @@ _STATUS_LINES = {
     503: "503 Service Unavailable",
 }
 _POLL = 0.01
-"""Seconds between two looks for a picture that is on its way."""
+"""Seconds between two checks for a picture that is on its way."""
 
 Environ = dict[str, Any]
 StartResponse = Callable[[str, list[tuple[str, str]]], Any]

@@ -23,7 +23,7 @@ SEND_BUFFER = 65536
 """Bytes asked for in the kernel per viewer (Linux doubles it): at 640x480 a reader of 600 kB/s sees pictures 0.4 s old
 instead of 5.6 s with default buffers, and a fast one still gets 6 MB/s at 20 ms round trip."""
 FIRST_REQUEST_TIMEOUT = 1.0
-"""Seconds that a new connection has for the first line of its request, so that idle ones do not occupy places."""
+"""Seconds within which a new connection must send its first line, so that idle ones do not occupy places."""
 
 
 def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:

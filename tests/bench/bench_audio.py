@@ -36,12 +36,12 @@ CUT = 10.0
 PILOT = "Good morning, this is the pilot. I would like to see the kitchen, and then the garden. May I come in?"
 ROOM = "Hello robot, yes of course, but drive slowly please: the cat is asleep on the carpet, and grandmother too."
 PIECE, LATEST = 0.5, 0.6
-"""Seconds that are looked for at once, and how late they may be found."""
+"""Seconds of sound that are searched for at once, and how late they may be found."""
 WHOLE = 0.95
 """How alike a piece is at least when nothing of it is missing."""
 JITTER = 0.01
 SINK, SOURCE = devices.SINK_BUFFER, 0.010
-"""Of telepresence.audio.devices [s]."""
+"""Buffers of telepresence.audio.devices [s]."""
 TO_ROBOT = (
     SOURCE
     + speaker_stream.PIECE * (1 + speaker_stream.CUSHION)
@@ -118,7 +118,7 @@ def _measure(
         mouth.say(ours)
         time.sleep(period)
         likeness, place = match(ours, said.between(start - 0.2, start + period))
-        if likeness > 0.98:  # else the mouth itself was late
+        if likeness > 0.98:  # else the playback itself was late
             to_robot += _pieces(ours, start - 0.2 + place, at_robot)
         to_pilot += _pieces(theirs, start, at_pilot)
         for ear in (said, at_robot, at_pilot):
@@ -161,7 +161,7 @@ def _rows(way: str, pieces: list[tuple[float, float, float]], configured: float)
 
 
 def bad_network(server: SoundServer) -> list[Row]:
-    """2 % loss and 50 ms of jitter beside a network without, then a cut."""
+    """A network with 2 % loss and 50 ms of jitter and one without, then a cut."""
     sinks = dict(zip(rtp_sound.CODECS, ("pilot_speaker", "robot_speaker"), strict=True))
     lines = {codec: Line(server, codec, sink, free_port()) for codec, sink in sinks.items()}
     clear = Line(server, "l16", "robot_mic", free_port(), loss=0.0, jitter=0.0)

@@ -66,7 +66,7 @@ def run() -> list[Row]:
                 ("pepper_sensors_py/camera.py", *naoqi, "_source:=0", "_resolution:=2", "_frame_rate:=15",
                  "_color_space:=9", "__name:=front"), viewer_of("/front/image_raw")]),
         ):  # fmt: skip
-            # The robot turns by itself while it is watched: a picture that stands still costs a video nearly nothing.
+            # The robot keeps turning while it is watched: a picture that stands still costs a video nearly nothing.
             turner = [(sys.executable, "-c", TURNER, f"http://{robot.address}:8080/data/omnidrive")]
             with start.running(robot, turner if "WebRTC" in what or "JPEG" in what else []):
                 rows.append(Row(what, measure(network, start, programs), reference, "Mbit/s", name))
@@ -74,7 +74,7 @@ def run() -> list[Row]:
 
 
 class Programs:
-    """Starts programs on machines; they end with the stack, or when told."""
+    """Starts programs on machines; they end with the stack, or on request."""
 
     def __init__(self, stack: contextlib.ExitStack, folder: Path) -> None:
         self._stack, self._folder, self._count = stack, folder, 0

@@ -23,7 +23,7 @@ from control.walk import Walk, WalkJob, run_walk, walk_jobs
 from report import Row
 
 SEEDS = range(1, 6)
-"""Of the tasks."""
+"""Seeds of the tasks."""
 WALK_SEEDS = range(20)
 WALKS = "walks"
 """The name of the walker's 20 starts among those of the robots."""

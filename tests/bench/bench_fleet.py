@@ -39,7 +39,7 @@ TICKS = round(TURN / TICK)
 TURNS, TURNS_ALONE = 16, 4
 """The median of so many counts; fewer for a world that is compared with none."""
 LARGEST = 48
-"""As many robots as the hall holds."""
+"""The number of robots that the hall holds."""
 PACED = 8
 PACED_SECONDS = 8.0
 POLL_PERIOD = 0.05
@@ -155,7 +155,7 @@ class Measured:
         self.turns["physics"].append(cost / TURN)
 
     def cost(self, first: Measured) -> dict[str, float]:
-        """By comparison with the first world, turn by turn."""
+        """Return the cost by comparison with the first world, turn by turn."""
         found = {}
         for part, turns in self.turns.items():
             beside = first.turns[part]

@@ -106,7 +106,7 @@ def throttled_age(port: int) -> float:
 
 
 def crowd_rows(port: int, pid: int) -> list[Row]:
-    """60 viewers beside 4 that have stalled."""
+    """60 viewers, and 4 more that have stalled."""
     with Audience(port, quick=60, stalled=4) as audience:
         audience.watch(WARM_UP)
         memory = [resident(pid)]

@@ -28,7 +28,7 @@ LIMIT = 25.0
 """What p99 may be [ms]."""
 CLIENTS = 10
 FULL_SPEED = 5.0
-"""Seconds for which as many requests as possible are asked."""
+"""Seconds during which as many requests as possible are sent."""
 ODOMETRY_RATE = 20.0
 """Readings per simulated second (vendor's controld3)."""
 REQUESTS = [

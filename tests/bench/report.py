@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 @dataclass(frozen=True)
 class Row:
-    """One figure of ours beside its reference, in the same unit and from the same run."""
+    """One figure of ours and its reference, in the same unit and from the same run."""
 
     metric: str
     ours: float

@@ -22,7 +22,7 @@ SQUARE = TASKS["square"].path
 
 
 def drive(pilot: Pilot, drift: float = 0.0, speed: float = 1.0) -> tuple[float, float, float, float]:
-    """A point that does as it is told, but for turning by `drift` [rad/s]: its end x, y, heading, and when."""
+    """A point that moves as commanded, but for turning by `drift` [rad/s]: its end x, y, heading, and when."""
     x = y = heading = now = 0.0
     while (velocity := pilot.decide(now, (x, y, heading))) is not None:
         vx, _, wz = velocity

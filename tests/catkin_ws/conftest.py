@@ -1,4 +1,4 @@
-"""For the tests of the ROS packages: a small NAOqi in this process and a wire to it that can be frozen and cut; a ROS
+"""Fixtures of the ROS packages' tests: a small NAOqi in this process and a wire to it that can be frozen and cut; a ROS
 graph of its own with the simulated robot, real nodes, and a probe that watches and drives."""
 
 from __future__ import annotations
@@ -235,7 +235,7 @@ class Graph:
         return robot
 
     def run_node(self, package: str, program: str, *arguments: str) -> Program:
-        """A node of the workspace, told where the robot is."""
+        """Start a node of the workspace with the robot's address."""
         return self.run(
             str(self.workspace / "lib" / package / program), "--pip=127.0.0.1", f"--pport={self.robot_port}", *arguments
         )

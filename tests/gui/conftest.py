@@ -1,4 +1,4 @@
-"""Qt without a screen for widgets, a virtual display with hands and eyes for the whole window, and a fake robot."""
+"""Qt without a screen for widgets, a virtual display with input and screenshots for the window, and a fake robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
-    """With a failed test goes what its window, its safety gate and its screen showed."""
+    """Add to a failed test's report what its window, its safety gate and its screen showed."""
     report = yield
     if report.failed:
         for name, thing in getattr(item, "funcargs", {}).items():
@@ -47,7 +47,7 @@ def qt() -> QApplication:
 
 @pytest.fixture(autouse=True)
 def gc_on_qts_thread(qt: QApplication) -> Iterator[None]:
-    """As gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of the next one."""
+    """Collect garbage as gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of the next one."""
     gc.disable()
     yield
     QApplication.sendPostedEvents(None, QEvent.DeferredDelete)

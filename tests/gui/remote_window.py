@@ -1,5 +1,5 @@
-"""A window without a window: the link and the lease of one, told on standard input what to do. It checks nothing before
-it sends, so it is also a window that does not keep to the rules.
+"""A window without a window: the link and the lease of one, driven by commands on standard input. It checks nothing
+before it sends, so it is also a window that does not keep to the rules.
 
 usage: python remote_window.py ACCOUNTS NAME
 commands, one JSON list a line; each is answered by one JSON value:

@@ -31,7 +31,7 @@ SLOWEST, USUAL, FAST = 0.05, 0.2, 0.35
 """[m/s] on the slider; the slowest is one of its steps."""
 TOLD = ("/truth", "/rto3/truth", "/safety", "/rto3/safety")
 GROUND = (4, 400)
-"""A point beside all cards."""
+"""A point outside all cards."""
 FOCAL_LENGTH, CAMERA_AHEAD, CAMERA_HEIGHT = 526.4, 0.11, 0.303
 """Robotino's camera at 640x480 [px], and where it stands level in base_link [m] (robotino.urdf)."""
 
@@ -129,7 +129,7 @@ WHERE = textwrap.dedent("""
     print(json.dumps(places))
     leave(0)
 """)
-"""A window of the same kind on the same screen, with the same fonts, tells where its widgets are."""
+"""A window of the same kind on the same screen, with the same fonts, prints where its widgets are."""
 FEEDS = ("--feed", "/pepper_robot/camera/front/image_raw", "image_raw")
 
 
@@ -199,7 +199,7 @@ def hold_at(screen, point):
 
 
 def set_speed(screen, speed):
-    """By the keys, whatever it was before."""
+    """Set the speed by the keys, whatever it was before."""
     screen.do("key", *["Next"] * 8, *["Prior"] * (round(speed / SLOWEST) - 1))
 
 

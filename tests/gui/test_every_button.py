@@ -40,7 +40,7 @@ SLIDER_HALF = 90
 USUAL_TURN = 2.5 * SPEED
 """[rad/s]"""
 GROUND = (4, 400)
-"""A point beside all cards."""
+"""A point outside all cards."""
 FASTEST = 0.35
 """[m/s] of Pepper (NAOqi documentation, ALMotion)."""
 

@@ -1,7 +1,7 @@
 """No event waits longer than 100 ms: with 30 pictures a second and every sensor, and while nobody answers.
 
 The window runs in a process of its own, so that nothing of the tests holds it up. An event sent every 10 ms by a thread
-tells how long it waited. A machine that is busy with other things may hold up any process; the best of a few tries is
+reports how long it waited. A machine that is busy with other things may hold up any process; the best of a few tries is
 what the window itself needs.
 """
 

@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
 PEOPLE = {"anna": ("pilot", 0), "ben": ("pilot", 0), "chief": ("pilot", 5), "will": ("watcher", 0)}
 BACK = 0.4
-"""Share of SPEED at which Pepper surely drives back: the gate allows half of it where only a sonar looks."""
+"""Share of SPEED at which Pepper surely drives back: the gate allows half of it where only a sonar points."""
 SLOW = 0.05
 """[m/s]"""
 STANDS = 0.002
@@ -102,7 +102,7 @@ def test_a_wrong_password_shows_nothing_and_the_right_one_everything(desk, stati
 def test_a_held_key_drives_for_as_long_as_it_is_held_and_then_the_robot_stands(
     signed_in, desk, station, wait_until, assert_held_key_drives
 ):
-    """At a speed from which Pepper's brakes, 0.3 m/s each second, need less time than the 0.3 s."""
+    """The pilot drives at a speed from which Pepper's brakes, 0.3 m/s each second, need less time than the 0.3 s."""
     desk.set_speed(SLOW)
     assert_held_key_drives(desk.screen, station.probe, "/truth", SLOW)
 

@@ -116,7 +116,7 @@ def test_nothing_is_left_whatever_ends_the_window(screen, wait_until, place, req
     wait_until(lambda: any("sleep" in command(pid) for pid in window.family()), "a program runs in the terminal")
     family = window.family()
     assert {"xterm", "tmux", "bash", "sleep"} <= {command(pid) for pid in family}
-    # An xterm with nothing to draw, not even a text cursor, does not notice by itself that its window is gone.
+    # An xterm with nothing to draw, not even a text cursor, does not notice that its window is gone.
     window.click(place("video"))
     wait_until(lambda: not window.terminal_has_keyboard(), "the terminal is idle")
     processes.send(window.process.pid, request_)

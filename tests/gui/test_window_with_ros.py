@@ -1,4 +1,4 @@
-"""The whole window beside a robot that runs already, and one that the window starts."""
+"""The whole window with a robot that runs already, and one that the window starts."""
 
 import signal
 import subprocess

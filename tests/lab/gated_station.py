@@ -15,12 +15,12 @@ SAFETY = ["state", "reason", "vx", "vy", "wz", "gap", "sector", "allowed", "comm
 
 
 class GatedStation:
-    """Hears one robot.
+    """Listens to one robot.
 
     Args:
-        pilot: The probe of `tests/catkin_ws/ros_probe.py` that drives and hears.
+        pilot: The probe of `tests/catkin_ws/ros_probe.py` that drives and listens.
         until: Waits for a condition.
-        namespace: Of the robot's topics and services.
+        namespace: Namespace of the robot's topics and services.
         axis: "x" or "y", along which the tests drive.
     """
 
@@ -65,7 +65,7 @@ class GatedStation:
         self.until(lambda: self.safety["state"] == "no command", "nothing else is wrong")
 
     def time_to_stand(self, since: float) -> float:
-        """Seconds from `since` until the odometry tells no more speed."""
+        """Return the seconds from `since` until the odometry shows no more speed."""
 
         def stood():
             seen = self.pilot.seen(f"{self._namespace}/odom")

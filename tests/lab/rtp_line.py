@@ -1,4 +1,4 @@
-"""The robot's sound by RTP through a bad network: sender, network, player, ear; and endless speech for them."""
+"""The robot's sound by RTP through a bad network: sender, network, player, recorder; and endless speech for them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ LOSS, JITTER = 0.02, 0.05
 LATE = 0.08
 """Seconds that the player waits for a late packet."""
 BUSY = 0.15
-"""Seconds that this machine may be busy with others."""
+"""Seconds for which this machine may be busy with other programs."""
 LONGEST = LATE + 2 * BUSY + 0.5
-"""A sound is heard at most so long [s] after it was said, or not at all."""
+"""A sound is played at most so long [s] after it was said, or not at all."""
 PIECE = 0.5
 """Seconds of speech that are compared at once."""
 
 
 class Line:
-    """One sender, a network, one player, and an ear.
+    """One sender, a network, one player, and a recorder.
 
     Args:
         sink: Name of the sound server's sink that it plays on; one for each line.
@@ -83,7 +83,7 @@ class Talk:
                 line.sender.push(block, time.monotonic())
 
     def likeness(self, line: Line, begin: float, end: float) -> dict[float, float]:
-        """Moment -> how well the line's ear heard what was said then, for every loud piece between two moments."""
+        """Moment -> how well what was said then reached the recorder, for every loud piece between two moments."""
         found = {}
         for at in np.arange(begin, end - PIECE, PIECE):
             said = self.said(at, PIECE)

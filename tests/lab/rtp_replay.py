@@ -67,7 +67,7 @@ def spoil(
 
 
 def unpack(arrivals: list[tuple[float, bytes]], codec: str, late: float) -> np.ndarray:
-    """What is heard, mono float32 at `RATE`, from the first packet on.
+    """Return what the player puts out, mono float32 at `RATE`, from the first packet on.
 
     Args:
         late: What the receiver allows for jitter [s].
@@ -122,7 +122,7 @@ def unpack(arrivals: list[tuple[float, bytes]], codec: str, late: float) -> np.n
 
 
 def likeness(said: np.ndarray, heard: np.ndarray, begin: float, end: float) -> list[float]:
-    """Of every loud piece that was said between two moments [s], looked for a fifth of a second around its place."""
+    """Compare every loud piece said between two moments [s] with what came within a fifth of a second of its place."""
     found, around = [], 0.2
     for at in np.arange(begin, end - PIECE, PIECE):
         part = said[round(at * RATE) : round((at + PIECE) * RATE)]

@@ -1,7 +1,7 @@
-"""A sound server without a sound card, mouths and ears on it, and how alike and how late two sounds are.
+"""A sound server without a sound card, players and recorders on it, and how alike and how late two sounds are.
 
-PulseAudio with null sinks: what is played into `pilot_mic` is what the microphone `pilot_mic.monitor` hears. Times are
-`time.monotonic()` [s], samples mono float32, -1 to 1.
+PulseAudio with null sinks: what is played into `pilot_mic` is what the microphone `pilot_mic.monitor` records. Times
+are `time.monotonic()` [s], samples mono float32, -1 to 1.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Recorder:
             time.sleep(0.01)
 
     def between(self, start: float, stop: float) -> np.ndarray:
-        """What was heard; silence where nothing was recorded."""
+        """Return what was recorded; silence where nothing was recorded."""
         with self._lock:
             heard = np.concatenate([*self._pieces, np.zeros(0, np.int16)])
             first = round((start - self._offset) * RATE) - self._forgotten if self._pieces else 0
@@ -110,7 +110,7 @@ class Recorder:
         return wanted
 
     def forget(self, before: float) -> None:
-        """Drop what was heard before a moment."""
+        """Drop what was recorded before a moment."""
         with self._lock:
             keep = max(0, round((before - self._offset) * RATE)) - self._forgotten
             while self._pieces and keep >= len(self._pieces[0]):
@@ -154,7 +154,7 @@ class Mouth:
     def say(self, samples: np.ndarray) -> None:
         """Begin to play and return at once. It takes a tenth of a second to begin: listen to it to know when."""
         self._players = [player for player in self._players if player.poll() is None]
-        # A long buffer, because a person's mouth does not stutter when the machine is busy.
+        # A long buffer, because a person's speech does not stutter when the machine is busy.
         command = ["pacat", "--playback", f"--server={self._server.address}", f"--device={self._sink}"]
         command += ["--raw", "--format=s16le", f"--rate={RATE}", "--channels=1", "--latency-msec=500"]
         with tempfile.TemporaryFile() as data:
@@ -209,7 +209,7 @@ class Heard:
         self._best = {at: (0.0, 0.0) for at in firsts if np.sqrt(np.mean(sound[at : at + count] ** 2)) > 0.02}
 
     def listen(self, started: float, ear: Recorder, latest: float = 1.0) -> None:
-        """After the sentence was said from `started` on; a sound may be `latest` seconds late."""
+        """Compare after the sentence was said from `started` on; a sound may be `latest` seconds late."""
         for at, best in self._best.items():
             begin = started + at / RATE
             piece = self._sound[at : at + int(self.PIECE * RATE)]

@@ -1,4 +1,4 @@
-"""The operator's window on a virtual display: hands on its keys and mouse, eyes on its screen, a robot to drive."""
+"""The operator's window on a virtual display: keyboard and mouse input, screenshots, a robot to drive."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class Screen:
             self.do(release, what)
 
     def evidence(self) -> str:
-        """What is on the screen, as a file, and what the windows told the pilot."""
+        """Return what is on the screen, as a file, and what the windows showed the pilot."""
         shot = tempfile.NamedTemporaryFile(prefix="screen-", suffix=".png", delete=False)
         subprocess.run(["import", "-window", "root", shot.name], env=self.environment, timeout=20)
         told = ("\n".join(window.output.splitlines()[-40:]) for window in self._windows)
@@ -186,7 +186,7 @@ FAKE_ROBOT = textwrap.dedent("""
 
 
 class FakeRobot:
-    """Publishes a picture, left half red, right half blue, and hears cmd_vel: (time [s], vx, vy, wz)."""
+    """Publishes a picture, left half red, right half blue, and receives cmd_vel: (time [s], vx, vy, wz)."""
 
     def __init__(self, run_program: Callable) -> None:
         self.heard: list[tuple[float, ...]] = []

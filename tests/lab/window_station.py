@@ -1,5 +1,5 @@
-"""A station with the simulated Pepper for people with hands: its programs, where the robot truly is, and a desk with a
-display, a window manager and the operator's window."""
+"""A station with the simulated Pepper, operated by key presses and clicks: its programs, where the robot truly is, and
+a desk with a display, a window manager and the operator's window."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPEED = 0.2
 STEP = 0.05
 """[m/s] of the slider."""
 ROWS = 760
-"""Of a screen with a window manager: the window and its title."""
+"""Height of a screen with a window manager: the window and its title [px]."""
 STOPPED = 0.01
 """[m/s]"""
 
@@ -102,7 +102,7 @@ class Station:
         self.watch()
 
     def watch(self) -> None:
-        """Begin to note what topics tell."""
+        """Begin to record the topics."""
         self.probe("watch", "/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
         self.probe("watch", "/safety", "telepresence_msgs/SafetyState", ["state", "reason"])
         self.wait_until(self.track, "the simulated robot stands somewhere", timeout=60.0)
@@ -166,7 +166,7 @@ class Station:
         return self.speed() > SPEED * share
 
     def evidence(self) -> str:
-        """For the report of a test that failed."""
+        """Return what helps to explain a failed test."""
         if self._probe is None:
             return "nobody looked"
         return "\n".join(f"{topic}: {self.probe('newest', topic)}" for topic in self.told)
@@ -195,7 +195,7 @@ class Desk:
         self.window = self.screen.open_window(*self._arguments, program=program, signed_in=False)
 
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
-        """On a fresh sign-in page, whose name field has the keyboard."""
+        """Sign in on a fresh sign-in page, whose name field has the keyboard."""
         self.screen.do("key", "ctrl+a")
         self.screen.do("type", name)
         self.screen.do("key", "Return")
@@ -233,14 +233,14 @@ class Desk:
         self.screen.do("mousemove", "--window", self.window.id, *self.find.tab(page), "click", 1)
 
     def set_speed(self, speed: float) -> None:
-        """By the keys, whatever it was before [m/s]."""
+        """Set the speed by the keys, whatever it was before [m/s]."""
         self.key(*["Next"] * 8, *["Prior"] * (round(speed / STEP) - 1))
 
     def key(self, *keys: str) -> None:
         self.screen.do("key", *keys)
 
     def evidence(self) -> str:
-        """For the report of a test that failed."""
+        """Return what helps to explain a failed test."""
         return self.screen.evidence()
 
     def close(self) -> None:

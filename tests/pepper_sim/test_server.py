@@ -63,7 +63,7 @@ def test_only_the_declared_methods_can_be_called(session):
 
 
 def test_signatures_are_those_of_the_real_robot(session):
-    """From a metaobject of a Pepper with NAOqi 2.5."""
+    """The signatures come from a metaobject of a Pepper with NAOqi 2.5."""
     methods = session.service("ALMotion").metaObject()["methods"].values()
     found = {(m["name"], m["parametersSignature"], m["returnSignature"]) for m in methods}
     assert {

@@ -26,7 +26,7 @@ ROBOT_GROUP = 3
 
 @dataclass
 class Stepped:
-    """A robot in a world that moves only when told."""
+    """A robot in a world that advances only on request."""
 
     world: World
     robot: Robotino

@@ -15,9 +15,9 @@ from telepresence.sim.walker.kinematics import FOOT_RADIUS, HIPS, JOINTS, LEGS, 
 MJCF = Path(__file__).parent / "walker.xml"
 PREFIX = "walker/"
 LIMITS = {"out": (-0.7, 0.7), "hip": (-0.6, 2.0), "knee": (-2.6, -0.3)}
-"""Of the joints [rad]; `out` for left legs, mirrored for right ones."""
+"""Limits of the joints [rad]; `out` for left legs, mirrored for right ones."""
 STIFFNESS, DAMPING, TORQUE = 90.0, 1.6, 9.0
-"""Of the joint servos [N m/rad, N m s/rad, N m]."""
+"""Values of the joint servos [N m/rad, N m s/rad, N m]."""
 ARMATURE = 0.008
 """Inertia of a motor behind its gears [kg m²]."""
 _JOINT_DAMPING = 0.05

@@ -14,7 +14,7 @@ SIDE = np.array([1.0, -1.0, 1.0, -1.0])
 HIPS = np.array([[0.145, 0.055, 0.0], [0.145, -0.055, 0.0], [-0.145, 0.055, 0.0], [-0.145, -0.055, 0.0]])
 """Where the legs are fixed to the trunk [m]."""
 OFFSET = 0.045
-"""From the axis of `out` sideways to the plane in which a leg bends [m]."""
+"""Distance from the axis of `out` sideways to the plane in which a leg bends [m]."""
 THIGH, SHANK = 0.115, 0.115
 """Hip to knee, knee to the middle of the foot [m]."""
 FOOT_RADIUS = 0.020

@@ -39,7 +39,7 @@ from telepresence.web.json_app import (
 )
 
 WIDTH, HEIGHT, RATE = 640, 480, 10.0
-"""Of the pictures [px, px, Hz]."""
+"""Size and rate of the pictures [px, px, Hz]."""
 CAMERA_TIMEOUT = 3.0
 """Seconds that a request waits for the first picture."""
 CAMERA_RELEASE = 10.0

@@ -63,7 +63,7 @@ def _cell(key: tuple[str, str, str], group: list[Trial]) -> Cell:
 
 
 def table(found: Sequence[Cell]) -> str:
-    """For people."""
+    """Return the figures as a table for people."""
     head = ("robot", "task", "strategy", "done", "time s", "error cm", "worst", "work J", "slip cm", "hits", "falls")
     rows = [
         (
@@ -120,7 +120,7 @@ def walk_cells(walks: Sequence[Walk]) -> list[WalkCell]:
 
 
 def walk_table(found: Sequence[WalkCell]) -> str:
-    """For people."""
+    """Return the figures as a table for people."""
     head = ("gait", "ground", "way", "1 m", "falls", "shortest m", "longest m", "coast mm", "drift mm")
     rows = [
         (

@@ -15,7 +15,7 @@ ALMOST = 0.004
 ALIGNED = 0.012
 """A turn is over this close to its end [rad]."""
 GIVE_UP = 3.0
-"""Without progress for so long the pilot stops [s]."""
+"""The pilot stops after this long without progress [s]."""
 
 Velocity = tuple[float, float, float]
 Pose = tuple[float, float, float]

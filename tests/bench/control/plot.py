@@ -31,7 +31,7 @@ _STYLE = {
     "savefig.dpi": 110,
 }
 _HIGHEST = 50.0
-"""Larger errors leave the picture, with their figure beside the bar [cm]."""
+"""Larger errors leave the picture, with their figure next to the bar [cm]."""
 _LEGEND = 0.4
 """Height left for it [inch]."""
 _SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))

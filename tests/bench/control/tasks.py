@@ -14,9 +14,9 @@ QUARTER = 0.5 * math.pi
 WALL_X = 4.0
 """Face of the flat hall's east wall [m]."""
 WANTED_GAP = 0.10
-"""To be left before the wall [m]."""
+"""Gap to be left before the wall [m]."""
 WALL_WAY = 1.5
-"""From the body's front to the wall, as the pilot believes [m]."""
+"""Distance from the body's front to the wall, as the pilot believes [m]."""
 
 
 @dataclass(frozen=True)

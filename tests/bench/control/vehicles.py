@@ -56,11 +56,11 @@ class Vehicle(ABC):
     """None for a robot that the gate does not know."""
     speed: float
     turn: float
-    """Of the pilot [m/s, rad/s]."""
+    """Speeds at which the pilot drives [m/s, rad/s]."""
     front: float
-    """From base_link to the body's foremost point [m]."""
+    """Distance from base_link to the body's foremost point [m]."""
     height = 0.0
-    """Of the model's root above the ground [m]."""
+    """Height of the model's root above the ground [m]."""
 
     def __init__(self, scene: str, start: Pose, seed: int) -> None:
         model = self._model()
@@ -159,7 +159,7 @@ class Vehicle(ABC):
 
 
 class _Wheeled(Vehicle):
-    """On the drive of `telepresence.sim.base`: three servos that push the body along x and y and turn it."""
+    """A vehicle on the drive of `telepresence.sim.base`: three servos that push the body along x and y and turn it."""
 
     _owned = math.inf  # energy of motion and height after the last tick [J]
 

@@ -1,4 +1,4 @@
-"""Does the walker walk a metre, and does it stand still when told? Many starts, each on another piece of ground."""
+"""Does the walker walk a metre, and does it stand still on command? Many starts, each on another piece of ground."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from telepresence.sim.walker.gait import GAITS
 FAR_ENOUGH = 1.0
 """[m]"""
 SETTLING = 0.5
-"""After the command to freeze, before standing still counts [s]."""
+"""Time after the command to freeze before standing still counts [s]."""
 HELD = 3.0
 """[s]"""
 SCENES = {"flat": (-0.5, 0.0), "rough": (-0.4, 0.2)}

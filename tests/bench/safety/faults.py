@@ -160,4 +160,4 @@ class ClockJump(Fault):
 NO_FAULT = NoFault()
 FAULTS = (Silent, Frozen, NotANumber, MinusOne, DeadBeam, CommandLoss, LinkCut, Burst, ClockJump)
 MUST_STOP = (Silent, Frozen, NotANumber, MinusOne, LinkCut)
-"""In these the robot must stand soon after the fault has begun."""
+"""Faults after whose beginning the robot must soon stand still."""

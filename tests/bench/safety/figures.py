@@ -1,4 +1,4 @@
-"""From counts to figures: collisions per 1000 commands and per 100 m with bounds, and everything shown beside them."""
+"""From counts to figures: collisions per 1000 commands and per 100 m with bounds, and everything shown with them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safety.run import Outcome
 from safety.worlds import KINDS, PERSON
 
 RESAMPLES = 2000
-"""Of the bootstrap."""
+"""Number of resamples of the bootstrap."""
 CONFIDENCE = 0.95
 
 
@@ -32,8 +32,8 @@ class Figures:
         scenarios, commands: Exposure.
         driven: [m].
         hits: Collisions with things that stand.
-        blind_hits: ... of these, on a side of the body where no beam looks.
-        person_hits: Collisions with persons in which the robot moved towards them.
+        blind_hits: ... of these, on a side of the body where no beam points.
+        person_hits: Collisions with people in which the robot moved towards them.
         walked_into: Persons who ran into a robot that stood or went away.
         per_1000, per_100_m: Collisions with things that stand.
         by_kind: Collisions by what was hit.
@@ -141,7 +141,7 @@ def _solve(count: int, chance: float) -> float:
 
 
 def table(rows: Sequence[tuple[str, Figures]]) -> str:
-    """For people; gates by row."""
+    """Return a table for people; gates by row."""
     head = ("gate", "commands", "hits", "per 1000", "95 %", "per 100 m", "persons", "passed", "stood", "goals",
             "gap 5 %", "hardest")  # fmt: skip
     cells = [head]

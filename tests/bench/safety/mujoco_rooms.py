@@ -36,9 +36,9 @@ SPEED = 0.20
 TOUCH = 0.004
 """Bodies that push each other in MuJoCo keep this much between them [m]."""
 HEIGHT = 0.5
-"""Of everything [m]."""
+"""Height of everything [m]."""
 SETPOINT_HOLDS = 0.5
-"""A setpoint older than this is none: the robot has stopped by itself [s]."""
+"""A setpoint older than this is none: the robot has stopped on its own [s]."""
 
 
 def run_rows(scenarios: int = SCENARIOS, seconds: float = SECONDS) -> list[Row]:
@@ -134,7 +134,7 @@ class WiredGate:
 
 
 class WiredRun(Run):
-    """As `Run`, with the robot's own motion and sensors, in real time."""
+    """A `Run` with the robot's own motion and sensors, in real time."""
 
     def __init__(self, gate: WiredGate, batch: Batch, pilots: Pilots, number: int) -> None:
         super().__init__(INFRARED_ROBOT, gate, batch, pilots, (SEED, number))

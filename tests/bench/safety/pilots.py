@@ -16,7 +16,7 @@ PILOTS = ("reckless", "careful", "late 100 ms", "late 300 ms", "late 500 ms")
 DELAYS = (0.0, 0.0, 0.1, 0.3, 0.5)
 """Delay of the link, to and fro [s]."""
 REACTION = 0.15
-"""Of the person [s]."""
+"""Reaction time of the person [s]."""
 PERIOD = 0.1
 """Keyboards repeat at 10 Hz [s]."""
 ARRIVED = 0.30

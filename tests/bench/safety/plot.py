@@ -100,7 +100,7 @@ def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box],
 def drive_one(
     robot: BenchRobot, make_gate: MakeGate, seed: int, index: int, speed: float, seconds: float
 ) -> tuple[np.ndarray, Run]:
-    """Drive one scenario; its path (ticks, 3) and the run at its end. Without persons."""
+    """Drive one scenario without people; return its path (ticks, 3) and the run at its end."""
     radius = robot.profile.outline.outer_radius
     batch = Batch([make_place(seed, index, radius, 0)], seed)
     run = Run(robot, make_gate(robot, 1), batch, Pilots(batch, index, speed, radius, seed), (seed, index))

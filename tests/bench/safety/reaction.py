@@ -28,9 +28,9 @@ REPETITIONS = 20
 LIMIT = 0.35
 """What is asked for [s]."""
 GAP = 0.10
-"""From the robot's rim to the tip of the person's foot [m]."""
+"""Distance from the robot's rim to the tip of the person's foot [m]."""
 FOOT = (0.170, 0.105)
-"""From the middle of the arena's person to the tip of a foot, ahead and aside [m]."""
+"""Offset from the middle of the arena's person to the tip of a foot, ahead and aside [m]."""
 TOLERANCE = 0.01
 """A setpoint this much above the allowed speed is at it: sensors measure to a centimetre [m/s]."""
 FAR_AWAY = (3.2, -2.4)

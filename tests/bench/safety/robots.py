@@ -1,4 +1,4 @@
-"""The robots of the safety benchmark: true body, drive and range sensors, less kind than what the gate is told."""
+"""The robots of the safety benchmark: true body, drive and range sensors, less kind than the gate's model."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class BenchRobot:
         delay: Range of the time from the gate's output to the base's reacting [s].
         latency: From measuring to the gate, by source [ticks].
         every: Measurements, by source [ticks].
-        bumpers: Bearings of the bumpers that tell where they were hit [rad]; None for one ring that doesn't.
+        bumpers: Bearings of the bumpers that report where they were hit [rad]; None for one ring that doesn't.
     """
 
     name: str

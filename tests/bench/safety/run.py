@@ -20,9 +20,9 @@ SUBSTEPS = 2
 DRIVES_INTO = 0.02
 """A contact with a person counts as the robot's if it moves towards it faster than this [m/s]."""
 MOVES_INTO = 0.001
-"""A contact with a thing counts if the rim moves towards it faster than this: the robot drove there by itself [m/s]."""
+"""A contact with a thing counts if the rim moves towards it faster than this: the robot drove there [m/s]."""
 PULLED_CLEAR = 0.05
-"""After a contact the robot is set back until this gap [m] ..."""
+"""Gap to which the robot is set back after a contact [m] ..."""
 QUIET = 1.0
 """... and for this long no further contact is counted; then the bumper is reset [s]."""
 STANDING = 0.02
@@ -55,7 +55,7 @@ class Outcome:
     """Counts per place; arrays of shape (S,) unless said otherwise."""
 
     commands: np.ndarray
-    hits: np.ndarray  # (S, KINDS) first contacts, persons only those the robot drove into
+    hits: np.ndarray  # (S, KINDS) first contacts; people only if the robot drove into them
     walked_into: np.ndarray
     impact: np.ndarray  # sum of the speeds at contact [m/s]
     hardest: np.ndarray  # [m/s]
@@ -103,7 +103,7 @@ class Run:
     """Robots, pilots, gate and places that are stepped together.
 
     Args:
-        pilots: Decides at 10 Hz; anything with the surface of `Pilots`.
+        pilots: Decides at 10 Hz; anything with the interface of `Pilots`.
         seed: Of noise, delays and faults.
     Attributes:
         pose, velocity: (S, 3) true ones, world and base_link.

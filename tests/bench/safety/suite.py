@@ -15,7 +15,7 @@ from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT, BenchRobot
 from safety.run import Outcome, run
 
 REPORT_SEEDS = {"infrared": 9001, "laser": 9002, "pepper": 9003}
-"""Of the published figures. Whoever tunes takes others: 1 to 99."""
+"""Seeds of the published figures. Whoever tunes takes others: 1 to 99."""
 ROBOTS = {"infrared": INFRARED_ROBOT, "laser": LASER_ROBOT, "pepper": PEPPER_ROBOT}
 BATCH = 25
 """Places that are stepped together. Pilots and noise of a place depend on it."""

@@ -19,7 +19,7 @@ WARM_UP = 100
 def tick_times(robot: BenchRobot, ticks: int, seed: int) -> np.ndarray:
     """Processor time of every tick, scans taken in included, while the robot wanders between poles (ticks,) [s].
 
-    Processor time, because on a busy machine the clock on the wall tells about the other programs.
+    Processor time, because on a busy machine the clock on the wall measures the other programs too.
     """
     rng = np.random.default_rng([seed, 31])
     place = Place(width=6.0, depth=6.0)

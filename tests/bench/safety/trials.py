@@ -50,7 +50,7 @@ class Trial:
     Args:
         robot: Key of `ROBOTS`.
         values: By name, in `unit` unless the name says otherwise.
-        judged: Name of the value that stands beside `wanted`.
+        judged: Name of the value that is compared with `wanted`.
     """
 
     robot: str
@@ -84,7 +84,7 @@ def _wall(place: Place, distance: float, bearing: float, kind: int = WALL) -> No
 
 
 def escapes(robot: BenchRobot, count: int, seed: int) -> Escapes:
-    """Robots in breach of the margin at a wall, in a corner or at a pole, half of them after a bump, are told to leave.
+    """Command robots in breach of the margin at a wall, in a corner or at a pole to leave; half of them after a bump.
 
     The command points away from everything that is near, up to 60 degrees off the straight way out.
     """
@@ -135,7 +135,7 @@ def slide(robot: BenchRobot, speed: float, count: int, seed: int, ahead: bool = 
     in which all have reached it.
 
     Args:
-        ahead: Drive forward only, as a robot must whose sensors look there.
+        ahead: Drive forward only, as a robot must whose sensors point there.
     """
     rng = np.random.default_rng([seed, 22])
     bearings = rng.uniform(-math.pi, math.pi, count)
@@ -269,9 +269,9 @@ def reaction_to_silence(robot: BenchRobot, speed: float, count: int, seed: int) 
 
 
 ROBOTS = {"infrared": (INFRARED_ROBOT, 0.20), "laser": (LASER_ROBOT, 0.35), "pepper": (PEPPER_ROBOT, 0.35)}
-"""With the speed of their trials [m/s]."""
+"""Robots, and the speed of their trials [m/s]."""
 SEED = 9100
-"""Of the published figures."""
+"""Seed of the published figures."""
 
 
 def _escapes(robot: BenchRobot, speed: float, share: float) -> tuple:
@@ -281,7 +281,7 @@ def _escapes(robot: BenchRobot, speed: float, share: float) -> tuple:
 
 
 def _slide(robot: BenchRobot, speed: float, share: float) -> tuple:
-    # Pepper looks ahead, so it drives ahead; the way along the wall is then one where no sensor looks.
+    # Pepper's sensors point ahead, so it drives ahead; along the wall no sensor sees the way.
     ahead = robot is PEPPER_ROBOT
     speeds = (robot.profile.limits.unseen_speed, speed) if ahead else (speed,)
     kept = [100.0 * slide(robot, v, round(60 * share), SEED, ahead) for v in speeds]

@@ -1,7 +1,7 @@
-"""Seeded places for the safety benchmark: rooms with a door, corners, furniture, poles and walking persons.
+"""Seeded places for the safety benchmark: rooms with a door, corners, furniture, poles and walking people.
 
-A batch holds many places side by side in padded arrays (first axis: place), so that one numpy call looks at all of
-them. Circles are poles, legs of chairs and tables, and legs of persons; segments are walls and sides of boxes.
+A batch holds many places side by side in padded arrays (first axis: place), so that one numpy call processes all of
+them. Circles are poles, legs of chairs and tables, and legs of people; segments are walls and sides of boxes.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def _choose_ways(place: Place, rng: np.random.Generator, radius: float) -> bool:
 
 
 class Batch:
-    """Many places side by side, with persons that walk.
+    """Many places side by side, with people who walk.
 
     Attributes (S places; padded):
         circle (S, C, 3): x, y, radius [m]; circle_kind (S, C); circle_speed (S, C, 2) [m/s], zero for things.
@@ -226,7 +226,7 @@ class Batch:
         return len(self.places)
 
     def walk(self, robot: np.ndarray, radius: float, dt: float) -> None:
-        """Move the persons; those who mind it wait or turn away when the robot (S, 2) is near and in their way."""
+        """Move the people; those who mind it wait or turn away when the robot (S, 2) is near and in their way."""
         if not self.walker.shape[1]:
             return
         way = self._target - self.walker

@@ -1,6 +1,6 @@
-"""The driver with the simulated robot and the watchdog: it drives as told, and stops whatever dies.
+"""The driver with the simulated robot and the watchdog: it drives as commanded, and stops whatever dies.
 
-Without the safety gate, which would slow down what leads where no sensor looks; see test_gated_driving.py.
+Without the safety gate, which would slow down motion where no sensor points; see test_gated_driving.py.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Station:
         until(lambda: abs(self.speed() - speed) < 0.05 * abs(speed), f"the robot drives at {speed} m/s")
 
     def time_to_stand(self, since: float, until) -> float:
-        """Seconds from `since` until the odometry tells no more speed."""
+        """Return the seconds from `since` until the odometry shows no more speed."""
 
         def stood() -> float | None:
             return next((at for at, value in self.pilot.seen("/odom") if at > since and abs(value[2]) < STANDING), None)

@@ -48,7 +48,7 @@ TOPICS = {
     "/pepper_robot/battery": "sensor_msgs/BatteryState",
 }
 STOP_WITHIN = 1.0 + 0.1
-"""As in the driver's own tests."""
+"""Same limit as in the driver's own tests [s]."""
 
 
 @pytest.fixture(scope="module")

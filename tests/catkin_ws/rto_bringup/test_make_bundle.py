@@ -1,4 +1,4 @@
-"""The file that is copied to the robot runs there, without this project beside it."""
+"""The file that is copied to the robot runs there, without this project."""
 
 from __future__ import annotations
 

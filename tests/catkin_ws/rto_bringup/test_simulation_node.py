@@ -1,4 +1,4 @@
-"""The simulated Robotino as a node: what only a simulator can tell."""
+"""The simulated Robotino as a node: what only a simulator knows."""
 
 from __future__ import annotations
 

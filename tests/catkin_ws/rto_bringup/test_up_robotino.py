@@ -34,7 +34,7 @@ class Station:
     def __init__(self, graph) -> None:
         graph.environment.pop("DISPLAY", None)
         self.environment = graph.environment
-        # roslaunch waits for what roscore tells every master, and a bare one was not told.
+        # roslaunch waits for what roscore sets on every master, and a bare one lacks it.
         master_proxy(graph.uri, timeout=5.0).setParam("/test", "/run_id", str(uuid.uuid4()))
         names = ("robotino_port", "drive_port", "camera_port", "sound_port", "screen_port")
         self.ports = {name: graph.free_port() for name in names}
@@ -61,7 +61,7 @@ class Station:
         subprocess.run(["xdotool", *words], env={**self.environment, "DISPLAY": display}, check=True, timeout=30)
 
     def place(self) -> list[float]:
-        """Of the robot in the world [x, y] [m]."""
+        """Return the robot's place in the world [x, y] [m]."""
         return self.probe.latest("/truth")
 
     def safety(self) -> str:

@@ -1,5 +1,5 @@
 """The guide's bubble: what it does, and the ways in which it fails. Those that need time, f11 and f12, are in the tests
-of the layer: tests/catkin_ws/rto_safe_teleop/test_gates.py."""
+of the gate: tests/catkin_ws/rto_safe_teleop/test_gates.py."""
 
 import math
 
@@ -12,7 +12,7 @@ NOTHING = 0.41
 FAR = (5.0, 5.0)
 AS_GIVEN = ClampLimits(max_linear=1.0, min_linear=0.0, max_angular=3.0, min_angular=0.0)
 REACTION, BRAKING = 0.45, 0.5
-"""Of the guide's stack: scans every 0.2 s [s]; of Robotino [m/s²]."""
+"""Reaction of the guide's stack, with scans every 0.2 s [s]; braking of Robotino [m/s²]."""
 
 
 def bubble(radius, *points):

@@ -12,7 +12,7 @@ speeds = st.floats(-0.3, 0.3)
 
 
 def guide(ranges, velocity, radius=0.4):
-    """The rule as the guide tells it, written down once more."""
+    """The rule as the guide gives it, written down once more."""
 
     def axis(value, most, least):
         if abs(value) > most:
@@ -48,7 +48,7 @@ def test_f11_a_lost_link_leaves_the_bubbles_last_velocity_standing():
     gate = BubbleGate()
     gate.receive_ranges(FREE, 0.0)
     assert gate.receive_command(0.2, 0.0, 0.0, 0.0).velocity == (0.2, 0.0, 0.0)
-    assert all(gate.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing tells the robot to stop
+    assert all(gate.tick(0.05 * tick) is None for tick in range(1, 200))  # nothing makes the robot stop
 
 
 @pytest.mark.parametrize(("gate", "stops"), [(BubbleGate, False), (RobotGate, True)])
@@ -73,7 +73,7 @@ def test_bubble_needs_a_radius(radius):
 
 
 class Driven:
-    """A layer that is fed as the node feeds it, 20 times a second, from a robot that follows at once; what the first
+    """A gate that is fed as the node feeds it, 20 times a second, from a robot that follows at once; what the first
     beam sees comes nearer as it drives."""
 
     def __init__(self, ranges=FREE):

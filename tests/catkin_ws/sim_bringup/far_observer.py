@@ -1,4 +1,4 @@
-"""Stands beside a robot, on its machine, and writes down where it is 20 times a second: time x y theta, by odometry.
+"""Runs on a robot's machine and writes down where it is 20 times a second: time x y theta, by odometry.
 
 far_observer.py rest http://HOST:PORT    or    far_observer.py qi tcp://HOST:PORT
 """

@@ -94,7 +94,7 @@ class Both:
         return math.dist(self.place(f"{robot}/truth"), before) < STILL
 
     def wait_for_way(self, robot: str, way: float) -> None:
-        """Until the robot has come so far from where it is now [m]; a failure tells what its safety gate says."""
+        """Wait until the robot has come so far from where it is now [m]; a failure shows what its safety gate says."""
         begin = self.place(f"{robot}/truth")
         deadline = time.monotonic() + DRIVE_PATIENCE
         while math.dist(self.place(f"{robot}/truth"), begin) < way:
@@ -178,7 +178,7 @@ def test_commands_that_mean_nothing_stop_the_robot(both, until_true):
 
 
 def test_a_flood_of_commands_is_coalesced(both, until_true):
-    """A thousand a second; the robot follows, its driver hears few of them, and it stops when they cease."""
+    """A thousand a second; the robot follows, its driver receives few of them, and it stops when they cease."""
     both.restart()
     both.probe.watch("/rto3/safe_cmd_vel", "geometry_msgs/Twist", ["linear.x"])
     code = (
@@ -222,7 +222,7 @@ def test_one_restart_puts_both_back(both, until_true):
 
 
 def test_two_hundred_restarts_under_load(both, until_true):
-    """With the viewer open, both cameras drawn, and both robots driven; memory stays flat and everybody connected."""
+    """The viewer is open, both cameras are drawn, and both robots driven; memory stays flat and everybody connected."""
     assert both.viewer_is_open
     both.probe.order("/rto3/movement_command", 1)
     both.restart_often(20)

@@ -27,7 +27,7 @@ TWITCH = 0.10
 STOP_TIME = 1.0
 """A robot stands so long after the cut [s]."""
 OBSERVED = 0.15
-"""An observer looks every 50 ms; a busy machine delays it."""
+"""An observer polls every 50 ms; a busy machine delays it."""
 
 
 class Observer:

@@ -1,4 +1,4 @@
-"""A terminal with nobody in front of it, and an ear on cmd_vel."""
+"""A terminal with nobody in front of it, and a subscriber of cmd_vel."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ LISTENER = textwrap.dedent("""
 
 
 class Listener:
-    """Everything heard on cmd_vel, in order."""
+    """Everything received on cmd_vel, in order."""
 
     def __init__(self, process: subprocess.Popen) -> None:
         self.heard: list[Command] = []

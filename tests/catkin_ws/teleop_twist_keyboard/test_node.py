@@ -31,7 +31,7 @@ OTHER_INPUT = textwrap.dedent("""
 
 
 def start(open_terminal, wait_until, listener, *argv):
-    """The node in a terminal, and a first key that the listener has heard."""
+    """Start the node in a terminal, and press a first key that the listener has received."""
     terminal = open_terminal(*argv)
     wait_until(lambda: "Ctrl-C               quit" in terminal.seen, "the help is printed")
 

@@ -102,7 +102,7 @@ def test_what_the_camera_has_encoded_is_passed_on(tmp_path: Path, wait_until: Ca
 
 
 def without_huffman_tables(jpeg: bytes) -> bytes:
-    """As many webcams deliver it."""
+    """Drop the Huffman tables, as many webcams do."""
     while (at := jpeg.find(b"\xff\xc4")) > 0:
         jpeg = jpeg[:at] + jpeg[at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big") :]
     return jpeg

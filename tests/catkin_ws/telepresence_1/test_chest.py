@@ -24,7 +24,7 @@ RATE = 15
 ATTEMPTS = 8
 """How often it is measured, with video and without in turn, where the machine stands still now and then."""
 COLOURS = [(255, 0, 255), (0, 255, 0), (255, 0, 0), (0, 0, 255), (0, 255, 255)]
-"""Of the video's pictures in turn, RGB."""
+"""Colours of the video's pictures in turn, RGB."""
 
 
 @pytest.fixture

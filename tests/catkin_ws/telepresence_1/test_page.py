@@ -157,7 +157,7 @@ def test_opencv_reads_the_stream(open_page: Callable, jpeg: Callable) -> None:
 
 
 def pictures(response: http.client.HTTPResponse) -> Iterator[np.ndarray]:
-    """Of one stream, decoded, for ever."""
+    """Yield the pictures of one stream, decoded, for ever."""
     while True:
         size = 0
         while (line := response.readline().strip()) or not size:
@@ -169,7 +169,7 @@ def pictures(response: http.client.HTTPResponse) -> Iterator[np.ndarray]:
 def test_a_webcam_file_that_is_removed_and_restored_is_told_and_live_within_two_seconds(
     open_page: Callable, tmp_path: Path
 ) -> None:
-    """For the same viewer, on the same connection; the best of three times on a machine that stands still."""
+    """The viewer and the connection stay the same; the best of three times on a machine that stands still."""
     film, away = tmp_path / "webcam.avi", tmp_path / "unplugged.avi"
     writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (320, 240))
     for _ in range(30):

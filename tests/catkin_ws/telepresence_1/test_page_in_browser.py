@@ -61,7 +61,7 @@ class Browser:
             self.errors.append(str(params))
 
     def forget(self, features: tuple[str, ...]) -> None:
-        """From the next page on, do without these objects and functions."""
+        """Remove these objects and functions from the next page on."""
         script = "".join(f"delete {feature};" for feature in features)
         self.tools.call("Page.addScriptToEvaluateOnNewDocument", source=script)
 
@@ -78,7 +78,7 @@ class Browser:
         return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
 
     def shows(self, colour: tuple[int, int, int]) -> bool:
-        """In the upper half, where no words are."""
+        """Whether the upper half, where no words are, shows this colour."""
         try:
             picture = self.screenshot()
         except BrowserError:
@@ -119,7 +119,7 @@ class Wire:
                 end.shutdown(socket.SHUT_RDWR)
 
     def freeze(self) -> None:
-        """Forward nothing of the streams that are open now, and tell nobody."""
+        """Forward nothing of the streams that are open now, and report nothing."""
         self._frozen.update(server for _, server in self._pairs)
 
     def _accept(self) -> None:

@@ -54,7 +54,7 @@ def test_loss_and_jitter_are_concealed_and_a_cut_leaves_nothing_behind(codec: st
 def test_sound_goes_on_and_returns_by_itself_after_a_cut(
     server: SoundServer, free_port: Callable[[], int], wait_until: Callable
 ) -> None:
-    """And after the sound server was gone."""
+    """Sound also returns after the sound server was gone."""
     sink = "pilot_speaker"
     line = Line(server, "opus", sink, free_port())
     talk = Talk([line])

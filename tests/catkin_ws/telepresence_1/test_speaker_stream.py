@@ -18,7 +18,7 @@ FRAMES = int(PIECE * RATE)
 
 @qi.multiThreaded()
 class AudioDevice:
-    """Writes down what it is told; answers only while `answering`."""
+    """Records its calls; answers only while `answering`."""
 
     def __init__(self) -> None:
         self._rate = RATE

@@ -27,7 +27,7 @@ ATTEMPTS = 10
 
 
 class Rig:
-    """Sound server, simulated Pepper, node, and ears on both loudspeakers."""
+    """Sound server, simulated Pepper, node, and recorders on both loudspeakers."""
 
     def __init__(self, graph, folder: Path) -> None:
         self.graph = graph
@@ -50,7 +50,7 @@ class Rig:
         self.probe.watch("/voice/levels", "std_msgs/Float32MultiArray", ["data"])
 
     def start_robot(self) -> None:
-        """On the same port every time."""
+        """Start the robot on the same port every time."""
         options = {"speaker": "robot_speaker", "record_speaker": str(self.record)}
         self.robot = Simulation("empty", 0, "127.0.0.1", self.graph.robot_port, **options)
 
@@ -61,7 +61,7 @@ class Rig:
         )
 
     def person_says(self, samples: np.ndarray) -> float:
-        """In the room, from the returned time on."""
+        """Play speech in the room, from the returned time on."""
         start = time.monotonic() + 0.1
         self.robot.room.surroundings.play(samples, RATE, start)
         return start

@@ -1,4 +1,4 @@
-"""Hold on the floor to drive there. Time passes by itself; places are exact."""
+"""Hold on the floor to drive there. Time passes unaided; places are exact."""
 
 import math
 import time

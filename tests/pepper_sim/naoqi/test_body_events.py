@@ -1,4 +1,4 @@
-"""Events that the body raises, as clients hear them."""
+"""Events that the body raises, as clients receive them."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The keys of the body: all there, of the documented types, and telling the truth."""
+"""The keys of the body: all there, of the documented types, and with true values."""
 
 import pytest
 

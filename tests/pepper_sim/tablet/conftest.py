@@ -1,4 +1,4 @@
-"""Web sites that serve what a test wants, and a tablet that looks at them."""
+"""Web sites that serve what a test wants, and a tablet that shows them."""
 
 from __future__ import annotations
 

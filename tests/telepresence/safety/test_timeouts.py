@@ -1,4 +1,4 @@
-"""Who has been heard lately, what is latched, what the pilot is shown. Times are invented."""
+"""Which inputs are recent, what is latched, what the pilot is shown. Times are invented."""
 
 import math
 
@@ -15,7 +15,7 @@ LIMITS = ROBOTINO.limits
 
 
 class Robot:
-    """The gate and a Robotino that follows at once, in empty space unless told otherwise."""
+    """The gate and a Robotino that follows at once, in empty space unless stated otherwise."""
 
     def __init__(self):
         self.gate = VelocityGate(ROBOTINO)

@@ -1,4 +1,4 @@
-"""The scenes as files: what each must offer, that it stands still by itself, and that a robot can drive in it."""
+"""The scenes as files: what each must offer, that it stands still, and that a robot can drive in it."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from telepresence.sim.painter import Painter
 from telepresence.sim.scene import build_world, load_scene, scene_names
 
 MOST_GEOMS = 340
-"""In a scene without robots. A geom in view costs a picture 5-30 µs, one that is hidden by a wall almost as much."""
+"""Limit for a scene without robots. A geom in view costs a picture 5-30 µs, one hidden by a wall almost as much."""
 MOST_GEOMS_IN_VIEW = 130
-"""In the field of view of Pepper's camera at the start, where the first picture is judged."""
+"""Limit in the field of view of Pepper's camera at the start, where the first picture is judged."""
 EYE_HEIGHT = 1.15
 """Pepper's top camera above the floor, rounded [m]. Source: URDF of ros-naoqi/pepper_robot 0.1.10, 1.153 m."""
 FIELD_OF_VIEW = math.radians(57.2), math.radians(44.3)
@@ -53,7 +53,7 @@ each_place = pytest.mark.parametrize("scene", [name for name in scene_names() if
 
 @functools.cache
 def _compiled(scene: str) -> mujoco.MjModel:
-    """Without robots, with the world's solver settings. Shared by tests that do not change it."""
+    """Compile a scene without robots, with the world's solver settings. Shared by tests that do not change it."""
     return build_world(scene).model
 
 

@@ -21,7 +21,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         return super().date_time_string(time.time() + self.ahead)
 
     def log_message(self, *_):
-        """Not here."""
+        """Log nothing."""
 
 
 @pytest.fixture

@@ -104,7 +104,7 @@ def test_stack_names_its_commands(request):
 
 
 def test_exec_sets_the_environment_up_from_any_folder(request, tmp_path):
-    """As a person's shell would: another python3 first in PATH, nothing of ROS in the environment."""
+    """Run as from a person's shell: another python3 first in PATH, nothing of ROS in the environment."""
     clean = {
         name: value for name, value in os.environ.items() if not name.startswith(("ROS", "CMAKE", "PYTHON", "VIRTUAL"))
     }

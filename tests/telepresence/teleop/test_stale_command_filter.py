@@ -1,4 +1,4 @@
-"""Old commands are told from new ones by how they arrive."""
+"""Old commands are distinguished from new ones by how they arrive."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from telepresence.video.images import LatestImage
 
 @dataclass
 class Packet:
-    """What the jitter buffer looks at."""
+    """The fields that the jitter buffer reads."""
 
     sequence_number: int
     timestamp: int
@@ -31,7 +31,7 @@ class Packet:
 
 
 def packets(pictures: int, size: int, first: int = 65530) -> list[Packet]:
-    """Of so many pictures, each `size` packets, numbered over the wrap."""
+    """Return the packets of so many pictures, each `size` packets, numbered over the wrap."""
     return [
         Packet((first + p * size + i) % 65536, 3000 * p, i == size - 1, b"%d.%d " % (p, i))
         for p in range(pictures)

@@ -8,7 +8,7 @@ Subscribes: joint_angles (JointAnglesWithSpeed), joint_stiffness (sensor_msgs/Jo
 Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/enable, life/disable (std_srvs/Empty),
             life/get_state (std_srvs/Trigger). They answer when the robot has done it.
 Publishes:  get_life_state (std_msgs/String, latched).
-Parameters: ~poll_rate (0.2) [s] between two looks at a running motion; ~init_stiffness (0.0): above 0, stiffen the
+Parameters: ~poll_rate (0.2) [s] between two polls of a running motion; ~init_stiffness (0.0): above 0, stiffen the
             joints to this once at start.
 """
 

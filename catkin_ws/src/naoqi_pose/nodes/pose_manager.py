@@ -42,7 +42,7 @@ class PoseManager:
         rospy.loginfo("poses: %s", ", ".join(sorted(self._poses)))
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run()
 
     def _on_goal(self, goal) -> None:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python
 # Runs on the robot's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
 # ruff: noqa: UP004, UP010, UP031
-"""Stops a NAOqi robot whose ROS driver fell silent. Runs beside NAOqi, where a dead network cannot reach it.
+"""Stops a NAOqi robot whose ROS driver fell silent. Runs on NAOqi's side, where a dead network cannot reach it.
 
 Wire: while it drives, the driver writes the ALMemory key `Telepresence/Driver/Heartbeat` twenty times a second, another
 number each time; it writes 0 when it lets go. Here the key is read every 50 ms. When it is not 0 and has not changed
@@ -10,7 +10,7 @@ is set to 0, so that other programs can drive the robot. Only changes count, by 
 clocks of robot and driver need not agree.
 
 Use, on the robot:          python watchdog.py
-Use, beside a simulator:    python watchdog.py --qi-url tcp://127.0.0.1:9559
+Use, with a simulator:      python watchdog.py --qi-url tcp://127.0.0.1:9559
 To have it always, copy it to the robot and name it below [python] in ~/naoqi/preferences/autoload.ini, the file of
 programs that NAOqi 2.5 starts with itself.
 """

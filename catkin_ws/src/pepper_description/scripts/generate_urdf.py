@@ -30,7 +30,7 @@ FINGER_MASS, FINGER_INERTIA = "2e-06", "2e-10"
 """[kg, kg m2]: a thin rod of this mass and a phalanx's length, about its end."""
 FOOTPRINT_BELOW_KNEE = "0 0 -0.334"
 OPTICAL = "-1.570796 0 -1.570796"
-"""From a frame that looks along x to one that looks along z with x to the right: REP 103."""
+"""Rotation from a frame that points along x to one that points along z with x to the right: REP 103."""
 
 Row = dict[str, str]
 

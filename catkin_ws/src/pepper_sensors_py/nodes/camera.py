@@ -31,7 +31,7 @@ from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence.video.images import fill_image_message
 
 IDLE_PERIOD = 0.1
-"""Seconds between two looks for subscribers."""
+"""Seconds between two checks for subscribers."""
 LINGER = 2.0
 """Seconds that the robot's camera stays subscribed without readers: cheaper than to subscribe anew at every glance."""
 RETRY_PERIOD = 1.0

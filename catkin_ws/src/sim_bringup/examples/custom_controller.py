@@ -32,7 +32,7 @@ STALE = 0.5
 """A state or picture older than this [s] is no reason to move."""
 TIPPED = math.radians(30.0)
 REACHED = 0.02
-"""So near to where it began [m] it has come back."""
+"""The robot counts as back when it is this near to where it began [m]."""
 
 
 class CustomController:

@@ -1,4 +1,4 @@
-"""The network between pilot and robot is cut: the robot stops by itself, and everything goes on when it is back."""
+"""The network between pilot and robot is cut: the robot stops on its own, and everything goes on when it is back."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ SLOW, FAST = (0.1, 0.0, 0.0), (0.2, 0.0, 0.0)
 
 
 class Pilot:
-    """A pilot who hears every report at once unless told otherwise."""
+    """A pilot who receives every report at once unless stated otherwise."""
 
     def __init__(self, pilots: Pilots, address=HERE, now: float = 100.0) -> None:
         self.pilots, self.address, self.seq = pilots, address, 0

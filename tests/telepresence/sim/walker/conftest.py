@@ -19,7 +19,7 @@ from telepresence.sim.world import TICK, World
 
 @dataclass
 class Stepped:
-    """A walker in a world that moves only when told."""
+    """A walker in a world that advances only on request."""
 
     world: World
     walker: Walker
@@ -39,7 +39,7 @@ class Stepped:
         return (x - start[0]) * math.cos(start[5]) + (y - start[1]) * math.sin(start[5])
 
     def setpoints(self) -> np.ndarray:
-        """Of the joints' servos [rad]."""
+        """Return the setpoints of the joints' servos [rad]."""
         with self.world.locked() as data:
             return data.ctrl.copy()
 

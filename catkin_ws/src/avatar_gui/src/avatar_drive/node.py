@@ -41,9 +41,9 @@ PERIOD = 0.05
 STATE_PERIOD = 0.2
 """Seconds after which an unchanged state is repeated: after a second of silence windows take this node for dead."""
 PARTING_TIME = 0.05
-"""Seconds for the last zero to leave: rospy sends from a thread of its own."""
+"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 GATE_TIMEOUT = 2.0
-"""Seconds in which the safety gate's stop must be found."""
+"""Seconds within which the safety gate's stop service must be found."""
 _GATE_SERVICES = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
@@ -73,7 +73,7 @@ class LeaseNode:
         rospy.Service("drive/ask", DriveAsk, self._on_ask)
 
     def run(self) -> int:
-        """Until the node is shut down; leaves with a zero. The exit code."""
+        """Run until the node is shut down, then send a zero; return the exit code."""
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
@@ -89,8 +89,11 @@ class LeaseNode:
         time.sleep(PARTING_TIME)
 
     def _lost_windows(self) -> set[str]:
-        """Nodes whose connection has closed since the last look. The kernel closes it when a process is killed, and
-        rospy drops it then from this list, of which its public interface gives only the length."""
+        """Return the nodes whose connection has closed since the last call.
+
+        The kernel closes it when a process is killed, and rospy then drops it from this list, of which its public
+        interface gives only the length.
+        """
         connected = {connection.callerid_pub for connection in self._commands.impl.connections or ()}
         lost, self._connected = self._connected - connected, connected
         return lost

@@ -33,7 +33,7 @@ STANDING_TIME = 1.5
 REFUSAL_KEY = "ALMotion/MoveFailed"
 """ALMemory: [cause, 0 not started or 1 stopped under way, [x, y, z] of the obstacle in the world]."""
 REFUSAL_SHOWN = 2.0
-"""Seconds that a refusal stays in the state."""
+"""Seconds for which a refusal stays in the state."""
 LOOK_SPEED = 0.1
 """Fraction of the head's top speed; slow, for whoever stands in front."""
 HEARTBEAT_KEY = "Telepresence/Driver/Heartbeat"
@@ -45,7 +45,7 @@ class BaseDriver:
 
     Args:
         connection: The link to the robot.
-        gate: Holds the newest command; a `CommandGate`, or a `GatedDrive`, which looks where it goes.
+        gate: Holds the newest command; a `CommandGate`, or a `GatedDrive`, which checks it against the sensors.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
         look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees

@@ -1,4 +1,4 @@
-"""A link to NAOqi that comes back by itself.
+"""A link to NAOqi that reconnects automatically.
 
 Wire: qi messaging (libqi) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login; `tcps://ip:9503` from 2.9, with
 user and password (ros-naoqi/libqi-python, issues 7 and 22). A request names a service, a method and its arguments; the
@@ -22,13 +22,13 @@ import qi
 log = logging.getLogger(__name__)
 
 CONNECT_TIMEOUT = 3.0
-"""Seconds for the connection and for its first answer."""
+"""Seconds allowed for the connection, and for its first answer."""
 PROBE_PERIOD = 2.0
 PROBE_TIMEOUT = 1.0
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 4.0
 """Seconds between two attempts to connect; doubled after every failure once `EAGER_TIME` is over."""
 EAGER_TIME = 10.0
-"""Seconds in which a robot that starts together with us is met as soon as it listens."""
+"""Seconds of quick retries, so that a robot that starts together with us is reached as soon as it listens."""
 REPORT_AFTER = 2.0
 """Seconds without a link before it is reported: robot and drivers are often started together."""
 CALL_TIMEOUT = 1.0

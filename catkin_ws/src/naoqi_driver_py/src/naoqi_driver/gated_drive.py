@@ -30,7 +30,7 @@ BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_
 
 
 class GatedDrive:
-    """As `CommandGate`; what that lets through goes through the safety gate.
+    """A `CommandGate` whose output passes through the safety gate.
 
     `decide` belongs to the loop that drives. All else may be called on other threads, and never waits for the robot.
     """
@@ -50,7 +50,7 @@ class GatedDrive:
 
     @property
     def allows_goals(self) -> bool:
-        """As `CommandGate.allows_goals`; false while a stop or a bump is latched."""
+        """Like `CommandGate.allows_goals`, but false while a stop or a bump is latched."""
         return not (self._stopped or self._bumped)
 
     @property
@@ -59,12 +59,12 @@ class GatedDrive:
         return self._commands.refused
 
     def command(self, vx: float, vy: float, wz: float, now: float) -> None:
-        """As `CommandGate.command`."""
+        """Do the same as `CommandGate.command`."""
         self._commands.command(vx, vy, wz, now)
         self._command = Command(vx, vy, wz, now)
 
     def clear(self) -> None:
-        """As `CommandGate.clear`."""
+        """Do the same as `CommandGate.clear`."""
         self._commands.clear()
 
     def receive(self, reading: Reading) -> None:

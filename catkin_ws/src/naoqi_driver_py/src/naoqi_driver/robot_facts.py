@@ -1,4 +1,4 @@
-"""Where Pepper's lasers look and how many points they give, as the ROS side knows it. No ROS.
+"""Where Pepper's lasers point and how many points they give, as the ROS side knows it. No ROS.
 
 The gate's profile in `telepresence.safety` and the URDF hold the same figures for their own purposes; a test compares.
 Sources: NAOqi 2.8 documentation, laser_pep; URDF of ros-naoqi/pepper_robot.

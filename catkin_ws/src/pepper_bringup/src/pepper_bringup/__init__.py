@@ -1,1 +1,1 @@
-"""The simulated Pepper's ROS surface."""
+"""The simulated Pepper's ROS interface."""

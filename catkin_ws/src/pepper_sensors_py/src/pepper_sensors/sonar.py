@@ -32,7 +32,7 @@ BACK = Sonar("Device/SubDeviceList/Platform/Back/Sonar/Sensor/Value", "SonarBack
 def to_range(value: object) -> float:
     """A value of ALMemory as sensor_msgs/Range has it [m], after REP 117.
 
-    Infinity when there is nothing up to `MAX_RANGE`, minus infinity when something is too near to tell, NaN when the
+    Infinity when there is nothing up to `MAX_RANGE`, minus infinity when something is too near to measure, NaN when the
     robot has no such sensor.
     """
     if not isinstance(value, int | float) or math.isnan(value):

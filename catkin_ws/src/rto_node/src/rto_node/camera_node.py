@@ -25,7 +25,7 @@ from telepresence.video.images import fill_image_message
 
 CALIBRATED_WIDTH = 640
 IDLE_PERIOD = 0.2
-"""Seconds between two looks for subscribers."""
+"""Seconds between two checks for subscribers."""
 
 
 class CameraNode:
@@ -43,7 +43,7 @@ class CameraNode:
         self._pictures = 0
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._poll)
 
     def _poll(self) -> None:

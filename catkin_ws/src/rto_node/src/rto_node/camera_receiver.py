@@ -1,6 +1,6 @@
 """The node rto_camera_receiver: the robot's camera by WebRTC, from the camera sender that runs on the robot.
 
-Receives while somebody subscribes; the newest picture only, and a lost connection is made anew by itself.
+Receives while somebody subscribes; the newest picture only. Reconnects automatically.
 
 Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~measure and the clocks agree, else with
             the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>",
@@ -32,7 +32,7 @@ from telepresence.video.images import fill_image_message
 from telepresence.video.webrtc import release_early
 
 LOOK_PERIOD = 0.1
-"""Seconds between two looks for subscribers while there is no picture."""
+"""Seconds between two checks for subscribers while there is no picture."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
 SIGNALING = ("http", "copy-paste")
@@ -61,7 +61,7 @@ class CameraReceiver:
         self._diagnostics = Diagnostics("webrtc camera", self._camera.url if self._camera else "copy and paste")
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         status = self._node.run(self._paste if self._by_hand else self._receive)
         return 1 if self._failed else status
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from rto_node.robot_facts import SENSORS
 
 TIMEOUT = 0.5
-"""Seconds that the robot has to connect, and to answer."""
+"""Seconds allowed for connecting to the robot, and for its answer."""
 SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
 """Seconds without a new attempt after a failure; doubled from one failure to the next."""
 DEFAULT_PORT = 80

@@ -12,9 +12,9 @@
 
 Datagrams, because nothing may queue: over a connection every old command arrives after an outage, seconds late. A
 number says which command is newer. Its age is known without a common clock: a report carries the robot's time T, and a
-command says which report was the last one heard and how long after it the pilot gave the command (A [s]; negative if
+command says which report was the last one received and how long after it the pilot gave the command (A [s]; negative if
 before). So at the robot's time t its age is at most t - T - A, the network's delays both ways included. A pilot who
-does not hear the robot cannot drive it, and neither can somebody who does not see its answers.
+does not receive the robot's reports cannot drive it, and neither can somebody who does not see its answers.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Ask(NamedTuple):
 class Report(NamedTuple):
     """What the drive server lets through: `telepresence.safety.Decision` on the wire.
 
-    `gap` [m] and `command_age` [s] may be infinite; `sector` is -1 for none; `given` is what the base was told
+    `gap` [m] and `command_age` [s] may be infinite; `sector` is -1 for none; `given` is what was sent to the base
     [m/s, m/s, rad/s]; `stamp` is the robot's clock [s].
     """
 

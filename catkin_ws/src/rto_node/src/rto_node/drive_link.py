@@ -17,11 +17,11 @@ from typing import NamedTuple
 from rto_node.drive_datagram import DEFAULT_PORT, MAX_DATAGRAM, PERIOD, BadMessage, Report, decode, encode, parse_report
 
 COMMAND_TIMEOUT = 0.3
-"""Seconds that a velocity holds here: keyboards and windows repeat it every 0.1 s."""
+"""Seconds for which a velocity is valid here: keyboards and windows repeat it every 0.1 s."""
 SILENCE = 0.5
 """Seconds without a report after which the robot counts as not answering."""
 HELLO_PERIOD = 0.25
-"""Seconds between two greetings while it knows no session of ours."""
+"""Seconds between two greetings while the robot knows no session of ours."""
 REOPEN_PERIOD = 2.0
 """Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0

@@ -29,7 +29,7 @@ from telepresence.safety import SECTORS
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
-"""Seconds to wait for a report before looking whether the robot still answers."""
+"""Seconds to wait for a report before checking whether the robot still answers."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
 
@@ -54,7 +54,7 @@ class DriveLinkNode:
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._report)
 
     def _on_master_lost(self) -> None:

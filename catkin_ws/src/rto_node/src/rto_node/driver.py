@@ -84,7 +84,7 @@ class Driver:
         rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._drive, self._poll)
 
     # --- to the robot ------------------------------------------------------------------------------------------------

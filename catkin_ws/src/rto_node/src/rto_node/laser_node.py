@@ -32,7 +32,7 @@ class LaserNode:
         self._last: Scan | None = None
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._poll)
 
     def _poll(self) -> None:

@@ -47,7 +47,7 @@ class OdometryNode:
         rospy.Service("reset_odometry", ResetOdometry, self._on_reset)
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._poll)
 
     def _on_reset(self, request: ResetOdometry) -> ResetOdometryResponse:

@@ -1,4 +1,4 @@
-"""Where Robotino's sensors look and how its wheels turn, as the ROS side knows it. No ROS.
+"""Where Robotino's sensors point and how its wheels turn, as the ROS side knows it. No ROS.
 
 The gate's profile in `telepresence.safety` and the URDF hold the same figures for their own purposes; a test compares.
 
@@ -30,7 +30,7 @@ LASER_MOUNT = 0.08
 WHEEL_RADIUS, CENTRE_TO_WHEEL = 0.060, 0.175
 """[m]"""
 WHEEL_JOINTS = ("wheel0_joint", "wheel1_joint", "wheel2_joint")
-"""At 60, 180 and 300 degrees."""
+"""Joints of the wheels at 60, 180 and 300 degrees."""
 
 
 def guide_points(distances: Sequence[float]) -> list[tuple[float, float, float]]:

@@ -36,7 +36,7 @@ class RobotSound:
 
     Args:
         address: host or host:port of the sound server.
-        on_sound: Gets what the robot hears: int16 stereo interleaved, 48 kHz.
+        on_sound: Receives the sound of the robot's microphone: int16 stereo interleaved, 48 kHz.
     Attributes:
         problem: Why there is no conversation; "" while there is one.
         open: Whether the pilot's voice may leave this machine.
@@ -132,7 +132,7 @@ class RobotSound:
                 hearing.cancel()
             await peer.close()
             if location is not None and location.startswith("/"):
-                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it finds out by itself
+                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it notices the loss anyway
                     async with session.delete(f"http://{self._host}:{self._port}{location}"):
                         pass
 

@@ -1,4 +1,4 @@
-"""The node rto_voice: the pilot speaks through a Robotino and hears what it hears, by WebRTC.
+"""The node rto_voice: the pilot talks through a Robotino and listens to its microphone, by WebRTC.
 
 The robot's end is the sound server that runs on it (`python -m rto_bringup.onboard sound`).
 Topics and services: see `telepresence_ros.voice_topics`.
@@ -44,7 +44,7 @@ class Voice:
         self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._loop)
 
     def _loop(self) -> None:

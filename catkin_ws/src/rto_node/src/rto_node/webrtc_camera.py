@@ -33,11 +33,11 @@ DEFAULT_PORT = 8083
 LOST_AFTER = 1.0
 """Seconds without a new picture after which the connection is made anew."""
 FIRST_PICTURE = 2.5
-"""Seconds that a new connection has for its first picture: a camera may have to wake up."""
+"""Seconds within which a new connection must bring its first picture: a camera may have to wake up."""
 RETRY_PERIOD = 0.3
 """Seconds between two attempts."""
 ANSWER_TIMEOUT = 1.0
-"""Seconds that the sender has to connect and to answer."""
+"""Seconds allowed for connecting to the sender, and for its answer."""
 MAX_ANSWER = 64 * 1024
 PLAUSIBLE_AGE = 30.0
 """An age beyond this says that two clocks disagree, not that the picture is old [s]."""
@@ -170,7 +170,7 @@ class WebrtcCamera:
             raise SenderUnreachable(f"the camera sender at {self.url} does not answer: {_cause(error)}") from error
 
     async def _supervise(self, draining: asyncio.Future) -> None:
-        """Until the pictures stop coming, which raises SenderUnreachable, or are not wanted any more."""
+        """Wait until the pictures stop coming, which raises SenderUnreachable, or are not wanted any more."""
         begin, before = time.monotonic(), self.received
         while self._wanted:
             await asyncio.sleep(0.1)
@@ -186,7 +186,7 @@ class WebrtcCamera:
         if location is None or not location.startswith("/"):
             return
         parts = urlsplit(self.url)
-        with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it finds out by itself
+        with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it notices the loss anyway
             async with session.delete(f"{parts.scheme}://{parts.netloc}{location}"):
                 pass
 

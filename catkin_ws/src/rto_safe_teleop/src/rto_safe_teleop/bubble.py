@@ -1,7 +1,7 @@
 """The bubble of the Robotino guide, kept as it is to be measured against. Not for driving a robot.
 
 Nine points around the robot, a circle, and one prediction: a command that leaves a point inside the circle is replaced
-by its turning alone. It acts only when a command comes, keeps no memory, looks at no time stamp and predicts no
+by its turning alone. It acts only when a command comes, keeps no memory, checks no time stamp and predicts no
 turning.
 """
 

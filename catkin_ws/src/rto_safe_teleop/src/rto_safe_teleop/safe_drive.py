@@ -60,7 +60,7 @@ class SafeDrive:
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._loop)
 
     def _loop(self) -> None:

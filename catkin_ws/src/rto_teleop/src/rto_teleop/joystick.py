@@ -4,8 +4,8 @@ Subscribes: joy (sensor_msgs/Joy), with ~device empty; the node that publishes i
 Publishes:  cmd_vel (geometry_msgs/Twist), 20 Hz while the drive button is held, zeros for a moment after, then nothing.
 Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~axis_hat_x, ~axis_hat_y,
             ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo, ~dead_zone, ~curve, ~creep:
-            see `Layout` in telepresence.teleop.joystick_mapping. Axes and buttons that no parameter names are those
-            of the window: told apart by the kernel's names for them, else an Xbox pad's.
+            see `Layout` in telepresence.teleop.joystick_mapping. Axes and buttons that no parameter names are the
+            window's: found by the kernel's names for them, else an Xbox pad's.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
 PERIOD = 0.05
 LOOK_PERIOD = 1.0
-"""Seconds between two looks for a gamepad that is not there."""
+"""Seconds between two attempts to open a gamepad that is not there."""
 
 
 class JoystickNode:
@@ -42,7 +42,7 @@ class JoystickNode:
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         if self._device:
             return self._node.run(self._publish, self._read_device)
         rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)

@@ -21,7 +21,7 @@ from telepresence.geometry import ZERO_VELOCITY, Velocity
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
 PARTING_TIME = 0.1
-"""Seconds for the last zero to leave: rospy sends from a thread of its own."""
+"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 
 
 def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:

@@ -84,7 +84,7 @@ class HeldKeys:
         return ZERO_VELOCITY if now <= self._zeros_until else None
 
     def describe(self) -> str:
-        """For the pilot."""
+        """Return the speed limits as text for the pilot."""
         return f"{LINEAR * self.scale_linear:.3f} m/s, {ANGULAR * self.scale_angular:.2f} rad/s"
 
     def _rescale(self, factor: float) -> None:

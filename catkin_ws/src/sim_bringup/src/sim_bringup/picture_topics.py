@@ -1,4 +1,4 @@
-"""Picture topics that cost nothing while nobody looks."""
+"""Picture topics that cost nothing while nobody subscribes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BUFFER = 1 << 22
 """Bytes of the reading socket; more than one picture, or old ones wait in it."""
 
 OpenSource = Callable[[], AbstractContextManager[Callable[[], LatestImage]]]
-"""Opens pictures for as long as somebody looks."""
+"""Renders pictures for as long as somebody subscribes."""
 
 _TO_RGB = {
     "bgr8": cv2.COLOR_BGR2RGB,

@@ -52,7 +52,7 @@ class RobotTopics:
 
     @classmethod
     def read(cls, request: RobotRequest, settings: Mapping[str, Mapping[str, Any]]) -> RobotTopics:
-        """From the parameters of its kind and of its own name; {name} in a text is the robot's name.
+        """Read the parameters of the robot's kind and of its own name; {name} in a text is the robot's name.
 
         Raises:
             ValueError: An unknown setting, or a speed that is no positive number.

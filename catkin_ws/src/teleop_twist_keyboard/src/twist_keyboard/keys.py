@@ -84,7 +84,7 @@ STOP_DURATION = 0.5
 
 LONGEST_PAUSE = 0.5
 """Seconds between two calls of `command` after which a latched command is dropped. The program was stopped (Ctrl-Z) or
-the machine slept: the robot has been standing since, and must not start off by itself."""
+the machine slept: the robot has been standing since, and must not start unasked."""
 
 _ESCAPE_SEQUENCE = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*[@-~]|O[@-~]|[^\x1b])?|[\s\S]")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}

@@ -2,10 +2,10 @@
 
 Publishes: cmd_vel (geometry_msgs/Twist), repeated while a key is latched, silent half a second after a stop.
 Subscribes: cmd_vel, to let go when another input (the window's drive pad or Stop button) begins to drive; drive/hold
-            (std_msgs/String, latched) beside it: as long as drive_lease says why nobody may drive, keys don't.
+            (std_msgs/String, latched), same namespace: as long as drive_lease says why nobody may drive, keys don't.
 Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 2.0 rad/s, ~key_timeout 0 s (latched
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
-heard nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is brisk for Pepper among people.
+received nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is brisk for Pepper among people.
 """
 
 from __future__ import annotations
@@ -158,11 +158,11 @@ class KeyboardNode:
             say(f"The robot stays: {self._hold}")
 
     def _on_hold(self, message: String) -> None:
-        """On rospy's thread."""
+        """Take the new reason; called on rospy's thread."""
         self._hold = message.data
 
     def _receive(self, message: Twist) -> None:
-        """On rospy's thread."""
+        """Let go when another node drives; called on rospy's thread."""
         caller = message._connection_header["callerid"]
         if caller == rospy.get_name():
             return
@@ -186,7 +186,7 @@ class KeyboardNode:
         if self._keys.moving:
             self._keys.let_go()
             self._publish(Velocity())
-            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop by itself 0.5 s later
+            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop anyway 0.5 s later
 
     def _say_state(self) -> None:
         line = self._keys.describe()
@@ -196,7 +196,7 @@ class KeyboardNode:
 
 
 def clock() -> float:
-    """Seconds that go on while the machine sleeps."""
+    """Return the time of a clock that goes on while the machine sleeps [s]."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 

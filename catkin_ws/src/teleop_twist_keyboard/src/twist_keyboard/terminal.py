@@ -2,7 +2,7 @@
 
 The terminal stays in its usual output mode (a newline returns the carriage) and Ctrl-C stays a signal, so that this
 works below roslaunch, whose nodes share its terminal. roslaunch puts them into sessions of their own: the kernel then
-neither stops nor hangs up this process with the job it belongs to, so `in_foreground` has to look.
+neither stops nor hangs up this process with the job it belongs to, so `in_foreground` has to check.
 """
 
 from __future__ import annotations

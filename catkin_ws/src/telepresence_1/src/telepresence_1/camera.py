@@ -92,7 +92,7 @@ class Camera:
         return self
 
     def close(self) -> None:
-        """Release the source. A read from the network may outlast the wait; its thread ends by itself after it."""
+        """Release the source. A read from the network may outlast the wait; its thread ends once the read returns."""
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join(timeout=0.8)

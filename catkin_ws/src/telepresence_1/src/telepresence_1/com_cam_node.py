@@ -45,7 +45,7 @@ VISIT_PATIENCE = 10.0
 STATUS_PERIOD = 1.0
 """Seconds between two reports."""
 SHUTDOWN_TIMEOUT = 4.0
-"""Seconds for `ComCam.close`, twice what it takes."""
+"""Seconds allowed for `ComCam.close`, twice what it takes."""
 
 
 class ComCam:
@@ -98,7 +98,7 @@ class ComCam:
         self._unvisited = False
 
     def run(self) -> int:
-        """Until the node is shut down; the exit code."""
+        """Run until the node is shut down; return the exit code."""
         return self._node.run(self._loop)
 
     def _loop(self) -> None:

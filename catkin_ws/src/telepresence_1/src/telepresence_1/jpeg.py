@@ -35,7 +35,7 @@ def completed(data: bytes) -> bytes | None:
 
 
 def _standard_tables() -> bytes:
-    """The Huffman segments as OpenCV writes them, which are the standard's unless it is told to optimise them."""
+    """The Huffman segments as OpenCV writes them, which are the standard's unless its option to optimise them is on."""
     _, encoded = cv2.imencode(".jpg", np.zeros((8, 8, 3), np.uint8))
     data, segments, at = encoded.tobytes(), b"", len(_START)
     while data[at : at + 2] != _SCAN:

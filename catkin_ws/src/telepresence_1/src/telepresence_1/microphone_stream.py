@@ -23,7 +23,7 @@ from naoqi_driver.connection import Connection, RobotError
 log = logging.getLogger(__name__)
 
 MICROPHONES = {"stereo": (48000, 0, 0), "front": (16000, 3, 0)}
-"""What can be heard -> rate [Hz], channels, deinterleaved, as `setClientPreferences` takes them."""
+"""Choice of microphones -> rate [Hz], channels, deinterleaved, as `setClientPreferences` takes them."""
 FRONT_LEFT, FRONT_RIGHT = 2, 3
 """Order of Pepper's four microphones: rear left, rear right, front left, front right."""
 SILENT_AFTER = 3.0
@@ -55,7 +55,7 @@ class MicrophoneStream:
         self.wanted = True
         """False while nobody listens."""
         self.problem: str | None = "not connected yet"
-        """Why nothing is heard; None while blocks come."""
+        """Why no sound arrives; None while blocks come."""
         self.blocks = 0
         self._preferences = MICROPHONES[microphones]
         self._connection = connection

@@ -50,7 +50,7 @@ def create_app(
         name: Whom the pictures show.
         describe: The state of their source ("live", "opening", "lost") and the same for people.
         token: Who has it may see them; None for everybody.
-        hosts: Further names of this machine in the eyes of the client.
+        hosts: Further names under which clients reach this machine.
     """
     app = Flask(__name__, static_folder=None)
     app.config["MAX_CONTENT_LENGTH"] = 4096

@@ -43,7 +43,7 @@ _DECODERS = {"l16": "rtpL16depay", "opus": "rtpopusdepay ! opusdec plc=true use-
 
 
 def receive(codec: str, jitter: float) -> str:
-    """From packets to even sound (gst-launch syntax): put in order, concealed, silence of its length where that fails.
+    """Turn packets into even sound (gst-launch syntax): put in order, concealed, silence of that length where it fails.
 
     Args:
         jitter: Seconds that a packet may be late.

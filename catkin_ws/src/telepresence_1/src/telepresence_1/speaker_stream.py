@@ -4,8 +4,8 @@ Wire: ALAudioDevice.sendRemoteBufferToOutput(frames, buffer): int16 little-endia
 frames. The robot queues buffers, up to more than a second, and does not report how much waits there. So the delay is
 decided here: pieces go out as the microphone delivers them, a small cushion ahead, and whatever could have grown the
 robot's queue (a link that stood still, a backlog, a clock that drifts) ends with `flushAudioOutputs` and a new cushion.
-Silence is not sent, so that the queue runs empty between sentences; what the microphone heard just before a word is the
-cushion. Sources: NAOqi 2.8 documentation, ALAudioDevice; depth of the queue as reported by users of real robots.
+Silence is not sent, so that the queue runs empty between sentences; what the microphone recorded just before a word is
+the cushion. Sources: NAOqi 2.8 documentation, ALAudioDevice; depth of the queue as reported by users of real robots.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PIECE = 0.02
 CUSHION = 3
 """Pieces sent ahead when a word begins: what a late call may be late without a gap."""
 BACKLOG = 10
-"""Waiting pieces that count as an overflow: they would be heard too late."""
+"""Waiting pieces that count as an overflow: they would be played too late."""
 STALL = 0.3
 """Seconds without an answer after which the link counts as standing still."""
 QUIET = -60.0

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 LOAD_TIMEOUT = 5.0
 """Seconds that the tablet may take to answer; a sleeping one needs a while."""
 HIDE_TIMEOUT = 0.5
-"""Seconds for taking the page away: a program that ends does not wait for a robot that is gone."""
+"""Seconds allowed for taking the page away: a program that ends does not wait for a robot that is gone."""
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 10.0
 """Seconds between two attempts; doubled after every failure."""
 

@@ -1,4 +1,4 @@
-"""ROS node voice: the pilot speaks through the robot and hears what it hears, over the link to NAOqi.
+"""ROS node voice: the pilot talks through the robot and listens to its microphone, over the link to NAOqi.
 
 Topics and services: see `telepresence_ros.voice_topics`.
 Parameters:

@@ -105,7 +105,7 @@ class MasterWatch:
             if rospy.is_shutdown():
                 return  # the master has forgotten this node because it ends
             if known == 1 and uri != rospy.get_node_uri():
-                continue  # another node has taken the name; the master tells rospy to end this one
+                continue  # another node has taken the name; the master asks rospy to end this one
             if known != 1:
                 self._register()
             was_lost = not self.alive

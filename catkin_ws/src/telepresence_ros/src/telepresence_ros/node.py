@@ -14,7 +14,7 @@ from telepresence_ros.logs import route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 
 SHUTDOWN_TIMEOUT = 2.0
-"""Seconds that the loops have to end, together."""
+"""Seconds within which all loops together must end."""
 
 
 class Node:
@@ -121,7 +121,7 @@ def stop_on_signals(stop: threading.Event) -> threading.Event:
 
 
 def hide_late_publications() -> None:
-    """For nodes with actions: hide that actionlib publishes from a timer that outlives the topics by a moment."""
+    """Hide, in nodes with actions, that actionlib publishes from a timer that outlives the topics by a moment."""
     report = threading.excepthook
 
     def hook(arguments: threading.ExceptHookArgs) -> None:

@@ -57,7 +57,7 @@ class Talk(Protocol):
         """How the pilot's and the robot's sound stand: "live", "muted", "talking", or why there is none."""
 
     def figures(self) -> dict[str, object]:
-        """For the diagnostics."""
+        """Return figures for the diagnostics."""
 
     def chosen(self) -> tuple[str, str]:
         """The pilot's microphone and loudspeaker, see `telepresence.audio.devices`."""

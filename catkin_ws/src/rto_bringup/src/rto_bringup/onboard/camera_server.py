@@ -52,7 +52,7 @@ class CameraServer:
         self._numbers = itertools.count(1)
 
     def application(self) -> web.Application:
-        """To be served by aiohttp; ends all connections when it is shut down."""
+        """Return the application for aiohttp to serve; it ends all connections when it is shut down."""
         application = web.Application(client_max_size=MAX_OFFER)
         application.add_routes(
             [

@@ -34,7 +34,7 @@ SHORTEST_PERIOD = 0.02
 ZEROS_TIME = 1.0
 """Seconds for which zeros are sent after the controls were let go: longer than the base's ramp."""
 WRITE_TIMEOUT = 0.15
-"""Seconds that the robot's web server has to take a velocity; it is on the same machine."""
+"""Seconds within which the robot's web server must accept a velocity; it is on the same machine."""
 FAULT_TIME = 0.5
 """Seconds for which a velocity that the robot's web server did not take is reported as a fault."""
 MAX_READINGS = 40

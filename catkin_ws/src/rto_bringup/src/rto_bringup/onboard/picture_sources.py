@@ -138,7 +138,7 @@ def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
 
 
 def web_pictures(address: str, rate: float) -> Pictures:
-    """From /cam0 of the robot's web server, which answers 500 while its camera wakes up or has no newer picture."""
+    """Read /cam0 of the robot's web server, which answers 500 while its camera wakes up or has no newer picture."""
     client = RobotinoClient(address, timeout=2.0)
     decoder = av.VideoCodecContext.create("mjpeg", "r")
     due = newest = time.monotonic()
@@ -172,7 +172,7 @@ def _decode(decoder: av.VideoCodecContext, jpeg: bytes) -> av.VideoFrame:
 
 
 def device_pictures(path: str, rate: float, size: tuple[int, int]) -> Pictures:
-    """From a camera of Video4Linux: /dev/video0, say."""
+    """Read a Video4Linux camera, for example /dev/video0."""
     options = {"video_size": f"{size[0]}x{size[1]}", "framerate": f"{rate:g}"}
     try:
         container = av.open(path, format="v4l2", options=options, timeout=(5.0, 2.0))

@@ -21,9 +21,9 @@ SILENCE = 0.2
 OLDEST = 0.5
 """A command that may be older is not obeyed [s]."""
 DEAF = 1.0
-"""A pilot who has not heard the robot for this long cannot drive it [s]."""
+"""A pilot who has received no report of the robot for this long cannot drive it [s]."""
 OWNERSHIP = 1.0
-"""Seconds after its last velocity for which the robot is kept for a pilot."""
+"""Seconds for which the robot stays reserved for a pilot after that pilot's last velocity."""
 FORGOTTEN = 2.0
 """Seconds of silence after which a session ends."""
 MAX_SESSIONS = 8
@@ -190,7 +190,7 @@ class Pilots:
         return f"Commands arrive {age:.1f} s late." if age > OLDEST else ""
 
     def _drop_request(self, address: Address, problem: str) -> None:
-        """What the driver sends cannot be understood: what it wished before must not go on."""
+        """The driver sends what cannot be parsed: drop its last command, which must not go on."""
         if self._driver is not None and self._driver.address == address:
             self._command, self._let_go, self.problem = None, True, problem
 

@@ -96,7 +96,7 @@ def ranges_of_sectors(scan: Scan, mount: float = LASER_MOUNT) -> list[float]:
         scan: Range 0 is no return (a real robot's scan0).
         mount: Of the scanner, ahead of the middle [m].
     Returns:
-        [m], infinity-like (the scanner's reach) where a ray passed and hit nothing, `UNKNOWN` where none looks.
+        [m], infinity-like (the scanner's reach) where a ray passed and hit nothing, `UNKNOWN` where none points.
     """
     found = [UNKNOWN] * SECTORS
     for i, distance in enumerate(scan.ranges):

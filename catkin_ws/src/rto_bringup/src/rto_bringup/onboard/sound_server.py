@@ -52,7 +52,7 @@ class SoundServer:
         self._tasks: set[asyncio.Task] = set()
 
     def application(self) -> web.Application:
-        """To be served by aiohttp; ends the conversation when it is shut down."""
+        """Return the application for aiohttp to serve; it ends the conversation when it is shut down."""
         application = web.Application(client_max_size=MAX_OFFER)
         application.add_routes(
             [
