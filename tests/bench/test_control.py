@@ -18,6 +18,8 @@ from control.run import Job, run_job
 from control.tasks import TASKS
 from control.walk import WalkJob, run_walk
 
+pytestmark = pytest.mark.slow
+
 SQUARE = TASKS["square"].path
 
 

@@ -15,6 +15,8 @@ from pepper_sim.__main__ import main
 
 import qi  # isort: skip
 
+pytestmark = pytest.mark.slow
+
 COMMAND = (sys.executable, "-m", "pepper_sim", "--scene", "empty")
 
 

@@ -13,6 +13,8 @@ import pytest
 
 from telepresence.station import processes
 
+pytestmark = pytest.mark.slow
+
 ROBOT = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "rto_bringup" / "robot"
 NEEDED = {"drive": ("numpy",), "camera": (), "sound": ()}
 """Packages that a role may find; () for all but ours."""

@@ -20,6 +20,8 @@ from pepper_sim.tablet.tablet import Tablet
 from telepresence.sim.camera import Cameras
 from telepresence.sim.scene import build_world
 
+pytestmark = pytest.mark.slow
+
 RATE = 15
 ATTEMPTS = 8
 """How often it is measured, with video and without in turn, where the machine stands still now and then."""

@@ -11,6 +11,8 @@ import pytest
 from telepresence.station import up
 from telepresence.station.ros_master import master_proxy
 
+pytestmark = pytest.mark.slow
+
 
 def test_without_arguments_it_is_pepper():
     arguments = up.parse([])

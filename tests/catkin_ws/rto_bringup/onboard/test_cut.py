@@ -9,6 +9,8 @@ import pytest
 from rto_node.drive_link import DriveLink
 from rto_node.webrtc_camera import WebrtcCamera
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def link(network, drive_server, until_true):
