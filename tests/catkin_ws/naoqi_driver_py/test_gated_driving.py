@@ -95,12 +95,14 @@ def test_stops_before_a_person_and_leaves_again(station):
     station.robot.place_person(-1.65, 0.75)
     station.pilot.drive(0.3, 0.0, 0.0)
     # The last centimetres may be NAOqi's: its own security distance stops the robot as well.
-    held = ("blocked", "limited")
-    station.until(
-        lambda: station.safety["state"] in held and abs(station.speed()) < STANDING, "gate and robot stop before them"
-    )
-    assert station.safety["sector"] in (*range(0, 7), *range(66, 72))
-    assert 0.0 < station.safety["gap"] < 0.5
+    held, ahead = ("blocked", "limited"), (*range(0, 7), *range(66, 72))
+
+    def stopped():
+        safety = station.safety
+        near = safety["sector"] in ahead and 0.0 < safety["gap"] < 0.5
+        return near and safety["state"] in held and abs(station.speed()) < STANDING
+
+    station.until(stopped, "gate and robot stop before them")
     station.told("obstacle")
     if station.safety["state"] == "blocked":
         station.until(lambda: "blocked by an obstacle" in station.drive_state, "the driver says so too")
