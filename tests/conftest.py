@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import itertools
 import os
 import subprocess
 import time
@@ -52,8 +53,8 @@ def _marker(item: pytest.Item) -> str:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Share the tests out to workers by file.
 
-    One worker has every whole station, so that there is one at a time; one has the other windows and browsers. These
-    and the files that start ROS nodes go first: short files fill the end.
+    One worker has every whole station, so that there is one at a time; one has the other windows and browsers. The
+    others take files with ROS nodes, which need the processors, and files that mostly wait, in turn.
     """
     order = [*GROUPS, ""]
     files: dict[Path, str] = {}
@@ -62,7 +63,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         item.add_marker(pytest.mark.xdist_group(GROUPS.get(files[item.path]) or str(item.path)))
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: order.index(files[item.path]))
+        grouped = sorted((file for file in files if GROUPS.get(files[file])), key=lambda file: order.index(files[file]))
+        nodes, others = ([file for file in files if files[file] == kind] for kind in ("ros", ""))
+        turns = [file for pair in itertools.zip_longest(nodes, others) for file in pair if file]
+        place = {file: number for number, file in enumerate([*grouped, *turns])}
+        items.sort(key=lambda item: place[item.path])
 
 
 class Turns:
