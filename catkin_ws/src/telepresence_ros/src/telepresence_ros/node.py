@@ -113,7 +113,8 @@ def stop_on_signals(stop: threading.Event) -> threading.Event:
     """
 
     def request_stop(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
+        # Not in this thread: it may be inside stop.wait() and hold the lock that set() needs; both would wait for ever.
+        threading.Thread(target=stop.set, name="stop", daemon=True).start()
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, request_stop)
