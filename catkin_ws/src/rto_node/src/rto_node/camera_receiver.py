@@ -20,7 +20,6 @@ import time
 import av
 import numpy as np
 import rospy
-from aiortc.contrib.signaling import CopyAndPasteSignaling
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, String
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
@@ -28,6 +27,7 @@ from telepresence_ros.node import Node
 
 from rto_node.link import REMINDER_PERIOD
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
+from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 from telepresence.video.images import fill_image_message
 from telepresence.video.webrtc import release_early
 
@@ -36,6 +36,8 @@ LOOK_PERIOD = 0.1
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
 SIGNALING = ("http", "copy-paste")
+SENDER = "rosrun rto_bringup robotino_onboard camera --copy-paste"
+"""What runs on the robot's side of an exchange by copy and paste."""
 
 
 class CameraReceiver:
@@ -100,7 +102,8 @@ class CameraReceiver:
             self._diagnostics.report(now, OK, "pictures come")
 
         async def exchange() -> None:
-            work = asyncio.ensure_future(receive_by_copy_and_paste(CopyAndPasteSignaling(), take, self._address))
+            signaling = CopyPasteSignaling(f"the sender's terminal ({SENDER})")
+            work = asyncio.ensure_future(receive_by_copy_and_paste(signaling, take, self._address))
             while not work.done() and not self._node.stop.is_set():
                 await asyncio.wait({work}, timeout=0.2)
             if work.done():
@@ -110,11 +113,8 @@ class CameraReceiver:
         self._report(time.monotonic(), "waiting: paste the line that the sender printed into this terminal")
         try:
             asyncio.run(exchange())
-        except (ValueError, KeyError, AssertionError) as error:  # of JSON, or of aiortc's reading of it
-            rospy.logfatal(
-                "the exchange failed: %s. Start both sides anew and paste whole lines; a terminal takes no line longer "
-                "than 4095 characters", error,
-            )  # fmt: skip
+        except ValueError as error:
+            rospy.logfatal("the exchange failed: %s", error)
             self._failed = True
 
     def _publish(self, pixels: np.ndarray, stamp: float) -> None:

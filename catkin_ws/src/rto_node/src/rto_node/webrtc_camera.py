@@ -20,9 +20,17 @@ from urllib.parse import urlsplit
 
 import aiohttp
 import av
-from aiortc import RTCPeerConnection, RTCSessionDescription
-from aiortc.contrib.signaling import BYE, BaseSignaling
+from aiortc import MediaStreamTrack, RTCPeerConnection, RTCSessionDescription
+from aiortc.contrib.signaling import BYE
 
+from telepresence.video.copy_paste_signaling import (
+    EXITING,
+    CopyPasteSignaling,
+    Message,
+    connected,
+    follow,
+    take_description,
+)
 from telepresence.video.frame_timestamp import read_age
 from telepresence.video.images import LatestImage
 from telepresence.video.webrtc import address_towards, drain, on_address, peer_connection
@@ -208,47 +216,61 @@ class WebrtcCamera:
 
 
 async def receive_by_copy_and_paste(
-    signaling: BaseSignaling, take: Callable[[av.VideoFrame], None], address: str | None = None
+    signaling: CopyPasteSignaling, take: Callable[[av.VideoFrame], None], address: str | None = None
 ) -> None:
-    """Read an offer, give the answer, hand over pictures until the sender ends or says goodbye.
+    """Read an offer, give the answer, hand over pictures until the sender ends or says goodbye. A new offer that is
+    pasted meanwhile takes the old one's place.
 
     Args:
-        signaling: aiortc's CopyAndPasteSignaling.
         take: Must be quick.
         address: Of this machine, for the sender to find us at; None for all but loopback.
     Raises:
-        ValueError: What was pasted is not an offer.
+        ValueError: There is nobody to paste an offer.
     """
-    peer = peer_connection()
     await signaling.connect()
+    offers: list[RTCSessionDescription] = []
     try:
-        offer = await signaling.receive()
-        if not isinstance(offer, RTCSessionDescription) or offer.type != "offer":
-            raise ValueError("this is not the offer that the sender printed")
-        await peer.setRemoteDescription(offer)
-        with on_address(address):
-            await peer.setLocalDescription(await peer.createAnswer())
-        await signaling.send(peer.localDescription)
-        videos = [each.receiver.track for each in peer.getTransceivers() if each.kind == "video"]
-        if not videos:
-            raise ValueError("the offer sends no video")
-        ends = {asyncio.ensure_future(drain(videos[0], take)), asyncio.ensure_future(_receive_goodbye(signaling))}
-        try:
-            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for end in ends:
-                end.cancel()
+        signaling.ask("the line that the sender printed")
+        while True:
+            peer = peer_connection()
+            try:
+                if not await take_description(signaling, peer, "offer", offers):
+                    signaling.say(EXITING)
+                    return
+                videos = [each.receiver.track for each in peer.getTransceivers() if each.kind == "video"]
+                if not videos:
+                    signaling.explain("this offer sends no video")
+                    continue
+                with on_address(address):
+                    await peer.setLocalDescription(await peer.createAnswer())
+                await signaling.send(peer.localDescription)
+                message = await _receive_from_one(signaling, peer, videos[0], take)
+            finally:
+                await asyncio.shield(peer.close())  # aiortc may be closing it too, and fails when this is cancelled
+            if not isinstance(message, RTCSessionDescription):
+                signaling.say(EXITING if message is BYE else "The sender has ended or cannot be reached any more.")
+                return
+            offers.append(message)
     finally:
-        await peer.close()
         await signaling.close()
 
 
-async def _receive_goodbye(signaling: BaseSignaling) -> None:
-    with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
-        while await signaling.receive() is not BYE:
-            pass
-        return
-    await asyncio.Event().wait()
+async def _receive_from_one(
+    signaling: CopyPasteSignaling,
+    peer: RTCPeerConnection,
+    track: MediaStreamTrack,
+    take: Callable[[av.VideoFrame], None],
+) -> Message | None:
+    """Hand over pictures; what was pasted to end that, None when the pictures themselves have ended."""
+    reading = asyncio.ensure_future(follow(signaling, peer, "offer"))
+    draining = asyncio.ensure_future(drain(track, take))
+    connecting = asyncio.ensure_future(connected(signaling, peer))
+    try:
+        await asyncio.wait({reading, draining}, return_when=asyncio.FIRST_COMPLETED)
+        return reading.result() if reading.done() else None
+    finally:
+        for task in (reading, draining, connecting):
+            task.cancel()
 
 
 def sender_url(address: str) -> str:

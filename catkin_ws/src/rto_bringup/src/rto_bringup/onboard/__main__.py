@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 DRIVE_PORT, CAMERA_PORT, SOUND_PORT = 8082, 8083, 8084
 ROBOT = LOOPBACK = "127.0.0.1"
+RECEIVER = "rosrun rto_node rto_camera_receiver _signaling:=copy-paste"
+"""What runs on the pilot's side of an exchange by copy and paste."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -113,13 +115,13 @@ def run_camera(options: argparse.Namespace) -> int:
 
 
 async def _send_pictures(options: argparse.Namespace, source: PictureSource) -> int:
-    from aiortc.contrib.signaling import CopyAndPasteSignaling
-
     from rto_bringup.onboard.camera_server import CameraServer, serve
+    from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 
     server = CameraServer(source)
     if options.copy_paste:
-        sending = server.send_by_copy_and_paste(CopyAndPasteSignaling(), options.address, options.time)
+        signaling = CopyPasteSignaling(f"the receiver's terminal ({RECEIVER})")
+        sending = server.send_by_copy_and_paste(signaling, options.address, options.time)
     else:
         sending = serve(server, options.address or LOOPBACK, options.port, _announce)
     work = asyncio.ensure_future(sending)

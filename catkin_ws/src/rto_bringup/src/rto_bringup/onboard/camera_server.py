@@ -8,13 +8,13 @@ That is WHEP (draft-ietf-wish-whep), so players that speak it work too. With tim
 taken is drawn into it. Candidates are offered on the one address that the offer came to; nobody's server is asked for
 ours.
 
-By copy and paste, as the Robotino guide has it: this side prints the offer as one line of JSON and reads the answer.
+By copy and paste, as the Robotino guide has it, this side prints the offer as one line and reads the answer, see
+`telepresence.video.copy_paste_signaling`.
 """
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import datetime
 import ipaddress
 import itertools
@@ -23,9 +23,10 @@ from collections.abc import Callable
 
 from aiohttp import web
 from aiortc import RTCPeerConnection, RTCSessionDescription
-from aiortc.contrib.signaling import BYE, CopyAndPasteSignaling
+from aiortc.contrib.signaling import BYE
 
 from rto_bringup.onboard.picture_sources import PictureSource
+from telepresence.video.copy_paste_signaling import EXITING, CopyPasteSignaling, connected, follow, take_description
 from telepresence.video.webrtc import NewestPictureTrack, on_address, peer_connection
 
 log = logging.getLogger(__name__)
@@ -48,7 +49,8 @@ class CameraServer:
 
     def __init__(self, source: PictureSource) -> None:
         self._source = source
-        self._receivers: dict[int, tuple[RTCPeerConnection, asyncio.Task]] = {}
+        self._receivers: dict[int, tuple[RTCPeerConnection, asyncio.Task | None]] = {}
+        """By number: the connection, and what ends it when the receiver is silent."""
         self._numbers = itertools.count(1)
 
     def application(self) -> web.Application:
@@ -80,6 +82,7 @@ class CameraServer:
         """
         peer = peer_connection()
         number = self._add(peer)
+        self._receivers[number] = peer, asyncio.ensure_future(self._supervise(number, peer))
         try:
             with on_address(address):
                 await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
@@ -97,33 +100,53 @@ class CameraServer:
         return number, peer.localDescription.sdp
 
     async def send_by_copy_and_paste(
-        self, signaling: CopyAndPasteSignaling, address: str | None, with_time: bool = False
+        self, signaling: CopyPasteSignaling, address: str | None, with_time: bool = False
     ) -> None:
-        """Offer, read the answer, and send until the receiver says goodbye or is lost. Arguments as for `answer`.
+        """Offer, read the answer, and send until the receiver says goodbye; a receiver that is lost gets a new offer.
+
+        Arguments as for `answer`.
 
         Raises:
-            ValueError: What was pasted is not an answer.
+            ValueError: There is nobody to paste an answer.
         """
+        await signaling.connect()
+        try:
+            while await self._send_to_one(signaling, address, with_time):
+                signaling.say("Here is a new offer.")
+            signaling.say(EXITING)
+        finally:
+            await signaling.close()
+
+    async def _send_to_one(self, signaling: CopyPasteSignaling, address: str | None, with_time: bool) -> bool:
+        """Make one exchange; False when the receiver said goodbye, True when it is gone without."""
         peer = peer_connection()
         number = self._add(peer)
         peer.addTrack(NewestPictureTrack(self._source.image, with_time))
-        await signaling.connect()
         try:
             with on_address(address):
                 await peer.setLocalDescription(await peer.createOffer())
             await signaling.send(peer.localDescription)
-            answer = await signaling.receive()
-            if not isinstance(answer, RTCSessionDescription) or answer.type != "answer":
-                raise ValueError("this is not the answer that the receiver printed")
-            await peer.setRemoteDescription(answer)
-            goodbye = asyncio.ensure_future(_receive_goodbye(signaling))
+            signaling.ask("the line that the receiver prints")
+            if not await take_description(signaling, peer, "answer"):
+                return False
+            reading = asyncio.ensure_future(follow(signaling, peer, "answer"))
+            sending = asyncio.ensure_future(self._send_until_lost(signaling, number, peer))
             try:
-                await asyncio.wait({goodbye, self._receivers[number][1]}, return_when=asyncio.FIRST_COMPLETED)
+                await asyncio.wait({reading, sending}, return_when=asyncio.FIRST_COMPLETED)
+                return not (reading.done() and reading.result() is BYE)
             finally:
-                goodbye.cancel()
+                reading.cancel()
+                sending.cancel()
         finally:
             await self._end(number, "the exchange is over")
-            await signaling.close()
+
+    async def _send_until_lost(self, signaling: CopyPasteSignaling, number: int, peer: RTCPeerConnection) -> None:
+        """Only a receiver that was there can be lost: until it connects, a person may be looking for the line."""
+        if await connected(signaling, peer):
+            await self._supervise(number, peer)
+            signaling.say("The receiver is gone.")
+        else:
+            signaling.say("The connection failed.")
 
     # --- HTTP --------------------------------------------------------------------------------------------------------
 
@@ -156,7 +179,7 @@ class CameraServer:
     def _add(self, peer: RTCPeerConnection) -> int:
         number = next(self._numbers)
         self._source.watch()
-        self._receivers[number] = peer, asyncio.ensure_future(self._supervise(number, peer))
+        self._receivers[number] = peer, None
         return number
 
     async def _supervise(self, number: int, peer: RTCPeerConnection) -> None:
@@ -174,13 +197,13 @@ class CameraServer:
         if number not in self._receivers:
             return
         peer, supervisor = self._receivers.pop(number)
-        if supervisor is not asyncio.current_task():
+        if supervisor is not None and supervisor is not asyncio.current_task():
             supervisor.cancel()
         self._source.leave()
         for sender in peer.getSenders():
             if sender.track is not None:
                 sender.track.stop()
-        await peer.close()
+        await asyncio.shield(peer.close())  # aiortc may be closing it too, and fails when this is cancelled
         log.info("receiver %d ended: %s", number, reason)
 
 
@@ -188,14 +211,6 @@ async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
     """Return when the receiver last reported."""
     report = await peer.getStats()
     return max((each.timestamp for each in report.values() if each.type == "remote-inbound-rtp"), default=None)
-
-
-async def _receive_goodbye(signaling: CopyAndPasteSignaling) -> None:
-    with contextlib.suppress(ValueError, AssertionError, KeyError):  # the end of the input, or a line that is nothing
-        while await signaling.receive() is not BYE:
-            pass
-        return
-    await asyncio.Event().wait()
 
 
 def local_address(request: web.Request) -> str | None:
