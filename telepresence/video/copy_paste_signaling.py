@@ -211,8 +211,8 @@ async def connected(signaling: CopyPasteSignaling, peer: RTCPeerConnection) -> b
         if loop.time() > remind_at:
             remind_at = loop.time() + 6 * NO_CONNECTION_YET
             signaling.say(
-                "No connection yet. Was the line pasted whole on the other side, and does each machine reach the "
-                "other's address? Lines with further candidates can be pasted here."
+                "No connection yet. If both lines were pasted: does each machine reach the other's address? Lines with "
+                "further candidates can be pasted here."
             )
     if peer.connectionState == "connected":
         signaling.say("Connected. Ctrl-C ends both sides.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import sysconfig
@@ -10,6 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from rto_node.drive_link import DriveLink
+from rto_node.robot_sound import RobotSound
+from rto_node.webrtc_camera import WebrtcCamera
 
 from telepresence.station import processes
 
@@ -37,34 +39,39 @@ def bundle(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def everything(tmp_path_factory):
-    """A folder with all packages but ours."""
-    folder = tmp_path_factory.mktemp("packages")
-    link_packages(folder, ())
-    for package in SYSTEM["sound"]:
-        (folder / package).symlink_to(SYSTEM_PYTHON / package)
-    return folder
+def make_python(tmp_path_factory):
+    """Make the virtual environment of docs/robotino.md, with the packages that a role may find; its interpreter."""
+
+    def make(wanted, system) -> Path:
+        folder = tmp_path_factory.mktemp("opt") / "venv"
+        python = Path(sys.base_prefix, "bin", "python3")
+        subprocess.run([python, "-m", "venv", "--without-pip", folder], check=True, timeout=60)
+        (packages,) = folder.glob("lib/python3*/site-packages")
+        for package in Path(sysconfig.get_paths()["purelib"]).iterdir():
+            ours = package.name.startswith(("__editable__", "telepresence"))
+            if not ours and (not wanted or package.name.partition(".")[0] in wanted):
+                (packages / package.name).symlink_to(package)
+        for package in system:
+            (packages / package).symlink_to(SYSTEM_PYTHON / package)
+        return folder / "bin/python"
+
+    return make
 
 
-def link_packages(folder, wanted):
-    for package in Path(sysconfig.get_paths()["purelib"]).iterdir():
-        ours = package.name.startswith(("__editable__", "telepresence"))
-        if not ours and (not wanted or package.name.partition(".")[0] in wanted):
-            (folder / package.name).symlink_to(package)
+@pytest.fixture(scope="module")
+def everything(make_python):
+    """A Python with all packages but ours."""
+    return make_python((), SYSTEM["sound"])
 
 
-def run_alone(*words, path=""):
-    """What a Python without any packages but those in the folder `path` says."""
-    environment = {**os.environ, "PYTHONPATH": str(path)}
-    return subprocess.run(
-        [sys.executable, "-S", *map(str, words)],
-        env=environment, cwd="/", capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+def run_alone(python, *words):
+    """Run what is copied to the robot as systemd does there, and apart from this project."""
+    return subprocess.run([python, "-I", *map(str, words)], cwd="/", capture_output=True, text=True, timeout=60)
 
 
 @pytest.mark.parametrize("role", ROLES)
 def test_explains_itself_where_nothing_is_installed(bundle, role):
-    answer = run_alone(bundle, role, "--help")
+    answer = run_alone(sys.executable, "-S", bundle, role, "--help")
     assert answer.returncode == 0 and "--port" in answer.stdout, answer.stderr
 
 
@@ -73,7 +80,7 @@ def test_every_module_in_it_finds_what_it_imports(bundle, everything):
     names = {name.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for name in files}
     assert {"rto_bringup.onboard.sound_server", "telepresence.audio.pipeline", "rto_node.client"} <= names
     program = f"import sys; sys.path.insert(0, {str(bundle)!r}); import {', '.join(sorted(names))}"
-    answer = run_alone("-c", program, path=everything)
+    answer = run_alone(everything, "-c", program)
     assert answer.returncode == 0, answer.stderr
 
 
@@ -82,30 +89,70 @@ def test_a_module_that_is_not_ours_is_not_packed(bundle):
     assert roots == {"__main__.py", "rto_bringup", "rto_node", "telepresence"}
 
 
-@pytest.mark.parametrize("role", ROLES)
-def test_runs_where_only_its_requirements_are_installed(bundle, role, tmp_path, free_port):
-    link_packages(tmp_path, NEEDED[role])
-    for package in SYSTEM.get(role, ()):
-        (tmp_path / package).symlink_to(SYSTEM_PYTHON / package)
-    source = {
-        "drive": ("--robot", f"127.0.0.1:{free_port()}"),
-        "camera": ("--source", "test"),
-        "sound": ("--microphone", "test", "--speaker", "none"),
-    }[role]
-    program = processes.start(
-        [sys.executable, "-S", str(bundle), role, "--port", "0", *source],
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        cwd="/",
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert "listens on" in program.stdout.readline(), program.communicate(timeout=10)[1]
-    finally:
+@pytest.fixture
+def start(bundle, make_python, everything):
+    """Start a role from the bundle alone, as its systemd unit does; the process, once it has printed its first line."""
+    started = []
+
+    def run(role, *options):
+        python = make_python(NEEDED[role], SYSTEM.get(role, ())) if NEEDED[role] else everything
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        program = processes.start([str(python), "-I", str(bundle), role, *options], cwd="/", text=True, **pipes)
+        started.append(program)
+        return program, program.stdout.readline() or pytest.fail(program.communicate(timeout=10)[1])
+
+    yield run
+    for program in started:
         assert processes.end(program, patience=10.0) == 0
-        program.stdout.close()
-        program.stderr.close()
+        for pipe in (program.stdin, program.stdout, program.stderr):
+            pipe.close()
+
+
+def port_of(announcement: str) -> int:
+    assert "listens on" in announcement
+    return int(announcement.rpartition(":")[2])
+
+
+def test_the_drive_server_reports_to_a_pilot(start, free_port, until_true):
+    port = port_of(start("drive", "--port", "0", "--robot", f"127.0.0.1:{free_port()}")[1])
+    link = DriveLink(f"127.0.0.1:{port}")
+    try:
+        until_true(
+            lambda: link.report()[0] is not None and link.report()[0].state == "fault", "the gate has no sensors"
+        )
+    finally:
+        link.close()
+
+
+def test_the_camera_sends_pictures(start, until_true):
+    camera = WebrtcCamera(f"127.0.0.1:{port_of(start('camera', '--port', '0', '--source', 'test')[1])}")
+    try:
+        camera.want(True)
+        until_true(lambda: camera.received > 2, "pictures come")
+    finally:
+        camera.close()
+
+
+def test_the_camera_also_sends_by_copy_and_paste(start):
+    program, first = start("camera", "--copy-paste", "--source", "test", "--address", "127.0.0.1")
+    assert first.startswith("-- Please send this message")
+    assert next(line for line in program.stdout if line.startswith("{")).endswith('"type": "offer"}\n')
+
+
+def test_the_sound_server_sends_what_the_microphone_picks_up(start, until_true):
+    port = port_of(start("sound", "--port", "0", "--microphone", "test", "--speaker", "none")[1])
+    sound = RobotSound(f"127.0.0.1:{port}", lambda _frames: None).start()
+    try:
+        until_true(lambda: sound.frames > 2, "sound comes")
+    finally:
+        sound.close()
+
+
+def test_each_program_has_its_service_in_the_documentation():
+    page = (ROBOT.parents[3] / "docs/robotino.md").read_text()
+    unit = (ROBOT / "robotino-onboard@.service").read_text()
+    for role in ROLES:
+        assert f"robotino-onboard@{role}" in page and f"robotino-onboard@{role}" in unit
 
 
 def test_requirements_are_the_versions_tested_here():
