@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import email.utils
 import http.client
+import ipaddress
 import os
 import shutil
 import socket
@@ -24,6 +25,9 @@ ROOT = Path(__file__).resolve().parents[2]
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
+SSH_PORT = 22
+SSH_TIMEOUT = 4.0
+"""[s]"""
 ROUND_TRIPS = 10
 SLOW = 0.15
 """Longest round trip at which the pilot still reacts in time to what the picture shows [s]."""
@@ -36,7 +40,10 @@ Finding = tuple[bool, str, str]
 def main() -> int:
     parser = argparse.ArgumentParser(prog="./stack doctor", description="What works here, and how to fix the rest.")
     parser.add_argument(
-        "address", nargs="?", help="also check the connection to a robot: host or host:port (default 9559)"
+        "address",
+        nargs="?",
+        help="also check the way to a robot (ping, ssh, its server, delay, clock): host, host:port; 9559 unless given, "
+        "a Robotino has 80",
     )
     arguments = parser.parse_args()
     well = True
@@ -135,15 +142,20 @@ def master() -> Iterator[Finding]:
 
 
 def robot(address: str) -> Iterator[Finding]:
-    """Check the connection to a robot: name, port, round trip, our own address towards it, and its clock."""
+    """Check the way to a robot: name, ping, ssh, port, round trip, our own address towards it, and its clock."""
     host, _, port = address.partition(":")
     number = int(port) if port.isdigit() else NAOQI_PORT
     try:
-        times = sorted(connect_time(host, number) for _ in range(ROUND_TRIPS))
+        found = socket.getaddrinfo(host, number, type=socket.SOCK_STREAM)[0][4][0]
     except (socket.gaierror, UnicodeError):
         remedy = f"no name server knows '{host}'; press the chest button for the address"
         yield False, f"robot at {host}:{number}", remedy
         return
+    if not ipaddress.ip_address(str(found).partition("%")[0]).is_loopback:
+        ping(host)  # before ssh: a robot that sleeps in the wireless network wakes up by it
+        ssh(host)
+    try:
+        times = sorted(connect_time(host, number) for _ in range(ROUND_TRIPS))
     except ConnectionRefusedError:
         remedy = "it refuses: is NAOqi running? NAOqi 2.9 listens on 9503 (tcps) instead, a Robotino on 80"
         yield False, f"robot at {host}:{number}", remedy
@@ -162,6 +174,38 @@ def robot(address: str) -> Iterator[Finding]:
     if number in WEB_PORTS:
         yield from robot_clock(host, number)
     print("    On the robot's own computer:  python3 robot_computer.py  (copy it there from telepresence/station)")
+
+
+def ping(host: str) -> bool:
+    """Ask whether the robot's computer is there; driving does not depend on it, because networks may drop pings."""
+    program = shutil.which("ping")
+    if program is None:
+        print("  - ping: not installed here (sudo apt install iputils-ping); going on without it")
+        return False
+    answer = subprocess.run([program, "-c", "3", "-W", "2", host], capture_output=True, text=True, timeout=30)
+    if answer.returncode == 0:
+        print(f"  ✓ ping {host}: it answers")
+    else:
+        reason = (answer.stderr.strip() or answer.stdout.strip()).splitlines()[-1:] or ["no answer"]
+        print(f"  - ping {host}: {reason[0]}. Switched off, in another network, or a firewall drops pings")
+    return answer.returncode == 0
+
+
+def ssh(host: str, port: int = SSH_PORT) -> bool:
+    """Ask the robot's ssh server for its first line. Driving does not need it, looking after the robot does."""
+    try:
+        with socket.create_connection((host, port), timeout=SSH_TIMEOUT) as connection:
+            first = connection.recv(256).decode(errors="replace").partition("\n")[0].strip()
+        if first.startswith("SSH-"):
+            print(f"  ✓ ssh {host}: {first}")
+            return True
+        reason = f"something else answers on port {port}" if first else "it hangs up at once"
+    except ConnectionRefusedError:
+        reason = "no ssh server runs there (on the robot:  sudo systemctl enable --now ssh)"
+    except OSError as error:
+        reason = f"{error}. ssh sometimes needs a nudge:  ping {host}  and try again"
+    print(f"  - ssh {host}: {reason}. If it stays so, attach a display and a keyboard to the robot: docs/remote.md, 4")
+    return False
 
 
 def connect_time(host: str, port: int) -> float:

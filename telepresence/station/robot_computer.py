@@ -14,8 +14,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-HELD = ("rec-rpc", "robotino", "rto")
-"""How the vendor's package names begin. Only the vendor's servers have them, so an upgrade must not replace them."""
+HELD = ("rec-rpc", "robotino", "rto", "librealsense", "realsense")
+"""How the names of packages begin that an upgrade must leave: the vendor's own, which only the vendor's servers have,
+and the RealSense camera's, whose newer versions its daemons do not load."""
 LEAST_SPACE = 1 << 30
 """[bytes]"""
 EXAMPLE_HOST = "example.org"
@@ -29,7 +30,7 @@ def main():
         for fine, what, remedy in findings:
             print(("  ✓ " if fine else "  x ") + what + ("" if fine else "\n      -> " + remedy))
             well = well and fine
-    print("\nBefore any change: an image of the whole disk on a USB disk (clonezilla, dd), restored once to try it.")
+    print("\nBefore any change: an image of the whole disk on a USB disk, restored once to try it (docs/remote.md).")
     return 0 if well else 1
 
 
@@ -70,7 +71,7 @@ def name_servers(resolver=Path("/etc/resolv.conf"), host=EXAMPLE_HOST):
 
 
 def held_packages(status=None):
-    """Check that the vendor's packages are held, so that an upgrade leaves them as they are."""
+    """Check that the vendor's packages, and those they depend on, are held: an upgrade leaves them as they are."""
     if status is None:
         status = _output("dpkg-query", "-W", "-f", "${Package} ${db:Status-Want}\n")
     packages = [line.split() for line in status.splitlines() if line.startswith(HELD)]
@@ -78,7 +79,7 @@ def held_packages(status=None):
     if packages:
         yield (
             not loose,
-            f"{len(packages) - len(loose)} of the vendor's packages are held",
+            f"{len(packages) - len(loose)} of {len(packages)} packages that the robot's own programs need are held",
             "an apt upgrade breaks the robot:  sudo apt-mark hold " + " ".join(loose),
         )
 

@@ -71,3 +71,58 @@ def test_who_does_not_answer_is_explained(free_port):
     assert not fine and "refuses" in cure
     fine, _, cure = next(doctor.robot("a" * 70 + ".invalid"))  # refused here, without asking anybody
     assert not fine and cure
+
+
+def answering(line: bytes | None):
+    """Answer one connection as an ssh server does: with a line, or with silence (None)."""
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def answer() -> None:
+        connection, _ = listener.accept()
+        with connection:
+            if line is not None:
+                connection.sendall(line)
+            else:
+                connection.recv(1)  # until the doctor has had enough
+        listener.close()
+
+    threading.Thread(target=answer, daemon=True).start()
+    return listener.getsockname()[1]
+
+
+def test_ssh_is_asked_for_its_first_line(capsys, monkeypatch, free_port):
+    assert doctor.ssh("127.0.0.1", answering(b"SSH-2.0-OpenSSH_7.6p1 Ubuntu-4\r\n"))
+    assert "✓ ssh 127.0.0.1: SSH-2.0-OpenSSH_7.6p1 Ubuntu-4\n" in capsys.readouterr().out
+    monkeypatch.setattr(doctor, "SSH_TIMEOUT", 0.2)
+    for port, words in (
+        (answering(b"HTTP/1.1 400 Bad Request\r\n"), "something else answers"),
+        (answering(b""), "hangs up at once"),
+        (answering(None), "ssh sometimes needs a nudge:  ping 127.0.0.1  and try again"),
+        (free_port(), "no ssh server runs there"),
+    ):
+        assert not doctor.ssh("127.0.0.1", port)
+        text = capsys.readouterr().out
+        assert words in text and "attach a display and a keyboard" in text
+
+
+def test_the_systems_ping_is_used_where_there_is_one(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert not doctor.ping("192.168.0.1")
+    assert "ping: not installed here (sudo apt install iputils-ping)" in capsys.readouterr().out
+    program = tmp_path / "ping"
+    program.write_text('#!/bin/sh\n[ "$5" = 192.168.0.1 ] || { echo "ping: $5: No address" >&2; exit 2; }\n')
+    program.chmod(0o755)
+    assert doctor.ping("192.168.0.1")
+    assert "✓ ping 192.168.0.1: it answers" in capsys.readouterr().out
+    assert not doctor.ping("192.168.0.2")
+    assert "- ping 192.168.0.2: ping: 192.168.0.2: No address. Switched off" in capsys.readouterr().out
+
+
+def test_a_robot_elsewhere_is_pinged_before_ssh_is_asked(monkeypatch):
+    asked = []
+    monkeypatch.setattr(doctor, "ping", lambda host: asked.append(f"ping {host}"))
+    monkeypatch.setattr(doctor, "ssh", lambda host: asked.append(f"ssh {host}"))
+    monkeypatch.setattr(doctor, "connect_time", lambda host, port: asked.append(f"tcp {port}") or 0.01)
+    monkeypatch.setattr(doctor, "robot_clock", lambda host, port: iter(()))
+    list(doctor.robot("192.0.2.1:80"))
+    assert asked[:3] == ["ping 192.0.2.1", "ssh 192.0.2.1", "tcp 80"]

@@ -41,9 +41,9 @@ def test_a_name_of_ones_own_is_looked_up(tmp_path, monkeypatch):
 
 
 def test_packages_of_the_vendor_that_an_upgrade_would_break_are_named():
-    status = "robotino-daemons install\nrobotino-api2 hold\nvim install\n"
+    status = "robotino-daemons install\nrobotino-api2 hold\nvim install\nlibrealsense2 install\n"
     fine, what, cure = next(robot_computer.held_packages(status))
-    assert not fine and "1 of" in what and cure.endswith("apt-mark hold robotino-daemons")
+    assert not fine and "1 of 3" in what and cure.endswith("apt-mark hold librealsense2 robotino-daemons")
     assert next(robot_computer.held_packages("robotino-api2 hold\n"))[0]
     assert list(robot_computer.held_packages("vim install\n")) == [], "no robot's computer"
 
