@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 import signal
 import sys
 
 import pytest
+import yaml
 
 pytestmark = pytest.mark.ros
 
@@ -94,6 +96,28 @@ def test_readings_have_the_guides_and_the_true_geometry(station, until_true):
     assert probe.latest("/rto3/image_raw") == [320, "bgr8", "camera_optical_frame"]
     assert probe.newest("/rto3/odom")[3:] == ["odom", "base_link"]
     until_true(lambda: probe.transform("odom", "infrared0_link"), "the body hangs on odom")
+
+
+def test_the_guides_commands_print_what_it_shows(station, until_true):
+    """The Robotino guide's `ros2 topic info`, `ros2 interface show` and `ros2 topic echo`, in ROS 1's spelling."""
+    commands = {
+        "info": ("rostopic", "info", "/rto3/distance_sensors"),
+        "show": ("rosmsg", "show", "sensor_msgs/PointCloud"),
+        "echo": ("rostopic", "echo", "-n", "1", "/rto3/distance_sensors"),
+    }
+    programs = {name: station.graph.run(*argv) for name, argv in commands.items()}
+    until_true(lambda: all(each.process.poll() == 0 for each in programs.values()), "they print and end")
+    info, show, echo = (programs[name].output for name in commands)
+    assert info.startswith("Type: sensor_msgs/PointCloud\n")
+    assert re.search(r"Publishers: \n \* /rto3/rto_core ", info)
+    assert re.search(r"Subscribers: \n(.*\n)* ?\* /rto3/safe_omni_drive ", info)
+    for line in ("std_msgs/Header header", "geometry_msgs/Point32[] points", "sensor_msgs/ChannelFloat32[] channels"):
+        assert f"{line}\n" in show
+    cloud = yaml.safe_load(echo.partition("\n---")[0])
+    assert cloud["header"]["frame_id"] == "base_link" and len(cloud["points"]) == 9
+    for number, (point, distance) in enumerate(zip(cloud["points"], cloud["channels"][0]["values"], strict=True)):
+        expected = [(distance + 0.2) * math.cos(0.698 * number), (distance + 0.2) * math.sin(0.698 * number), 0.05]
+        assert [point["x"], point["y"], point["z"]] == pytest.approx(expected, abs=1e-4)
 
 
 def test_drives_through_the_safety_layer_and_stops_when_commands_cease(standing, until_true):

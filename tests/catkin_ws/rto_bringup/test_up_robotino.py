@@ -150,8 +150,7 @@ def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
         "test", "--size", "320x240",
     )  # fmt: skip
     receiver = start(
-        str(library / "rto_node/rto_camera_receiver"), "__name:=pasting", "_signaling:=copy-paste",
-        "_address:=127.0.0.1", "img_raw:=/pasted",
+        str(library / "rto_node/rtc_webcam"), "__name:=pasting", "_address:=127.0.0.1", "img_raw:=/pasted",
     )  # fmt: skip
     try:
         carry(sender, receiver)
