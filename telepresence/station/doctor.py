@@ -203,7 +203,7 @@ def ssh(host: str, port: int = SSH_PORT) -> bool:
     except ConnectionRefusedError:
         reason = "no ssh server runs there (on the robot:  sudo systemctl enable --now ssh)"
     except OSError as error:
-        reason = f"{error}. ssh sometimes needs a nudge:  ping {host}  and try again"
+        reason = f"{error.strerror or error}. ssh sometimes needs a nudge:  ping {host}  and try again"
     print(f"  - ssh {host}: {reason}. If it stays so, attach a display and a keyboard to the robot: docs/remote.md, 4")
     return False
 

@@ -123,6 +123,7 @@ def test_a_robot_elsewhere_is_pinged_before_ssh_is_asked(monkeypatch):
     monkeypatch.setattr(doctor, "ping", lambda host: asked.append(f"ping {host}"))
     monkeypatch.setattr(doctor, "ssh", lambda host: asked.append(f"ssh {host}"))
     monkeypatch.setattr(doctor, "connect_time", lambda host, port: asked.append(f"tcp {port}") or 0.01)
-    monkeypatch.setattr(doctor, "robot_clock", lambda host, port: iter(()))
+    for check in ("towards", "robot_clock"):
+        monkeypatch.setattr(doctor, check, lambda host, port: iter(()))
     list(doctor.robot("192.0.2.1:80"))
     assert asked[:3] == ["ping 192.0.2.1", "ssh 192.0.2.1", "tcp 80"]
