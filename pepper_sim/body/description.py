@@ -50,7 +50,8 @@ LIMITS: Mapping[str, JointLimits] = MappingProxyType(
 JOINTS: tuple[str, ...] = tuple(LIMITS)
 LEG_JOINTS = ("HipRoll", "HipPitch", "KneePitch")
 ENCODER_STEP = math.tau / 4096
-"""12-bit magnetic encoders [rad] (page mre_pep)."""
+"""One step of the joints' Hall-effect sensors, 12-bit magnetic rotary encoders [rad] (page mre_pep). Programs read them
+as Device/SubDeviceList/<joint>/Position/Sensor/Value; NAOqi gives access to no Hall sensor below that."""
 
 CONTINUOUS_TORQUE: Mapping[str, float] = MappingProxyType(
     {
@@ -137,6 +138,8 @@ BATTERY_VOLTAGE = 26.46
 
 # --- sound (page alaudiodevice) and tablet ---
 MICROPHONES = 4
+"""Order of the channels: rear left, rear right, front left, front right. So naoqi_driver reads them (its channel map
+3, 5, 0, 2) when ALRobotModel._getMicrophoneConfig is not 0; left, right, front, rear is NAO's head."""
 SOUND_RATE = 48000
 """Sample rate of the four microphones together and of tones [Hz]."""
 VOICE_RATE = 16000
