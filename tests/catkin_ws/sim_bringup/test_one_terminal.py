@@ -28,6 +28,13 @@ def plain_python(graph) -> list[str]:
     return ["env", "-i", "-C", str(ROOT), *(f"{name}={value}" for name, value in words.items()), "/usr/bin/python3"]
 
 
+def test_a_controller_without_a_simulation_says_so_and_ends_with_ctrl_c(graph, plain_python):
+    controller = graph.run(*plain_python, "custom_controller.py")
+    controller.wait_for(f"No ROS master answers at {graph.uri}")
+    controller.signal(signal.SIGINT)
+    assert controller.process.wait(20.0) != 0
+
+
 def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph, plain_python, until_true):
     simulation = graph.run(*plain_python, "sim.py", "--terrain", "flat", "--port", "0")
     world = simulation.wait_for(r"Loading world: (\S+) \(flat terrain\)")[1]

@@ -13,6 +13,7 @@ Put your own idea into `look`. Parameters: ~save: a file for the newest picture 
 import cv2
 import rospy
 from sensor_msgs.msg import Image
+from telepresence_ros.master_watch import wait_for_master
 
 from telepresence.video.images import read_image_message
 
@@ -35,6 +36,7 @@ class CameraSubscriber:
 
 
 def main():
+    wait_for_master()  # rospy alone waits for ever, even after Ctrl-C
     rospy.init_node("camera_subscriber", anonymous=True)
     CameraSubscriber()
     rospy.spin()

@@ -30,6 +30,7 @@ import time
 import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32MultiArray, Int32
+from telepresence_ros.master_watch import wait_for_master
 
 STOP, FORWARD, BACKWARD = 0, 1, 2
 RATE = 10.0
@@ -101,6 +102,7 @@ class CustomController:
 
 
 def main():
+    wait_for_master()  # rospy alone waits for ever, even after Ctrl-C
     rospy.init_node("custom_controller")
     distance = rospy.get_param("~distance", None)
     controller = CustomController(None if distance is None else float(distance))

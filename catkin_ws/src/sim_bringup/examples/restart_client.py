@@ -11,12 +11,14 @@ import sys
 
 import rospy
 from std_srvs.srv import Trigger
+from telepresence_ros.master_watch import wait_for_master
 
 PATIENCE = 10.0
 """Seconds within which a simulation must be there."""
 
 
 def main():
+    wait_for_master()  # rospy alone waits for ever, even after Ctrl-C
     rospy.init_node("restart_client", anonymous=True)
     try:
         rospy.wait_for_service("restart_simulation", PATIENCE)
