@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pepper_sim.body.description import HEADS
 from pepper_sim.simulation import DEFAULT_PORT, DEFAULT_SCENE, Simulation
 from telepresence.sim import command_line
 
@@ -27,10 +28,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--room-sound", default="", metavar="WHAT", help="sound in the room: tone, or a WAV file, repeated"
     )
+    parser.add_argument(
+        "--head",
+        choices=HEADS,
+        default=HEADS[0],
+        help="version of the head: 1.8 has a stereo camera, 1.8a and older ones a depth camera (default: %(default)s)",
+    )
     options = parser.parse_args(arguments)
-    sound = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound")}
+    parts = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "head")}
     return command_line.run(
-        "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **sound)
+        "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )
 
 

@@ -19,6 +19,7 @@ from pepper_sim.body.description import (
     ACC_XY,
     BRAKING,
     ENCODER_STEP,
+    EYES,
     JOINTS,
     LEAST_LEG_STIFFNESS,
     LEG_JOINTS,
@@ -47,6 +48,7 @@ from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
+STEREO_CAMERA = "CameraStereo"
 LIGHTS = ("eyes", "shoulders")
 FALLEN_TILT = math.radians(30.0)
 
@@ -70,6 +72,10 @@ class Pepper:
         model = world.model
         self.world = world
         self.prefix = prefix
+        self.cameras: dict[str, tuple[str, ...]] = {name: (prefix + name,) for name in CAMERAS}
+        """Name of a camera -> its cameras in the world: two for the stereo camera, left and right eye."""
+        if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, prefix + next(iter(EYES))) >= 0:
+            self.cameras[STEREO_CAMERA] = tuple(prefix + name for name in EYES)
         self._cameras = cameras
         self._rng = world.rng(f"{prefix}{seed}")
         self._root = model.joint(prefix + "root")
@@ -221,17 +227,18 @@ class Pepper:
             material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
 
     def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
-        """Subscribe to "CameraTop", "CameraBottom" or "CameraDepth"; see `telepresence.sim.camera.Feed`.
+        """Subscribe to "CameraTop", "CameraBottom", "CameraDepth" or, where the head has it, "CameraStereo", whose
+        pictures are those of the left and the right eye side by side; see `telepresence.sim.camera.Feed`.
 
         Raises:
             ValueError: Unknown camera, size or rate.
             RuntimeError: The robot was made without cameras.
         """
-        if name not in CAMERAS:
-            raise ValueError(f"Pepper has no camera {name!r}; cameras: {', '.join(CAMERAS)}")
+        if name not in self.cameras:
+            raise ValueError(f"this Pepper has no camera {name!r}; cameras: {', '.join(self.cameras)}")
         if self._cameras is None:
             raise RuntimeError("this Pepper was made without cameras")
-        return self._cameras.subscribe(self.prefix + name, width, height, fps, kind)
+        return self._cameras.subscribe(self.cameras[name], width, height, fps, kind)
 
     # --- what can be read --------------------------------------------------------------------------------------------
 

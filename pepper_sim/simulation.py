@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from pepper_sim.body.description import HEADS
 from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.naoqi.port_probe import PortProbe
 from pepper_sim.robot import Pepper
@@ -31,6 +32,7 @@ class SimulatedPepper(SimulatedRobot):
         speaker: The sound device that plays what the loudspeaker plays; see `telepresence.audio.devices`.
         record_speaker: A WAV file that records what the loudspeaker plays; "" for none.
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
+        head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -43,8 +45,10 @@ class SimulatedPepper(SimulatedRobot):
         speaker: str = "none",
         record_speaker: str = "",
         room_sound: str = "",
+        head: str | float = HEADS[0],
     ) -> None:
-        self._model = pepper_model(prefix, offset=offset)
+        # ROS hands the parameter 1.8 over as a number.
+        self._model = pepper_model(prefix, offset=offset, head=str(head))
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self.output: LoudspeakerOutput | None = None

@@ -50,7 +50,8 @@ LIMITS: Mapping[str, JointLimits] = MappingProxyType(
 JOINTS: tuple[str, ...] = tuple(LIMITS)
 LEG_JOINTS = ("HipRoll", "HipPitch", "KneePitch")
 ENCODER_STEP = math.tau / 4096
-"""12-bit magnetic encoders [rad] (page mre_pep)."""
+"""One step of the joints' Hall-effect sensors, 12-bit magnetic rotary encoders [rad] (page mre_pep). Programs read them
+as Device/SubDeviceList/<joint>/Position/Sensor/Value; NAOqi gives access to no Hall sensor below that."""
 
 CONTINUOUS_TORQUE: Mapping[str, float] = MappingProxyType(
     {
@@ -109,6 +110,19 @@ WHEELS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 )
 """Wheel -> (per vx, per vy, lever of wz [m]): rim speed = dot with the body velocity; derived from the URDF's axes."""
 
+# --- eyes (pages video_3D_pep, video_3D_pep_v18a, video_Stereo_pep) ---
+HEADS = ("1.8a", "1.8")
+"""Versions of the head. 1.8a and all older ones look through the left eye with a depth camera (Xtion); 1.8 has a colour
+camera in each eye and computes depth from the two."""
+EYES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
+    {"CameraStereoLeft": (0.05138, 0.039, 0.1194), "CameraStereoRight": (0.05138, -0.039, 0.1194)}
+)
+"""Cameras of head 1.8 and their places in the link Head, x forward, y left [m]. The left one is the URDF's
+CameraDepth_frame, because the left eye is depth's frame of reference; the right one is its mirror image. So their
+baseline is 78 mm; no document gives it."""
+STEREO_FOVY, STEREO_DEPTH_FOVY = 60.0, 58.0
+"""Vertical fields of view of the colour pair and of the depth computed from it [degrees]."""
+
 # --- range sensors (pages sonar_pep, laser_pep) ---
 SONAR_PERIOD, LASER_PERIOD = 0.1, 0.16
 SONAR_MAX = 5.0
@@ -137,6 +151,8 @@ BATTERY_VOLTAGE = 26.46
 
 # --- sound (page alaudiodevice) and tablet ---
 MICROPHONES = 4
+"""Order of the channels: rear left, rear right, front left, front right. So naoqi_driver reads them (its channel map
+3, 5, 0, 2) when ALRobotModel._getMicrophoneConfig is not 0; left, right, front, rear is NAO's head."""
 SOUND_RATE = 48000
 """Sample rate of the four microphones together and of tones [Hz]."""
 VOICE_RATE = 16000

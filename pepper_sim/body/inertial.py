@@ -1,4 +1,7 @@
-"""Inertial sensors of base and torso, from velocities of the simulated body."""
+"""Inertial sensors of base and torso, from velocities of the simulated body.
+
+Ranges: NAOqi 2.8 documentation, inertial_pep: about 500 °/s and about 2 g. Beyond, a sensor shows the end of its range.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,10 @@ from telepresence.sim.world import TICK
 
 GYRO_NOISE, ACCEL_NOISE = 0.003, 0.03
 """Standard deviations [rad/s, m/s²]."""
+GYRO_RANGE = math.radians(500.0)
+"""A gyrometer shows at most this much either way [rad/s]."""
+ACCEL_RANGE = 2.0 * 9.80665
+"""An accelerometer shows at most this much either way [m/s²], gravity included."""
 PLACES = {"base": "base_footprint", "torso": "torso"}
 """Sensor -> link whose axes it uses."""
 
@@ -54,6 +61,7 @@ class InertialSensors:
             rotation = self._frames.find(data, link)[0]
             gyro = data.sensordata[self._gyros[place]] + GYRO_NOISE * noise[index, 0]
             accel = forces[index] @ rotation + ACCEL_NOISE * noise[index, 1]
+            gyro, accel = gyro.clip(-GYRO_RANGE, GYRO_RANGE), accel.clip(-ACCEL_RANGE, ACCEL_RANGE)
             roll, pitch, yaw = roll_pitch_yaw(rotation)
             yaw = math.remainder(yaw - self._yaw_at_start, math.tau)
             readings[place] = Imu(tuple(gyro.tolist()), tuple(accel.tolist()), (roll, pitch, yaw))

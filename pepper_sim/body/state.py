@@ -15,8 +15,8 @@ class Imu:
     """An inertial sensor in the axes of its body (x forward, y left, z up).
 
     Args:
-        gyro: Turning rates [rad/s].
-        accel: Specific force [m/s²]: gravity included, so (0, 0, +9.81) at rest on level ground.
+        gyro: Turning rates [rad/s], within ±500 °/s.
+        accel: Specific force [m/s²], within ±2 g: gravity included, so (0, 0, +9.81) at rest on level ground.
         angles: Roll, pitch, yaw [rad], R = Rz Ry Rx; yaw counts from the start.
     """
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import mujoco
 
+from pepper_sim.body.description import EYES, HEADS, STEREO_DEPTH_FOVY, STEREO_FOVY
 from pepper_sim.models.shells import add_shells
 from telepresence.sim.scene import RobotModel
 
@@ -13,15 +15,32 @@ MJCF = Path(__file__).parent / "pepper.xml"
 PREFIX = "pepper/"
 
 
-def load_pepper() -> mujoco.MjSpec:
-    """Return a new Pepper: root body `base_footprint` on the floor with a free joint, 17 joints, servos, cameras."""
+def load_pepper(head: str = HEADS[0]) -> mujoco.MjSpec:
+    """Return a new Pepper: root body `base_footprint` on the floor with a free joint, 17 joints, servos, cameras.
+
+    Args:
+        head: Version of the head, one of `pepper_sim.body.description.HEADS`.
+    """
     spec = mujoco.MjSpec.from_file(str(MJCF))
     add_shells(spec)
+    if head == "1.8":
+        spec.camera("CameraDepth").fovy = STEREO_DEPTH_FOVY
+        for name, place in EYES.items():
+            spec.body("Head").add_camera(name=name, pos=place, xyaxes=(0, -1, 0, 0, 0, 1), fovy=STEREO_FOVY)
     return spec
 
 
 def pepper_model(
-    prefix: str = PREFIX, spawn: str = "spawn_pepper", offset: tuple[float, float] = (0.0, 0.0)
+    prefix: str = PREFIX,
+    spawn: str = "spawn_pepper",
+    offset: tuple[float, float] = (0.0, 0.0),
+    head: str = HEADS[0],
 ) -> RobotModel:
-    """Return Pepper for `telepresence.sim.scene.build_world`."""
-    return RobotModel(load_pepper, prefix, spawn, offset)
+    """Return Pepper for `telepresence.sim.scene.build_world`.
+
+    Raises:
+        ValueError: There is no such head.
+    """
+    if head not in HEADS:
+        raise ValueError(f"Pepper has no head {head!r}; heads: {', '.join(HEADS)}")
+    return RobotModel(functools.partial(load_pepper, head), prefix, spawn, offset)

@@ -39,6 +39,7 @@ _BYTES_PER_FRAME = 4
 _SIGNAL_PERIOD = 0.13
 _ENERGY_WINDOW = 0.17
 _MICROPHONES = {"Left": 0, "Right": 1, "Front": 2, "Rear": 3}
+"""NAOqi's name of a channel -> its number. The names fit NAO's head; see `pepper_sim.naoqi.audio.microphones`."""
 
 
 class ALAudioDevice(Module):
@@ -225,22 +226,22 @@ class ALAudioDevice(Module):
 
     @remote("f()")
     def getFrontMicEnergy(self) -> float:
-        """Returns the mean level of the front microphone over 170 ms, 0 to 32768."""
+        """Returns the mean level of the third channel, NAO's front, over 170 ms, 0 to 32768."""
         return self._level("Front")
 
     @remote("f()")
     def getRearMicEnergy(self) -> float:
-        """Returns the mean level of the rear microphone over 170 ms, 0 to 32768."""
+        """Returns the mean level of the fourth channel, NAO's rear, over 170 ms, 0 to 32768."""
         return self._level("Rear")
 
     @remote("f()")
     def getLeftMicEnergy(self) -> float:
-        """Returns the mean level of the left microphone over 170 ms, 0 to 32768."""
+        """Returns the mean level of the first channel, NAO's left, over 170 ms, 0 to 32768."""
         return self._level("Left")
 
     @remote("f()")
     def getRightMicEnergy(self) -> float:
-        """Returns the mean level of the right microphone over 170 ms, 0 to 32768."""
+        """Returns the mean level of the second channel, NAO's right, over 170 ms, 0 to 32768."""
         return self._level("Right")
 
     @remote("v(s)")

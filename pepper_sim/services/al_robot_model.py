@@ -53,5 +53,5 @@ class ALRobotModel(Service):
 
     @remote("i()")
     def _getMicrophoneConfig(self) -> int:
-        """Returns the arrangement of the microphones: 0, the older head."""
-        return 0
+        """Returns the arrangement of the microphones: 1, Pepper's; 0 is NAO's left, right, front, rear."""
+        return 1

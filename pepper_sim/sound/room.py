@@ -160,8 +160,8 @@ class Room:
         """Return what the microphones pick up.
 
         Returns:
-            (count, 4) int16: rear left, rear right, front left, front right. All get the same sound, each with noise of
-            its own; the direction of a sound is not modelled.
+            (count, 4) int16, in the order that `description.MICROPHONES` explains. All get the same sound, each with
+            noise of its own; the direction of a sound is not modelled.
         """
         sound = self.surroundings.render(start, count, rate)
         sound += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)

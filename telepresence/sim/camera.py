@@ -33,20 +33,20 @@ class CamerasFailed(RuntimeError):
 
 @dataclass(eq=False)
 class Feed:
-    """Pictures of one camera at one size and rate.
+    """Pictures of one camera, or of several side by side, at one size and rate.
 
     `image` holds `(height, width, 3) uint8, RGB` or, for depth, `(height, width) float32`: distance along the optical
     axis [m], the far clipping plane's where nothing is. Arrays are read-only. The stamp is the instant shown.
     """
 
-    camera: str
+    camera: str | tuple[str, ...]
     width: int
     height: int
     fps: float
     kind: str
     image: LatestImage = field(default_factory=LatestImage)
     _cameras: Cameras | None = field(default=None, repr=False)
-    _camera_id: int = field(default=-1, repr=False)
+    _camera_ids: tuple[int, ...] = field(default=(), repr=False)
     _due: float = field(default=0.0, repr=False)
 
     def close(self) -> None:
@@ -82,12 +82,13 @@ class Cameras:
         # After OpenGL has registered its own end, so that it runs before: a context must not outlive its display.
         atexit.register(self.close)
 
-    def subscribe(self, camera: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
+    def subscribe(self, camera: str | tuple[str, ...], width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Start drawing pictures of `camera`.
 
         Args:
-            camera: Full name with the robot's prefix, e.g. `"pepper/CameraTop"`, or a camera of the scene.
-            width, height: Size [px], at most the model's offscreen buffer.
+            camera: Full name with the robot's prefix, e.g. `"pepper/CameraTop"`, or a camera of the scene. Several are
+                drawn side by side, at the same instant, as a stereo camera delivers them.
+            width, height: Size [px], at most the model's offscreen buffer for each camera.
             fps: Pictures per second.
             kind: `"rgb"` or `"depth"`.
         Raises:
@@ -95,15 +96,19 @@ class Cameras:
             CamerasFailed: There is no OpenGL.
         """
         limit = self._model.vis.global_
+        names = (camera,) if isinstance(camera, str) else camera
+        if not names or width % len(names):
+            raise ValueError(f"{width} pixels cannot be shared by {len(names)} cameras")
         if kind not in KINDS:
             raise ValueError(f"unknown kind of picture {kind!r}; kinds: {', '.join(KINDS)}")
-        if not (0 < width <= limit.offwidth and 0 < height <= limit.offheight):
+        if not (0 < width // len(names) <= limit.offwidth and 0 < height <= limit.offheight):
             raise ValueError(
                 f"{width}x{height} cannot be drawn; the largest picture is {limit.offwidth}x{limit.offheight}"
             )
         if not fps > 0.0:
             raise ValueError(f"the rate must be positive, got {fps}")
-        feed = Feed(camera, int(width), int(height), float(fps), kind, LatestImage(), self, self._find(camera))
+        found = tuple(map(self._find, names))
+        feed = Feed(camera, int(width), int(height), float(fps), kind, LatestImage(), self, found)
         if not self._ready.is_set():
             raise CamerasFailed("OpenGL is not ready")
         if self._failure is not None:
@@ -200,9 +205,9 @@ class Cameras:
         stamp = painter.snapshot()
         drawn: dict[tuple, np.ndarray] = {}
         for feed in due:
-            key = (feed._camera_id, feed.width, feed.height, feed.kind)
+            key = (feed._camera_ids, feed.width, feed.height, feed.kind)
             if key not in drawn:
-                drawn[key] = painter.draw(*key)
+                drawn[key] = _draw(painter, *key)
             feed.image.put(drawn[key], stamp)
             feed._due = next_due(feed._due, feed.fps, time.monotonic())
         return True
@@ -214,6 +219,16 @@ class Cameras:
                 self._next_upload[texture] = now + 1.0 / TEXTURE_RATE
                 ready[texture] = self._textures.pop(texture)
         return ready
+
+
+def _draw(painter: Painter, cameras: tuple[int, ...], width: int, height: int, kind: str) -> np.ndarray:
+    """Draw what `cameras` see, side by side."""
+    views = [painter.draw(camera, width // len(cameras), height, kind) for camera in cameras]
+    if len(views) == 1:
+        return views[0]
+    pixels = np.concatenate(views, axis=1)
+    pixels.flags.writeable = False
+    return pixels
 
 
 def next_due(due: float, fps: float, now: float) -> float:

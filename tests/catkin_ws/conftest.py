@@ -228,9 +228,10 @@ class Graph:
         until(lambda: master_answers(self.uri), "the ROS master answers")
         return self.master
 
-    def start_robot(self, scene: str = "empty") -> Program:
+    def start_robot(self, scene: str = "empty", *options: str) -> Program:
         """The simulated Pepper, on the same port every time."""
-        robot = self.run(sys.executable, "-m", "pepper_sim", "--port", str(self.robot_port), "--scene", scene)
+        port = str(self.robot_port)
+        robot = self.run(sys.executable, "-m", "pepper_sim", "--port", port, "--scene", scene, *options)
         robot.wait_for("listening on")
         return robot
 

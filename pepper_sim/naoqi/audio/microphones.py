@@ -30,7 +30,8 @@ BLOCK = {SOUND_RATE: 4096, VOICE_RATE: 1365}
 """Sample rate [Hz] -> samples per channel in a block."""
 METHOD = "processRemote"
 _PICKS = {1: 0, 2: 1, 3: 2, 4: 3}
-"""Channel flag of the 16 kHz form (1 left, 2 right, 3 front, 4 rear) -> microphone."""
+"""Channel flag of the 16 kHz form -> microphone. NAOqi names the flags left, right, front and rear after NAO's head.
+They count the channels, which on Pepper are rear left, rear right, front left, front right (`body.description`)."""
 
 
 @dataclass(frozen=True)

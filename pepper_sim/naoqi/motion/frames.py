@@ -11,7 +11,7 @@ import numpy as np
 
 from pepper_sim.naoqi.joint_names import LEFT_ARM, RIGHT_ARM
 from pepper_sim.naoqi.service import ServiceError, one_of, remote, shown
-from pepper_sim.robot import Pepper
+from pepper_sim.robot import STEREO_CAMERA, Pepper
 
 _HAND = (0.0695, 0.0, -0.0303)
 _EFFECTORS: dict[str, tuple[str, tuple[float, float, float]]] = {
@@ -42,6 +42,7 @@ SENSORS: dict[str, str] = {
     "CameraTop": "CameraTop_frame",
     "CameraBottom": "CameraBottom_frame",
     "CameraDepth": "CameraDepth_frame",
+    STEREO_CAMERA: "CameraDepth_frame",  # the left eye; only where the head has it
     "Head/Touch/Front": "HeadTouchFront_frame",
     "Head/Touch/Middle": "HeadTouchMiddle_frame",
     "Head/Touch/Rear": "HeadTouchRear_frame",
@@ -93,7 +94,7 @@ class MotionFrames:
     @remote("[s]()")
     def getSensorNames(self) -> list[str]:
         """Lists the sensors."""
-        return sorted(SENSORS)
+        return sorted(name for name in SENSORS if name != STEREO_CAMERA or name in self._robot.cameras)
 
     def _pose(self, name: str, space: int) -> np.ndarray:
         one_of(space, FRAME_LINKS, "space")

@@ -18,13 +18,19 @@ RESOLUTIONS: dict[int, tuple[int, int]] = {
     2: (640, 480),
     3: (1280, 960),
     4: (2560, 1920),
+    5: (1280, 720),
     7: (80, 60),
     8: (40, 30),
+    **{9 + halved: (640 >> halved, 360 >> halved) for halved in range(4)},
+    **{13 + halved: (2560 >> halved, 720 >> halved) for halved in range(5)},
 }
-"""Resolution id -> width, height [px], for this robot's cameras."""
+"""Resolution id -> width, height [px], for this robot's cameras. 5 and 9 to 12 are k720p and its halves, 13 to 17 two
+such pictures side by side."""
 
 DEPTH_RANGE = (0.4, 8.0)
 """Range of the Xtion [m]; everything outside is 0 (NAOqi 2.8 documentation, video_3D_pep_v18a)."""
+STEREO_DEPTH_RANGE = (0.4, 3.68)
+"""Range of the depth computed from two eyes [m]; documented (video_3D_pep) for the eight-bit picture."""
 
 RGB_SPACES: dict[int, int] = {
     **dict.fromkeys(range(9), 1),
@@ -34,6 +40,8 @@ RGB_SPACES: dict[int, int] = {
 
 DEPTH_SPACES: dict[int, int] = {0: 1, 11: 3, 13: 3, 17: 2, 19: 12, 21: 2, 23: 2}
 """Colour space id -> layers, depth camera. Infrared (20) is left out: nothing simulates infrared light."""
+STEREO_DEPTH_SPACES = {space: DEPTH_SPACES[space] for space in (0, 11, 17, 19)}
+"""Colour space id -> layers, depth computed from two eyes (video_3D_pep)."""
 
 
 def convert_rgb(pixels: np.ndarray, space: int) -> np.ndarray:
@@ -98,7 +106,9 @@ _RGB: dict[int, Callable[[np.ndarray], np.ndarray]] = {
 }
 
 
-def convert_depth(depth: np.ndarray, space: int, fovy: float) -> np.ndarray:
+def convert_depth(
+    depth: np.ndarray, space: int, fovy: float, depth_range: tuple[float, float] = DEPTH_RANGE
+) -> np.ndarray:
     """Convert a depth picture into a space of the depth camera.
 
     Args:
@@ -107,10 +117,11 @@ def convert_depth(depth: np.ndarray, space: int, fovy: float) -> np.ndarray:
             camera's centre, 19 three float32 x ahead, y left, z up [m], 0 eight bits over the range, 11 and 13 false
             colour.
         fovy: Vertical field of view [rad].
+        depth_range: Nearest and farthest [m].
     Returns:
         Contiguous array of height · width · layers bytes, row by row, little-endian; 0 where out of range.
     """
-    near, far = DEPTH_RANGE
+    near, far = depth_range
     seen = np.where((depth >= near) & (depth <= far), depth, np.float32(0.0))
     if space in (17, 23):
         return _millimetres(seen)

@@ -4,29 +4,61 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from pepper_sim.naoqi.service import ServiceError, finite, remote, within
-from pepper_sim.naoqi.video.parameters import CAMERA_SELECT, CameraParameters, known_parameter
+from pepper_sim.naoqi.video.formats import (
+    DEPTH_SPACES,
+    RESOLUTIONS,
+    RGB_SPACES,
+    STEREO_DEPTH_RANGE,
+    STEREO_DEPTH_SPACES,
+)
+from pepper_sim.naoqi.video.parameters import (
+    CAMERA_SELECT,
+    STEREO_DEPTH_PARAMETERS,
+    STEREO_PARAMETERS,
+    CameraParameters,
+)
 from pepper_sim.naoqi.video.streams import Camera
-from pepper_sim.robot import Pepper
+from pepper_sim.robot import STEREO_CAMERA, Pepper
 
-_OV5640, _XTION = 3, 4
-_COLOUR_RATES, _DEPTH_RATES = 30, 30
+_OV5640, _XTION, _STEREO_DEPTH, _OV4689 = 3, 4, 7, 8
+_RATE, _STEREO_RATE = 30, 15
+_COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 7, 8)
+_STEREO_DEPTH_SIZES, _STEREO_SIZES = (5, 9, 10, 11, 12), (13, 14, 15, 16, 17)
 
 
 def robot_cameras(robot: Pepper) -> dict[int, Camera]:
-    """Return the cameras of `robot` by ALVideoDevice's index, with the field of view of the simulated cameras."""
-    rows = (
-        (0, "CameraTop", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
-        (1, "CameraBottom", _OV5640, "rgb", (0, 1, 2, 3, 4, 7, 8), _COLOUR_RATES),
-        (2, "CameraDepth", _XTION, "depth", (0, 1, 2, 7, 8), _DEPTH_RATES),
-    )
-    cameras = {}
-    for index, name, model, kind, resolutions, fps in rows:
-        fovy = math.radians(float(robot.world.model.camera(robot.prefix + name).fovy[0]))
-        fovx = 2.0 * math.atan(math.tan(fovy / 2.0) * 4.0 / 3.0)
-        cameras[index] = Camera(index, name, model, kind, resolutions, fps, fovx, fovy)
-    return cameras
+    """Return the cameras of `robot` by ALVideoDevice's index, with the field of view of the simulated cameras.
+
+    The renderer's pinhole has square pixels: its vertical field of view is the documented one, and the horizontal one
+    follows from the picture's shape. For the eyes that is 91.5 degrees instead of 96, which their lenses distort.
+    """
+
+    def camera(
+        index: int, name: str, model: int, sizes: tuple[int, ...], spaces: Mapping[int, int], rate: int, **more: Any
+    ) -> Camera:
+        eyes = robot.cameras[name]
+        kind = "depth" if name == "CameraDepth" else "rgb"
+        width, height = RESOLUTIONS[sizes[0]]
+        fovy = math.radians(float(robot.world.model.camera(eyes[0]).fovy[0]))
+        fovx = 2.0 * math.atan(math.tan(fovy / 2.0) * width / len(eyes) / height)
+        return Camera(index, name, model, kind, sizes, spaces, rate, fovx, fovy, len(eyes), **more)
+
+    found = [
+        camera(0, "CameraTop", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE),
+        camera(1, "CameraBottom", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE),
+    ]
+    if STEREO_CAMERA in robot.cameras:
+        depth = {"parameters": STEREO_DEPTH_PARAMETERS, "depth_range": STEREO_DEPTH_RANGE}
+        found += [
+            camera(2, "CameraDepth", _STEREO_DEPTH, _STEREO_DEPTH_SIZES, STEREO_DEPTH_SPACES, _STEREO_RATE, **depth),
+            camera(3, STEREO_CAMERA, _OV4689, _STEREO_SIZES, RGB_SPACES, _STEREO_RATE, parameters=STEREO_PARAMETERS),
+        ]
+    else:
+        found.append(camera(2, "CameraDepth", _XTION, _XTION_SIZES, DEPTH_SPACES, _RATE))
+    return {one.index: one for one in found}
 
 
 class VideoSettings:
@@ -38,7 +70,7 @@ class VideoSettings:
 
     def __init__(self, robot: Pepper, camera_of: Callable[[str], Camera]) -> None:
         self.cameras = robot_cameras(robot)
-        self.parameters = {index: CameraParameters() for index in self.cameras}
+        self.parameters = {index: CameraParameters(camera.parameters) for index, camera in self.cameras.items()}
         self.active = 0
         self._camera_of = camera_of
         self._closed: set[int] = set()
@@ -61,7 +93,7 @@ class VideoSettings:
 
     @remote("i(i)")
     def getCameraModel(self, cameraIndex: int) -> int:
-        """Returns a camera's sensor id: 3 OV5640, 4 Xtion."""
+        """Returns a camera's sensor id: 3 OV5640, 4 Xtion, 7 depth from stereo, 8 OV4689."""
         return known_camera(self.cameras, cameraIndex).model
 
     @remote("b()")
@@ -92,9 +124,9 @@ class VideoSettings:
 
     @remote("i(i)")
     def getResolution(self, cameraIndex: int) -> int:
-        """Returns the resolution a camera starts with: 2, VGA."""
-        known_camera(self.cameras, cameraIndex)
-        return 2
+        """Returns the resolution a camera starts with: 2, VGA, or its largest where it has no VGA."""
+        resolutions = known_camera(self.cameras, cameraIndex).resolutions
+        return 2 if 2 in resolutions else resolutions[0]
 
     @remote("i(i)")
     def getColorSpace(self, cameraIndex: int) -> int:
@@ -172,8 +204,7 @@ class VideoSettings:
     @remote("m(ii)")
     def getParameterRange(self, cameraIndex: int, parameterId: int) -> list[int]:
         """Returns [lowest, highest] of a parameter."""
-        known_camera(self.cameras, cameraIndex)
-        parameter = known_parameter(parameterId)
+        parameter = self.parameters[known_camera(self.cameras, cameraIndex).index].known(parameterId)
         return [parameter.low, parameter.high]
 
     @remote("b(ii)")

@@ -9,13 +9,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
 import numpy as np
 
-from pepper_sim.naoqi.video.formats import DEPTH_SPACES, RESOLUTIONS, RGB_SPACES, convert_depth, convert_rgb
+from pepper_sim.naoqi.video.formats import DEPTH_RANGE, RESOLUTIONS, convert_depth, convert_rgb
+from pepper_sim.naoqi.video.parameters import PARAMETERS, Parameter
 from pepper_sim.robot import Pepper
 
 log = logging.getLogger(__name__)
@@ -37,8 +39,12 @@ class Camera:
         model: ALVideoDevice's sensor id.
         kind: "rgb" or "depth".
         resolutions: Ids it can deliver.
+        spaces: Colour space id -> layers.
         max_fps: [1/s]
-        fovx, fovy: Field of view [rad].
+        fovx, fovy: Field of view [rad], of one eye.
+        views: How many pictures it delivers side by side: 2 for the left and right eye.
+        parameters: Parameter id -> its range.
+        depth_range: Of a depth camera: nearest and farthest [m].
     """
 
     index: int
@@ -46,14 +52,13 @@ class Camera:
     model: int
     kind: str
     resolutions: tuple[int, ...]
+    spaces: Mapping[int, int] = field(hash=False)
     max_fps: int
     fovx: float
     fovy: float
-
-    @property
-    def spaces(self) -> dict[int, int]:
-        """Colour space id -> layers."""
-        return DEPTH_SPACES if self.kind == "depth" else RGB_SPACES
+    views: int = 1
+    parameters: Mapping[int, Parameter] = field(default_factory=lambda: PARAMETERS, hash=False)
+    depth_range: tuple[float, float] = DEPTH_RANGE
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,7 @@ class Streams:
         with self._lock:
             shared = self._shared.get(key)
             if shared is None:
-                width, height = drawn_size(key[1])
+                width, height = drawn_size(key[1], camera.views)
                 feed = self._robot.subscribe_camera(camera.name, width, height, float(key[2]), camera.kind)
                 shared = self._shared[key] = _Shared(feed, time.monotonic())
             shared.used = time.monotonic()
@@ -151,29 +156,31 @@ class Streams:
                 shared.sequence, shared.converted = picture.sequence, {}
             data = shared.converted.get(space) if picture.sequence == shared.sequence else None
             if data is None:
-                data = convert(_oriented(picture.pixels, key), camera, space)
+                data = convert(_oriented(picture.pixels, camera, key), camera, space)
                 if picture.sequence == shared.sequence:
                     shared.converted[space] = data
             return data
 
 
-def drawn_size(resolution: int) -> tuple[int, int]:
-    """Return the size at which a resolution is rendered [px]; the largest is rendered at half its size and enlarged."""
+def drawn_size(resolution: int, views: int = 1) -> tuple[int, int]:
+    """Return the size at which a resolution of so many views is rendered [px]; the largest is rendered at half its size
+    and enlarged."""
     width, height = RESOLUTIONS[resolution]
-    return (width // 2, height // 2) if width > 1280 else (width, height)
+    return (width // 2, height // 2) if width // views > 1280 else (width, height)
 
 
-def _oriented(pixels: np.ndarray, key: Key) -> np.ndarray:
+def _oriented(pixels: np.ndarray, camera: Camera, key: Key) -> np.ndarray:
     size = RESOLUTIONS[key[1]]
-    if size != drawn_size(key[1]):
+    if size != drawn_size(key[1], camera.views):
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_LINEAR)
     if key[3] or key[4]:
-        pixels = cv2.flip(pixels, -1 if key[3] and key[4] else int(key[3]))
+        views = np.split(pixels, camera.views, axis=1)  # each eye's picture is flipped where it is
+        pixels = np.hstack([cv2.flip(view, -1 if key[3] and key[4] else int(key[3])) for view in views])
     return pixels
 
 
 def convert(pixels: np.ndarray, camera: Camera, space: int) -> np.ndarray:
     """Convert a camera's picture into one of its colour spaces."""
     if camera.kind == "depth":
-        return convert_depth(pixels, space, camera.fovy)
+        return convert_depth(pixels, space, camera.fovy, camera.depth_range)
     return convert_rgb(pixels, space)

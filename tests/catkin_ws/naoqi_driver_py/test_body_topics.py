@@ -22,9 +22,8 @@ def naoqi_session(graph):
 
 @pytest.fixture(scope="module")
 def probe(graph, naoqi_session):
-    graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
-    graph.run_node("naoqi_driver_py", "naoqi_condition.py")
-    graph.run_node("naoqi_driver_py", "naoqi_speech.py")
+    address = ("--pip", "127.0.0.1", "--pport", str(graph.robot_port))
+    graph.run("rosrun", "naoqi_driver_py", "naoqi_driver.py", *address, "_namespace:=/")
     graph.run_node("naoqi_driver_py", "naoqi_logger.py", "_level:=info")
     probe = graph.probe()
     probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position", "velocity", "header.stamp"])

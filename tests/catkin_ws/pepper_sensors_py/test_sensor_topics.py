@@ -1,4 +1,4 @@
-"""Cameras, sonars and lasers on ROS topics, with the simulated robot."""
+"""Cameras, sonars and lasers on ROS topics, with the simulated robot; its head is the one with the stereo camera."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.ros
 
 @pytest.fixture(scope="module")
 def robot(graph):
-    return graph.start_robot("apartment")
+    return graph.start_robot("apartment", "--head", "1.8")
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +33,11 @@ def front(graph, robot):
 
 @pytest.fixture(scope="module")
 def probe(graph, front):
-    graph.run_node(
-        "pepper_sensors_py", "camera.py", "__name:=depth", "_source:=2", "_color_space:=17", "_frame_rate:=10"
-    )
+    for name, *settings in (
+        ("depth", "_source:=2", "_color_space:=17", "_resolution:=9", "_frame_rate:=10"),
+        ("stereo", "_source:=3", "_color_space:=9", "_resolution:=15", "_frame_rate:=10"),
+    ):
+        graph.run_node("pepper_sensors_py", "camera.py", f"__name:={name}", *settings)
     graph.run_node("pepper_sensors_py", "sonar.py")
     graph.run_node("pepper_sensors_py", "laser.py")
     return graph.probe()
@@ -79,7 +81,17 @@ def test_jpeg_pictures(probe):
 
 def test_depth_in_millimetres(probe):
     probe.watch("/depth/image_raw", "sensor_msgs/Image", ["width", "height", "encoding", "header.frame_id", "step"])
-    assert probe.latest("/depth/image_raw") == [320, 240, "16UC1", "CameraDepth_optical_frame", 640]
+    assert probe.latest("/depth/image_raw") == [640, 360, "16UC1", "CameraDepth_optical_frame", 1280]
+
+
+def test_both_eyes_side_by_side_with_the_camera_info_of_one(probe):
+    probe.watch("/stereo/image_raw", "sensor_msgs/Image", ["width", "height", "encoding", "header.frame_id"])
+    probe.watch("/stereo/camera_info", "sensor_msgs/CameraInfo", ["width", "height", "K"])
+    assert probe.latest("/stereo/image_raw") == [640, 180, "rgb8", "CameraDepth_optical_frame"]
+    width, height, k = probe.latest("/stereo/camera_info")
+    # 60 degrees from top to bottom (NAOqi 2.8 documentation, video_Stereo_pep).
+    assert (width, height) == (320, 180) and k[0] == pytest.approx(90 / math.tan(math.radians(30)), rel=1e-3)
+    assert k[2] == pytest.approx(160)
 
 
 def test_sonars(probe):

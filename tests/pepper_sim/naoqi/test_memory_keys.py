@@ -1,5 +1,7 @@
 """The keys of the body: all there, of the documented types, and with true values."""
 
+import math
+
 import pytest
 
 from pepper_sim.naoqi.memory_keys import motor_current
@@ -10,6 +12,8 @@ JOINTS = (
     "RShoulderPitch RShoulderRoll RElbowYaw RElbowRoll RWristYaw RHand"
 ).split()
 LASER = D + "Platform/LaserSensor/"
+
+IMU_AXES = ("GyroscopeZ", "AccelerometerX")
 
 FLOATS = [
     *(f"{D}{j}/Position/{k}/Value" for j in JOINTS for k in ("Sensor", "Actuator")),
@@ -74,6 +78,37 @@ def test_resting_sensors_tell_the_truth(naoqi, wait_until):
     assert memory.getData(f"{D}HeadPitch/Position/Sensor/Value") == pytest.approx(-0.2117, abs=0.03)
     assert memory.getData(f"{D}KneePitch/Hardness/Actuator/Value") == 1.0
     assert 0.0 < memory.getData(f"{D}Battery/Charge/Sensor/Value") <= 1.0
+
+
+def test_inertial_sensors_end_at_500_degrees_per_second_and_2_g(naoqi, simulation, wait_until):
+    axes = [f"{D}InertialSensor{place}/{sensor}/Sensor/Value" for place in ("Base", "") for sensor in IMU_AXES]
+    robot, extremes = naoqi.robot, [0.0] * len(axes)
+    with robot.world.locked() as data:
+        push = data.body(f"{robot.prefix}base_footprint").xfrc_applied
+        push[:] = 3000.0, 0.0, 0.0, 0.0, 0.0, 600.0  # [N, N m], until the restart
+
+    def reach_the_ends() -> bool:
+        values = naoqi.ALMemory.getListData(axes)
+        extremes[:] = [max(abs(value), seen) for value, seen in zip(values, extremes, strict=True)]
+        return extremes[0] > 8.7 and extremes[1] > 19.6
+
+    try:
+        wait_until(reach_the_ends, "it spins and is thrown")
+    finally:
+        simulation.restart()
+    rate, acceleration, torso_rate, torso_acceleration = extremes
+    assert rate == pytest.approx(math.radians(500.0), rel=1e-6) and torso_rate <= rate
+    assert acceleration == pytest.approx(2 * 9.80665, rel=1e-6) and torso_acceleration <= acceleration
+
+
+def test_joints_move_in_the_steps_of_their_hall_encoders(naoqi):
+    step = math.tau / 4096  # 12 bits
+    keys = [f"{D}{joint}/Position/Sensor/Value" for joint in JOINTS]
+    naoqi.ALMotion.setAngles("HeadYaw", 0.5, 0.1)
+    for _ in range(20):
+        angles = naoqi.ALMemory.getListData(keys)
+        steps = [angle / step for angle in angles]
+        assert steps == pytest.approx([round(count) for count in steps], abs=1e-6)
 
 
 def test_wheels_turn_when_the_robot_drives(naoqi, wait_until):

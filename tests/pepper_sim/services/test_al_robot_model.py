@@ -4,6 +4,6 @@
 def test_robot_model(naoqi):
     model = naoqi.ALRobotModel
     assert model.getRobotType() == "Pepper" and model.hasLegs() is False and model.hasArms() is True
-    assert model._getMicrophoneConfig() == 0
+    assert model._getMicrophoneConfig() == 1
     assert model._getConfigMap()["RobotConfig/Body/Type"] == "Juliette"
     assert 'value="Juliette"' in model.getConfig()

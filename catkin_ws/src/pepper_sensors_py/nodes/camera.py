@@ -3,7 +3,8 @@
 
 Publishes:  ~image_raw (sensor_msgs/Image), ~image_raw/compressed (sensor_msgs/CompressedImage, JPEG),
             ~camera_info (sensor_msgs/CameraInfo), all only while somebody subscribes; /diagnostics with rate and age.
-Parameters: ~source (0): 0 top, 1 bottom, 2 depth.  ~resolution (1): NAOqi's id, 0 160x120, 1 320x240, 2 640x480.
+Parameters: ~source (0): 0 top, 1 bottom, 2 depth, 3 stereo: left and right eye side by side, camera_info of one eye.
+            ~resolution (1): NAOqi's id, 0 160x120, 1 320x240, 2 640x480; head 1.8: depth 9 640x360, stereo 15 640x180.
             ~color_space (13): NAOqi's id; 9 (YUV422, a third fewer bytes), 11 RGB, 13 BGR, 17 depth [mm] and others.
             ~frame_rate (15) [pictures/s].
             ~use_ros_time (false): false stamps a picture with the moment it was taken, by the robot's clock, which is
@@ -137,6 +138,7 @@ class CameraNode:
             message.header.stamp, message.header.frame_id = stamp, self._camera.frame_id
             self._compressed.publish(message)
         if self._info.get_num_connections():
+            width //= self._camera.views
             model = self._calibration.scaled(width, height) if self._calibration else None
             model = model or pinhole(width, height, picture.angles)
             message = CameraInfo(height=height, width=width, distortion_model=model.distortion_model)

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""A controller of your own for any simulated robot: walk or drive a distance forward, the same back, and stop.
+"""A controller of your own for any simulated robot: forward until Ctrl-C, or a distance forward and the same back.
 
-Start a simulator in one terminal and this file in another (after `. ./env.sh`):
+Start a simulator in one terminal and this file in another, from the project's folder:
 
-    ./stack up robotino gui:=false
-    python3 catkin_ws/src/sim_bringup/examples/custom_controller.py _distance:=0.5
+    python3 sim.py --terrain flat
+    python3 custom_controller.py
+    python3 custom_controller.py _distance:=0.5
+
+After `. ./env.sh` it is also `rosrun sim_bringup custom_controller.py`.
 
 With several robots in one world, say which: `__ns:=/rto3`. It uses nothing but the topics of `robot_control_node`:
 
@@ -15,9 +18,11 @@ With several robots in one world, say which: `__ns:=/rto3`. It uses nothing but 
 Put your own idea into `decide`: it gets the newest state and picture ten times a second and returns what to do. The
 rest is what every controller needs: it stops when it no longer knows where it is, when it tips, and when it ends.
 
-Parameters: ~distance (0.5) [m], ~timeout (60) [s]. The exit code is 0 when the robot came back.
+Parameters: ~distance [m]: there and back; without it forward until Ctrl-C. ~timeout (60) [s]: so long may there and
+back take. The exit code is 0 when the robot came back, or after Ctrl-C on the way forward.
 """
 
+import contextlib
 import math
 import sys
 import time
@@ -25,6 +30,7 @@ import time
 import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32MultiArray, Int32
+from telepresence_ros.master_watch import wait_for_master
 
 STOP, FORWARD, BACKWARD = 0, 1, 2
 RATE = 10.0
@@ -36,7 +42,8 @@ REACHED = 0.02
 
 
 class CustomController:
-    def __init__(self, distance):
+    def __init__(self, distance=None):
+        """`distance`: there and back [m]; None for forward without end."""
         self.distance = distance
         self.start = None
         self.going_back = False
@@ -55,6 +62,8 @@ class CustomController:
         start_x, start_y, heading = self.start
         # How far it has come along the direction in which it began.
         gone = (x - start_x) * math.cos(heading) + (y - start_y) * math.sin(heading)
+        if self.distance is None:
+            return FORWARD
         if not self.going_back and gone >= self.distance:
             rospy.loginfo("%.2f m forward; now back", gone)
             self.going_back = True
@@ -71,7 +80,8 @@ class CustomController:
             rospy.logwarn_throttle(5.0, "waiting for body_state and robot_camera")
             self._command.publish(STOP)
             return
-        x, y, _z, roll, pitch, yaw = self._state
+        x, y, z, roll, pitch, yaw = self._state
+        rospy.loginfo_throttle(1.0, f"Robot at: ({x:.2f}, {y:.2f}, {z:.2f})")
         if max(abs(roll), abs(pitch)) > TIPPED:
             rospy.logerr_throttle(5.0, "the robot has tipped over: rosservice call /restart_simulation")
             self._command.publish(STOP)
@@ -92,18 +102,22 @@ class CustomController:
 
 
 def main():
+    wait_for_master()  # rospy alone waits for ever, even after Ctrl-C
     rospy.init_node("custom_controller")
-    controller = CustomController(float(rospy.get_param("~distance", 0.5)))
-    end = time.monotonic() + float(rospy.get_param("~timeout", 60.0))
+    distance = rospy.get_param("~distance", None)
+    controller = CustomController(None if distance is None else float(distance))
+    end = math.inf if distance is None else time.monotonic() + float(rospy.get_param("~timeout", 60.0))
     rospy.on_shutdown(controller.stop)
     rate = rospy.Rate(RATE)
     while not rospy.is_shutdown() and not controller.done and time.monotonic() < end:
         controller.step()
-        rate.sleep()
+        with contextlib.suppress(rospy.ROSInterruptException):  # Ctrl-C
+            rate.sleep()
     controller.stop()
-    if not controller.done:
+    if distance is not None and not controller.done:
         rospy.logerr("the robot did not come back in time; is something in its way?")
-    return 0 if controller.done else 1
+        return 1
+    return 0
 
 
 if __name__ == "__main__":

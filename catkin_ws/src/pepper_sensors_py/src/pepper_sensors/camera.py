@@ -22,7 +22,10 @@ from pepper_sensors.colour import convert, require_known
 
 log = logging.getLogger(__name__)
 
-CAMERAS = {0: "CameraTop", 1: "CameraBottom", 2: "CameraDepth"}
+STEREO = 3
+"""Index of the stereo camera, which only head 1.8 has: the pictures of the left and the right eye stand side by side
+(NAOqi 2.8 documentation, video_Stereo_pep)."""
+CAMERAS = {0: "CameraTop", 1: "CameraBottom", 2: "CameraDepth", STEREO: "CameraStereo"}
 """Index of a camera on Pepper -> its name; frames are named after it."""
 REPLY_TIMEOUT = 1.0
 """Seconds a picture may take beyond one frame period."""
@@ -91,7 +94,14 @@ class Camera:
 
     @property
     def frame_id(self) -> str:
-        return f"{CAMERAS[self._settings[0]]}_optical_frame"
+        """Of the optical axis; of the stereo camera that of the left eye, through which depth is seen too."""
+        source = self._settings[0]
+        return f"{CAMERAS[2 if source == STEREO else source]}_optical_frame"
+
+    @property
+    def views(self) -> int:
+        """How many pictures of equal width stand side by side in one."""
+        return 2 if self._settings[0] == STEREO else 1
 
     def grab(self) -> CameraPicture | None:
         """The robot's newest picture, or None when it has none that was not grabbed before.
@@ -135,8 +145,10 @@ class Camera:
                 self._connection.call("ALVideoDevice", "unsubscribe", subscriber)
         handle = self._connection.call("ALVideoDevice", "subscribeCamera", self._name, *self._settings)
         if not handle:
+            source, resolution, space, _ = self._settings
             raise CallRefused(
-                f"the robot gives no handle for camera {self._settings[0]}: too many programs may be subscribed to it"
+                f"the robot gives no handle for camera {source}: too many programs may be subscribed to it, or the "
+                f"head has no such camera, or not resolution {resolution} with colour space {space}"
             )
         self._handle = str(handle)
         self._link = link

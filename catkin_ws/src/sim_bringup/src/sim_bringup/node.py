@@ -25,16 +25,21 @@ from __future__ import annotations
 import logging
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import rospy
 from telepresence_ros.node import Node
 
+import telepresence
 from sim_bringup.ros_interface import RobotTopics, WorldInterface
 from telepresence.sim.camera import CamerasFailed
+from telepresence.sim.scene import SCENES
 from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
 
 DEFAULT_SCENE = "apartment"
+ROOT = Path(telepresence.__file__).parents[1]
+"""The path of the world in the log is relative to this."""
 
 
 def main() -> int:
@@ -67,11 +72,13 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
     node = Node(name)
     signal.signal(signal.SIGHUP, lambda *_: node.shut_down("the terminal was closed"))
     logging.getLogger("OpenGL").setLevel(logging.WARNING)
+    place = str(rospy.get_param("~scene", scene))
     try:
         requests = robots()
+        rospy.loginfo("Loading world: %s (%s terrain)", SCENES.relative_to(ROOT) / f"{place}.xml", place)
         simulation = Simulation(
             requests,
-            str(rospy.get_param("~scene", scene)),
+            place,
             int(rospy.get_param("~seed", 0)),
             str(rospy.get_param("~address", "127.0.0.1")),
         )
@@ -86,6 +93,7 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
         with WorldInterface(
             simulation, {request.name: RobotTopics.read(request, settings) for request in requests}
         ) as interface:
+            rospy.loginfo("[%s]: Robot Control Node initialized", rospy.get_name().lstrip("/"))
             if rospy.get_param("~viewer", False):
                 try:
                     view(simulation.world, interface.stop)

@@ -32,6 +32,8 @@ STANDING = 0.005
 STOP_PATIENCE = 1.0
 """A restart waits so long for a robot to stand [s]; what its driver still holds would else move it afterwards."""
 DEFAULT_SPEED = 0.2
+RESTARTED = "Simulation restart requested"
+"""The simulation guide's answer; here the restart is done when it comes."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ class WorldInterface:
                 for topic in robot.pictures:
                     topic.reset()
             self._overview.reset()
-        return TriggerResponse(True, "the world, its robots, controllers and camera timers are back at the start")
+        return TriggerResponse(True, RESTARTED)
 
     def _publish_truth(self, stop: threading.Event) -> None:
         due, count = time.monotonic(), 0

@@ -1,0 +1,70 @@
+"""The simulation guide's programs as a person types them in the project's folder, with any python3 and no ROS master:
+`python3 sim.py --terrain flat`, `python3 custom_controller.py`, and the guide's other examples."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from telepresence.station.ros_master import master_answers
+
+pytestmark = pytest.mark.ros
+
+ROOT = Path(__file__).resolve().parents[3]
+EXAMPLES = ("rosrun", "sim_bringup")
+
+
+@pytest.fixture
+def plain_python(graph) -> list[str]:
+    """Runs a program as in a fresh terminal: none of the project's environment, no ROS master, no display."""
+    graph.master.end()
+    words = {"HOME": os.environ["HOME"], "PATH": "/usr/bin:/bin", "ROS_MASTER_URI": graph.uri, "ROS_IP": "127.0.0.1"}
+    words["ROS_HOME"] = graph.environment["ROS_HOME"]
+    graph.environment["PYTHONUNBUFFERED"] = words["PYTHONUNBUFFERED"] = "1"  # as in a terminal
+    return ["env", "-i", "-C", str(ROOT), *(f"{name}={value}" for name, value in words.items()), "/usr/bin/python3"]
+
+
+def test_a_controller_without_a_simulation_says_so_and_ends_with_ctrl_c(graph, plain_python):
+    controller = graph.run(*plain_python, "custom_controller.py")
+    controller.wait_for(f"No ROS master answers at {graph.uri}")
+    controller.signal(signal.SIGINT)
+    assert controller.process.wait(20.0) != 0
+
+
+def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph, plain_python, until_true):
+    simulation = graph.run(*plain_python, "sim.py", "--terrain", "flat", "--port", "0")
+    world = simulation.wait_for(r"Loading world: (\S+) \(flat terrain\)")[1]
+    assert (ROOT / world).is_file(), "it names the file that is loaded"
+    simulation.wait_for(r"\[robot_control_node\]: Robot Control Node initialized")
+    assert "No display here" in simulation.output
+
+    another = graph.run(*plain_python, "sim.py", "--port", "0")
+    assert another.process.wait(30.0) == 1 and "a simulation runs already" in another.output
+
+    camera = graph.run(*EXAMPLES, "camera_subscriber.py")
+    probe = graph.probe()
+    probe.watch("/body_state", "std_msgs/Float32MultiArray", [f"data.{i}" for i in range(6)])
+    start = probe.latest("/body_state")
+    controller = graph.run(*plain_python, "custom_controller.py")
+    controller.wait_for(r"Robot at: \(-?\d+\.\d\d, -?\d+\.\d\d, -?\d+\.\d\d\)")
+    until_true(lambda: probe.latest("/body_state")[0] > start[0] + 0.1, "the controller walks forward")
+    controller.signal(signal.SIGINT)
+    assert controller.process.wait(20.0) == 0, controller.output
+    until_true(
+        lambda: math.dist(probe.latest("/body_state"), probe.latest("/body_state")) < 0.002, "it stops at Ctrl-C"
+    )
+
+    restart = graph.run(*EXAMPLES, "restart_client.py")
+    assert restart.process.wait(20.0) == 0
+    assert restart.output == "Restart successful: Simulation restart requested\n"
+    until_true(lambda: math.dist(probe.latest("/body_state")[:2], start[:2]) < 0.001, "it is back at the start")
+    camera.wait_for("Received image: 640x480")
+
+    simulation.signal(signal.SIGINT)
+    assert simulation.process.wait(20.0) == 0, simulation.output
+    assert not master_answers(graph.uri), "the ROS master that it brought ends with it"
+    assert "Traceback" not in simulation.output + controller.output + camera.output
