@@ -111,7 +111,7 @@ class ProbeNode:
             self._publishers["report"] = publisher = rospy.Publisher(topic, Int32, headers=REPORT_HEADER, queue_size=10)
             deadline = time.monotonic() + 10
             while publisher.get_num_connections() < 2 and time.monotonic() < deadline:
-                time.sleep(0.01)  # the simulator, and the probe itself
+                time.sleep(0.01)  # the simulator, and whoever watches
         publisher.publish(movement)
 
     def call_often(self, service: str, kind: str, count: int) -> int:

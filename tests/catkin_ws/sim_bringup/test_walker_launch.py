@@ -32,6 +32,7 @@ class Station:
             "roslaunch", str(ROOT / "launch" / "walker.launch"), "port:=0", "terrain:=rough", f"gamepad:={pad}"
         )
         self.probe = graph.probe()
+        self.make_probe = graph.probe
         self.probe.watch("/body_state", "std_msgs/Float32MultiArray", [f"data.{i}" for i in range(6)])
         self.probe.watch("/robot_camera", "sensor_msgs/Image", ["width", "height", "encoding", "header.frame_id"])
         self.probe.watch("/movement_command", "std_msgs/Int32", ["data"])
@@ -134,8 +135,9 @@ def test_what_a_window_only_reports_moves_nothing(station, until_true):
     station.freezes()
     begin = station.place()
     station.forget_commands()
+    window = station.make_probe()  # a node has one publisher for a topic, which reports or commands
     for _ in range(3):
-        station.probe.report("/movement_command", 1)
+        window.report("/movement_command", 1)
     until_true(lambda: station.commands() == [1, 1, 1], "everybody sees the reports")
     station.freezes()
     assert math.dist(begin, station.place()) < 0.005
