@@ -1,4 +1,4 @@
-"""The operator's window:  python -m gui [--profile pepper|robotino|both] [--robot ADDRESS]"""
+"""The operator's window:  python -m gui [--profile pepper|robotino|walker|both] [--robot ADDRESS]"""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from gui.app.gc_on_qt_thread import GcOnQtThread
 from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
+from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
@@ -47,6 +48,7 @@ def main(argv: list[str] | None = None) -> int:
     if problem:
         print(f"gui: {problem}", file=sys.stderr)
         return 2
+    log_to_terminal()
     # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
     scale = f"{arguments.scale or usual_scale(os.environ):g}"
@@ -109,12 +111,22 @@ def main(argv: list[str] | None = None) -> int:
     leave(code)
 
 
+def log_to_terminal() -> None:
+    """Print what the window's parts log, such as a joystick that was detected, as plain lines on standard output."""
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    logger = logging.getLogger("gui")
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    logger.propagate = False  # rospy's own handlers would print it a second time
+
+
 def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) -> list[RobotTab]:
     """Make a tab for each robot that the command line names."""
-    names = list(ROBOTS) if arguments.profile == BOTH else [arguments.profile]
+    names = list(BOTH_ROBOTS) if arguments.profile == BOTH else [arguments.profile]
     tabs = []
     for index, name in enumerate(names):
-        robot = ROBOTS[name]
+        robot = ROBOTS[name] if len(names) == 1 else ROBOTS[name].among_others()
         if index < len(arguments.feed):
             robot = robot.with_feed(arguments.feed[index])
         if index:
@@ -124,6 +136,9 @@ def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) 
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
         tabs.append(RobotTab(node, robot, address, arguments, alone=len(names) == 1))
         tabs[-1].restore(settings)
+    for tab in tabs:
+        for other in tabs:
+            tab.controller.bar.guide_keys_wanted.connect(other.controller.bar.set_guide_keys)
     return tabs
 
 

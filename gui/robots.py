@@ -5,14 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from gui.ros.channels import Incoming, Offered, Outgoing
 from gui.ros.picture import read_picture
-from gui.ros.topics import actions, drive, sensors
+from gui.ros.topics import actions, drive, sensors, simulation
 from gui.terminal import commands
 from gui.terminal.commands import Address
 from telepresence.safety.outline import Outline
 from telepresence.safety.robot_profile import PEPPER, ROBOTINO
+
+_Row = TypeVar("_Row", Incoming, Outgoing)
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,9 @@ class Robot:
         name: Its key in `ROBOTS`, and its name on the command line.
         title: What the window calls it.
         namespace: The ROS namespace in which the names of topics and services below are resolved.
-        cmd_vel: The topic of geometry_msgs/Twist that drives it.
+        cmd_vel: The topic that drives it: of geometry_msgs/Twist, or movement_command.
         session: Makes the command line that starts the robot's programs, of its address and this machine's.
-        keyboard: The command line that starts the keyboard program alone.
+        keyboard: The command line that starts the keyboard program alone; empty if it has none.
         incoming, outgoing, services: Its topics and services, see `gui.ros.channels`.
         outline: Its shape on the floor.
         top_speed, top_turn: As fast as its safety gate ever allows [m/s, rad/s].
@@ -36,6 +39,10 @@ class Robot:
         postures: (name, text of the button) of each posture that it can take.
         cameras: (name, topic) of the pictures to choose from, the usual one first; none if there is only one.
         recorded: Topics of a recording.
+        filmed: The topic of its pictures in a recording, sensor_msgs/CompressedImage or Image.
+        robot_camera: The topic of the simulation guide's picture: it exists if the robot is simulated.
+        by_movement: It takes `movement_command` and nothing else: forward, backward, stop. It is a simulated robot
+            without lease, gate and range sensors.
     """
 
     name: str
@@ -56,12 +63,35 @@ class Robot:
     postures: tuple[tuple[str, str], ...]
     cameras: tuple[tuple[str, str], ...]
     recorded: tuple[str, ...]
+    filmed: str
+    robot_camera: str = simulation.ROBOT_CAMERA
+    by_movement: bool = False
 
     def with_feed(self, topic: str) -> Robot:
         """Return the same robot with another camera topic."""
         topics = {"picture": topic, "lens": camera_info_of(topic)}
         rows = (replace(row, topic=topics.get(row.channel, row.topic)) for row in self.incoming)
         return replace(self, incoming=tuple(rows))
+
+    def among_others(self) -> Robot:
+        """Return the same robot in a world with others, where the simulator's own topics are in its namespace, too."""
+        own = ("true_pose", "movement")
+        return replace(
+            self,
+            incoming=tuple(_relative(row) if row.channel in own else row for row in self.incoming),
+            outgoing=tuple(_relative(row) if row.channel in own else row for row in self.outgoing),
+            robot_camera=self.robot_camera.lstrip("/"),
+        )
+
+    def lens_of(self, topic: str) -> str:
+        """Return the topic of the calibration that belongs to this topic of pictures."""
+        if topic == self.robot_camera:
+            return next(row.topic for row in self.incoming if row.channel == "lens")  # the first camera, scaled
+        return camera_info_of(topic)
+
+
+def _relative(row: _Row) -> _Row:
+    return replace(row, topic=row.topic.lstrip("/"))
 
 
 def camera_info_of(topic: str) -> str:
@@ -89,9 +119,10 @@ _PEPPER = Robot(
     keyboard=commands.KEYBOARD,
     incoming=(
         _picture(_PEPPER_CAMERAS[0][1]), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
+        simulation.BODY_STATE,
     ),
-    outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing()),
-    services=(*drive.SERVICES, *actions.pepper_services()),
+    outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing(), simulation.MOVEMENT_REPORT),
+    services=(*drive.SERVICES, *actions.pepper_services(), simulation.RESTART),
     outline=PEPPER.outline,
     top_speed=PEPPER.limits.max_speed,
     top_turn=PEPPER.limits.max_turn,
@@ -107,6 +138,7 @@ _PEPPER = Robot(
         "pepper_robot/bumper", "pepper_robot/battery", "pepper_robot/camera/front/image_raw/compressed",
         "pepper_robot/camera/front/camera_info",
     ),
+    filmed="pepper_robot/camera/front/image_raw/compressed",
 )  # fmt: skip
 
 _ROBOTINO = Robot(
@@ -116,9 +148,9 @@ _ROBOTINO = Robot(
     cmd_vel="safe_cmd_vel",
     session=commands.robotino_session,
     keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING),
-    outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing()),
-    services=(*drive.SERVICES, *actions.sound_services()),
+    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE),
+    outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing(), simulation.MOVEMENT_REPORT),
+    services=(*drive.SERVICES, *actions.sound_services(), simulation.RESTART),
     outline=ROBOTINO.outline,
     top_speed=ROBOTINO.limits.max_speed,
     top_turn=ROBOTINO.limits.max_turn,
@@ -131,7 +163,33 @@ _ROBOTINO = Robot(
         *_RECORDED, "safe_cmd_vel", "joint_states", "distance_sensors", "distance_sensors_scan", "scan", "bumper",
         "battery", "image_raw/compressed", "camera_info",
     ),
+    filmed="image_raw/compressed",
 )  # fmt: skip
 
-ROBOTS = {robot.name: robot for robot in (_PEPPER, _ROBOTINO)}
-"""The robots by name, in the order of the tabs."""
+_WALKER = Robot(
+    name="walker",
+    title="Walker",
+    namespace="/",
+    cmd_vel="movement_command",
+    session=commands.walker_session,
+    keyboard="",
+    incoming=(_picture("robot_camera"), simulation.BODY_STATE, drive.JOY),
+    outgoing=(simulation.MOVEMENT,),
+    services=(simulation.RESTART,),
+    outline=Outline.disc(0.28),
+    top_speed=0.3,
+    top_turn=0.8,
+    reach=0.9,
+    farthest_click=0.0,
+    speaks=False,
+    postures=(),
+    cameras=(),
+    recorded=("body_state", "movement_command", "truth", "/rosout"),
+    filmed="robot_camera",
+    by_movement=True,
+)
+
+ROBOTS = {robot.name: robot for robot in (_PEPPER, _ROBOTINO, _WALKER)}
+"""The robots by name."""
+BOTH = ("pepper", "robotino")
+"""The robots of a window with two tabs, in the order of the tabs."""

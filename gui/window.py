@@ -99,6 +99,7 @@ class OperatorWindow(QMainWindow):
     gate: GateBanner
     health: LinkHealth
     around: SensorView
+    aroundTitle: QLabel
     aroundLabel: QLabel
     bodyPanel: BodyPanel
     pad: DrivePad
@@ -111,6 +112,7 @@ class OperatorWindow(QMainWindow):
     robotPage: QWidget
     robotPanel: RobotPanel
     sound: SoundPanel
+    soundPage: QWidget
     tablet: VideoView
     tabletPage: QWidget
     status: StatusBar

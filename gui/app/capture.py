@@ -1,4 +1,4 @@
-"""Snapshots of the picture, and recordings of a session with their reports."""
+"""Snapshots of the picture, and recordings of a session with their films and reports."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ class Capture(QObject):
         self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
         self.recorder.finished.connect(self._on_finished)
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
+        self.recorder.filmed.connect(lambda film: self.said.emit(f"The session's film: {film}", "good"))
         self.recorder.failed.connect(self._on_failed)
         self._timer = PeriodicTimer(500, self._show_time, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
@@ -70,7 +71,7 @@ class Capture(QObject):
             self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
         else:
             topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
-            self.recorder.start(self._name(), topics)
+            self.recorder.start(self._name(), topics, self._link.resolve(self._link.robot.filmed))
             if self.recorder.recording:
                 self._since = time.monotonic()
                 self._timer.start()

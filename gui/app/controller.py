@@ -9,11 +9,13 @@ from PyQt5.QtCore import QObject
 
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
+from gui.driving.drive_access import DriveAccess
 from gui.driving.drive_controls import DriveControls
 from gui.driving.drive_coordinator import DriveCoordinator
 from gui.driving.gamepad import Gamepad
-from gui.driving.gamepad_view import GamepadView
+from gui.driving.gamepad_view import DIRECT_KEYS, GamepadView
 from gui.driving.lease_client import LeaseClient
+from gui.driving.movement_access import MovementAccess
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.styling import set_property
@@ -59,7 +61,7 @@ class Controller(QObject):
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
         self._sign_in = sign_in
-        self.access = LeaseClient(link)
+        self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseClient(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
         self.bar = AccessBar(self.access, sign_in)
@@ -108,6 +110,15 @@ class Controller(QObject):
         robot = self._link.robot
         self.controls.set_limits(robot.top_speed, robot.top_turn)
         self.gamepad.top_speed = robot.top_speed
+        self.bar.guide_keys_wanted.connect(window.pad.set_guide_keys)
+        self.bar.guide_keys_wanted.connect(self.controls.set_guide_speeds)
+        if robot.by_movement:
+            window.pad.limit_to(("forward", "backward"))
+            self.controls.offer_restart_only()
+            self.gamepad.direct = True
+            self.pad_view.keys = DIRECT_KEYS
+            for widget in (window.addressLabel, window.address):
+                widget.hide()
 
     def admit(self, account: Account) -> None:
         """Connect to the robot for somebody who has signed in."""
@@ -140,6 +151,9 @@ class Controller(QObject):
         self._attach = Attach.NEVER
         self._window.show_terminal()
         if self._link.state.driver:
+            if not self._link.robot.keyboard:
+                self._advise()
+                return
             self._start_keyboard(self._link.state)
             self._terminal.take_keyboard()
             return
@@ -149,14 +163,17 @@ class Controller(QObject):
             self._mark_address(valid=False)
             self._say(str(error), "bad")
             return
-        open_to_all = "" if self._sign_in else f" {commands.OPEN_TO_ALL}"
+        open_to_all = "" if self._sign_in or self._link.robot.by_movement else f" {commands.OPEN_TO_ALL}"
         self._terminal.type_line(
             lambda: self._link.robot.session(address, commands.own_address_towards(address.host)) + open_to_all
         )
-        self._terminal.take_keyboard()
+        if self._link.robot.keyboard:
+            self._terminal.take_keyboard()
 
     def _start_keyboard(self, state: LinkState) -> None:
         keyboard = self._link.robot.keyboard
+        if not keyboard:
+            return
         self._terminal.type_line(f"{keyboard} {commands.SECOND_NAME}" if state.keyboard else keyboard)
 
     def show_feed(self, wanted: bool) -> None:
@@ -232,11 +249,13 @@ class Controller(QObject):
         if not state.master:
             self._say(f"No ROS master answers at {state.master_uri}. Press Roscore start.", "warn")
         elif not state.driver:
-            self._say("The robot's programs are not running. Type its address and press Session start.", "warn")
+            press = "Press" if self._link.robot.by_movement else "Type its address and press"
+            self._say(f"The robot's programs are not running. {press} Session start.", "warn")
         elif not self._window.feedButton.isChecked():
             self._say("The robot's programs are running. Press Robot feed to see its camera.")
         else:
-            self._say("Ready. Drive with the pad, or with keys typed in the terminal.", "good")
+            ways = "keys typed in the terminal" if self._link.robot.keyboard else "the gamepad's cross"
+            self._say(f"Ready. Drive with the pad, or with {ways}.", "good")
 
     def _show_links(self) -> None:
         state, set_chip = self._link.state, self._window.status.set_chip

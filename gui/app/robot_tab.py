@@ -15,6 +15,8 @@ from gui.settings import Settings
 from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow
 
+GUIDE_KEYS = "guide"
+"""Value of the setting `keys`: keys and speeds as in the Robotino guide."""
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
 
 
@@ -35,6 +37,7 @@ class RobotTab(QObject):
         super().__init__()
         self.title = robot.title
         self.terminal = TerminalView("" if alone else robot.name)
+        self.terminal.starts_with_keyboard = bool(robot.keyboard)
         self.window = OperatorWindow(self.terminal)
         self.window.address.setText(address)
         self.link = RosLink(node, robot)
@@ -72,11 +75,14 @@ class RobotTab(QObject):
     def restore(self, settings: Settings) -> None:
         """Restore the settings of the last session."""
         controls = self.controller.controls
+        self.controller.bar.set_guide_keys(settings.text("keys") == GUIDE_KEYS)
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
 
     def save(self, settings: Settings) -> None:
         """Save the settings for the next session."""
         settings.save(f"{self.link.robot.name}/speed", self.controller.controls.speed)
+        if self.controller.access.shared:
+            settings.save("keys", GUIDE_KEYS if self.controller.bar.guide_keys else "")
         settings.save(f"{self.link.robot.name}/address", self.window.address.text())
 
     def start(self) -> None:

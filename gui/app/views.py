@@ -16,8 +16,8 @@ from gui.driving.floor_overlay import PixelToWidget, paint_path
 from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
-from gui.robots import camera_info_of
 from gui.ros.channels import Answer
+from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 READINGS = (
     "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
-    "voice_levels", "voice_state", "voice_settings", "posture",
+    "voice_levels", "voice_state", "voice_settings", "posture", "true_pose",
 )  # fmt: skip
 """Channels whose readings are passed to the widgets unchanged."""
 AGE_PERIOD = 250  # ms
@@ -63,9 +63,14 @@ class Views(QObject):
         window.robotPanel.set_robot(self.robot.speaks, self.robot.postures)
         for page, wanted in (
             (window.robotPage, self.robot.speaks or bool(self.robot.postures)), (window.tabletPage, link.has("tablet")),
+            (window.soundPage, link.has("voice_state")),
         ):  # fmt: skip
             if not wanted:
                 window.deck.removeTab(window.deck.indexOf(page))
+        if self.robot.by_movement:
+            window.around.hide()
+            window.aroundTitle.setText("Body")
+            window.gate.hide()
         for name in READINGS:
             if link.has(name):
                 link.channel(name).arrived.connect(self.show_reading)
@@ -169,10 +174,12 @@ class Views(QObject):
     # --- pictures ---
 
     def _join_picture(self) -> None:
+        if not self._link.has("lens"):
+            return
         video, drive = self._window.video, self.floor_drive
         video.pressed.connect(drive.press)
         video.dragged.connect(drive.drag)
-        video.released.connect(drive.release_all)
+        video.released.connect(drive.release)
         video.set_overlay(self._paint_path)
         video.setCursor(Qt.CursorShape.CrossCursor)
         video.setToolTip("Hold the left button on the floor to drive there")
@@ -184,22 +191,38 @@ class Views(QObject):
     def _offer_cameras(self) -> None:
         choice = self._window.cameraChoice
         choice.clear()
-        choice.setVisible(bool(self.robot.cameras))
-        self._window.feedLabel.setVisible(not self.robot.cameras)
         for name, topic in self.robot.cameras:
-            choice.addItem(name, topic)
-            choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
+            self._offer_camera(name, topic)
         if self.robot.cameras and self._link.feed not in [self._link.resolve(topic) for _, topic in self.robot.cameras]:
             choice.insertItem(0, "Other", self._link.feed)
         choice.setCurrentIndex(0)
+        choice.setVisible(bool(self.robot.cameras))
+        self._window.feedLabel.setVisible(not self.robot.cameras)
         choice.activated.connect(lambda index: self._change_camera(choice.itemData(index)))
+        self._link.state_changed.connect(self._offer_simulators_camera)
+
+    def _offer_camera(self, name: str, topic: str) -> None:
+        choice = self._window.cameraChoice
+        choice.addItem(name, topic)
+        choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
+
+    def _offer_simulators_camera(self, state: LinkState) -> None:
+        """Offer robot_camera, once a simulator publishes it beside the camera's own pictures."""
+        choice, topic = self._window.cameraChoice, self.robot.robot_camera
+        if not state.robot_camera or self.robot.by_movement or choice.findData(topic) >= 0:
+            return
+        if not choice.count():
+            self._offer_camera("Camera", self._link.feed)
+        self._offer_camera("robot_camera", topic)
+        choice.show()
+        self._window.feedLabel.hide()
 
     def _change_camera(self, topic: str) -> None:
         """Show another of the robot's cameras."""
         self._lens = None
         self.floor_drive.release_all()
         self._link.change_topic("picture", topic)
-        self._link.change_topic("lens", camera_info_of(topic))
+        self._link.change_topic("lens", self.robot.lens_of(topic))
         self._window.video.clear("Waiting for the first picture", self._link.feed)
         self._window.pad.setFocus()
 

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
+from PyQt5.QtWidgets import QAction, QMenu, QPushButton, QToolButton, QWidget
 
-from gui.driving.lease_client import LeaseClient
+from gui.driving.drive_access import DriveAccess
 from gui.styling import set_property
 
 
 class AccessBar(QWidget):
-    """Buttons and menu for a `LeaseClient`.
+    """Buttons and menu for a `DriveAccess`.
 
     Args:
         access: The lease of the robot that this bar is about.
@@ -22,15 +22,20 @@ class AccessBar(QWidget):
 
     sign_out_wanted = pyqtSignal()
     help_wanted = pyqtSignal()
+    guide_keys_wanted = pyqtSignal(bool)
+    """Keys and speeds as in the Robotino guide, or ours."""
 
     takeButton: QPushButton
     keepButton: QPushButton
     menuButton: QToolButton
 
-    def __init__(self, access: LeaseClient, can_sign_out: bool, parent: QWidget | None = None) -> None:
+    def __init__(self, access: DriveAccess, can_sign_out: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         uic.loadUi(str(Path(__file__).resolve().with_name("access_bar.ui")), self)
         self._access, self._can_sign_out = access, can_sign_out
+        self._guide_keys = QAction("Keys as in the guide: Q turns right, 0.05 m/s", self)
+        self._guide_keys.setCheckable(True)
+        self._guide_keys.toggled.connect(self.guide_keys_wanted)
         self._menu = QMenu(self)
         self._menu.aboutToShow.connect(self._fill_menu)
         self.menuButton.setMenu(self._menu)
@@ -68,6 +73,15 @@ class AccessBar(QWidget):
             self.takeButton.setShortcut("F3")  # setText removes it
         self.keepButton.setVisible(bool(asking))
 
+    @property
+    def guide_keys(self) -> bool:
+        """Whether keys and speeds are those of the Robotino guide."""
+        return self._guide_keys.isChecked()
+
+    def set_guide_keys(self, wanted: bool) -> None:
+        """Choose keys and speeds of the Robotino guide, or ours."""
+        self._guide_keys.setChecked(wanted)
+
     def _on_take(self) -> None:
         if self._access.mine:
             self._access.ask("give")
@@ -83,9 +97,12 @@ class AccessBar(QWidget):
             for name, window in state.present:
                 if window != state.window and name.endswith("(pilot)"):
                     self._menu.addAction(f"Hand over to {name}", lambda window=window: access.ask("give", window))
-            self._menu.addAction("Leave the robot to others", access.release)
+            if access.shared:
+                self._menu.addAction("Leave the robot to others", access.release)
         elif access.is_pilot and state is not None:
             self._menu.addAction(self.takeButton.text(), access.take)
+        if access.shared:
+            self._menu.addAction(self._guide_keys)
         self._menu.addAction("Keys and help (F1)", self.help_wanted.emit)
         if self._can_sign_out:
             self._menu.addAction("Sign out", self.sign_out_wanted.emit)

@@ -19,6 +19,8 @@ USUAL_SPEED = 0.2
 """[m/s]; the keyboard node starts with the same speed."""
 TURN_PER_SPEED = 2.5
 """[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
+GUIDE_SPEED, GUIDE_TURN_PER_SPEED = 0.05, 1.0
+"""[m/s], [rad/s per m/s] of the Robotino guide: 0.05 m/s and 0.05 rad/s."""
 PANIC_TIME = 1.0
 """[s] after a stop in which another press does not release it: people in a panic press twice."""
 
@@ -33,11 +35,15 @@ class DriveControls(QWidget):
     """The red stop was clicked to release it."""
     pad_wanted = pyqtSignal()
     """The gamepad's page should be shown."""
+    restart_wanted = pyqtSignal()
+    """The simulation should be restarted."""
 
     speedSlider: QSlider
     speedLabel: QLabel
     redStop: QPushButton
     padChip: QPushButton
+    speedTitle: QLabel
+    restartButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -45,6 +51,11 @@ class DriveControls(QWidget):
         self._stopped_by: str | None = None
         self._stopped_at = 0.0
         self._top_turn = 1.0
+        self._turn_per_speed = TURN_PER_SPEED
+        self._own_speed = USUAL_SPEED
+        self._guide = False
+        self.restartButton.hide()
+        self.restartButton.clicked.connect(self.restart_wanted)
         self.speedSlider.valueChanged.connect(self._show_speeds)
         self.redStop.clicked.connect(self._on_red)
         self.padChip.clicked.connect(self.pad_wanted)
@@ -59,7 +70,7 @@ class DriveControls(QWidget):
     @property
     def turn(self) -> float:
         """[rad/s]"""
-        return min(self._top_turn, self.speed * TURN_PER_SPEED)
+        return min(self._top_turn, self.speed * self._turn_per_speed)
 
     def set_limits(self, top_speed: float, top_turn: float, speed: float = USUAL_SPEED) -> None:
         """Set the robot's limits [m/s, rad/s] and the speed to start with [m/s]."""
@@ -72,6 +83,23 @@ class DriveControls(QWidget):
         """Set the speed, as near to this as the robot and the slider allow [m/s]."""
         if math.isfinite(speed):
             self.speedSlider.setValue(round(speed / STEP))
+
+    def set_guide_speeds(self, wanted: bool) -> None:
+        """Start from the Robotino guide's speeds, 0.05 m/s and 0.05 rad/s, or go back to the ones before."""
+        if wanted == self._guide:
+            return
+        self._guide = wanted
+        self._turn_per_speed = GUIDE_TURN_PER_SPEED if wanted else TURN_PER_SPEED
+        if wanted:
+            self._own_speed = self.speed
+        self.set_speed(GUIDE_SPEED if wanted else self._own_speed)
+        self._show_speeds()
+
+    def offer_restart_only(self) -> None:
+        """Offer a restart of the simulation, and no speeds: the robot walks at its own."""
+        for widget in (self.speedTitle, self.speedSlider, self.speedLabel):
+            widget.hide()
+        self.restartButton.show()
 
     def step_speed(self, steps: int) -> None:
         """Move the slider by this many steps."""
@@ -93,7 +121,8 @@ class DriveControls(QWidget):
         if state is None:
             self.padChip.setText("No gamepad")
         else:
-            self.padChip.setText("Gamepad drives" if state.driving else "Gamepad ready: hold LB")
+            ready = "Gamepad ready" if state.direct else "Gamepad ready: hold LB"
+            self.padChip.setText("Gamepad drives" if state.driving else ready)
         set_property(self.padChip, "on", state is not None and state.driving)
 
     def _on_red(self) -> None:

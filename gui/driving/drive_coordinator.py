@@ -10,11 +10,12 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from gui.driving.input_mux import InputMux
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
+from telepresence.teleop.movement import movement_of
 
 if TYPE_CHECKING:
+    from gui.driving.drive_access import DriveAccess
     from gui.driving.drive_controls import DriveControls
     from gui.driving.gamepad import Gamepad
-    from gui.driving.lease_client import LeaseClient
     from gui.ros.link import RosLink
     from gui.window import OperatorWindow
 
@@ -42,7 +43,7 @@ class DriveCoordinator(QObject):
         self,
         window: OperatorWindow,
         link: RosLink,
-        access: LeaseClient,
+        access: DriveAccess,
         gamepad: Gamepad,
         controls: DriveControls,
     ) -> None:
@@ -65,11 +66,13 @@ class DriveCoordinator(QObject):
         controls.speeds_changed.connect(self._set_speeds)
         controls.stop_wanted.connect(self.red_stop)
         controls.release_wanted.connect(self.release_red_stop)
+        controls.restart_wanted.connect(self.restart_simulation)
         window.activation_changed.connect(lambda active: None if active else self.mux.release_all())
         access.changed.connect(self.update_block)
         access.refused.connect(lambda reason: self.said.emit(reason, "warn"))
         link.state_changed.connect(lambda _state: self.update_block())
-        link.channel("safety_text").arrived.connect(self._on_safety)
+        if link.has("safety_text"):
+            link.channel("safety_text").arrived.connect(self._on_safety)
         window.video.stale_changed.connect(lambda _stale: self.update_block())
         self.update_block()
 
@@ -82,13 +85,14 @@ class DriveCoordinator(QObject):
 
     def update_block(self) -> None:
         """Find out what forbids driving, and show it: a pad that does nothing must say why."""
-        state, passing = self._link.state, False
+        link, state, passing = self._link, self._link.state, False
         if self._away:
             reason = self._away
         elif not state.joined:
             reason = "Driving needs a ROS master. Press Roscore start."
         elif not state.driver:
-            reason = "No driver listens to this window. Press Session start."
+            what = "The simulation does not run" if link.robot.by_movement else "No driver listens to this window"
+            reason = f"{what}. Press Session start."
         elif self._access.obstacle():
             reason, passing = self._access.obstacle(), self._access.comes_back
         elif self._gate_stopped:
@@ -127,12 +131,13 @@ class DriveCoordinator(QObject):
         """Stop the robot and keep it stopped, whatever anybody sends, until `release_red_stop`."""
         self.stop()
         self._access.ask("stop")
-        # Directly as well: the gate's stop also works where no drive_lease runs.
-        self._link.call("stop_drive", then=self._on_gate_stop)
+        if self._link.has("stop_drive"):
+            # Directly as well: the gate's stop also works where no drive_lease runs.
+            self._link.call("stop_drive", then=self._on_gate_stop)
 
     def release_red_stop(self) -> None:
         """Release the red stop, if this window may."""
-        if self._access.state is None and self._access.is_pilot:
+        if self._access.state is None and self._access.is_pilot and self._link.has("reset_stop"):
             self._link.call("reset_stop", then=self._on_gate_release)
         else:
             self._access.ask("reset_stop")
@@ -149,6 +154,8 @@ class DriveCoordinator(QObject):
         if any((vx, vy, wz)):
             self._zeros.stop()
         self._access.drive(*(part * self._share for part in (vx, vy, wz)))
+        if not self._link.robot.by_movement:
+            self._link.send("movement", int(movement_of(vx)))  # a report: the simulator drives by the velocity
         self.sent.emit()
 
     def _send_zero(self) -> None:

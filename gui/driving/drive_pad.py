@@ -7,6 +7,7 @@ nothing, so that another input device can drive. Losing the keyboard focus count
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 from PyQt5.QtCore import QEvent, QObject, Qt, QTimer, pyqtSignal
@@ -77,6 +78,11 @@ KEYS: dict[int, str] = {
 }
 
 
+GUIDE_KEYS: dict[int, str] = {Qt.Key.Key_Q: "turn_right", Qt.Key.Key_E: "turn_left"}
+"""What differs with keys as in the Robotino guide: there Q turns right."""
+_MODIFIERS = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.MetaModifier
+
+
 def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tuple[float, float, float]:
     """Return forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a
     diagonal is no faster than a straight line."""
@@ -105,19 +111,24 @@ class DrivePad(QFrame):
         self._pressed: dict[object, str] = {}
         self._lifted: set[int] = set()
         self._block = ""
+        self._keys = dict(KEYS)
+        self._moves = frozenset(MOVES)
         self._caps: dict[str, QPushButton] = {}
         layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
         for name, move in MOVES.items():
-            cap = self._make_cap(f"{move.symbol}\n{move.letter}", f"{move.what} ({move.letter})")
+            cap = self._make_cap()
             cap.setObjectName(f"pad_{name}")
             cap.pressed.connect(self.setFocus)
             cap.pressed.connect(lambda name=name: self._press(("mouse", name), name))
             cap.released.connect(lambda name=name: self._release(("mouse", name)))
             layout.addWidget(cap, move.row, move.column)
             self._caps[name] = cap
-        stop = self._make_cap("Stop   Space", "Stop (space bar)")
+        self.set_guide_keys(False)
+        stop = self._make_cap()
+        stop.setText("Stop   Space")
+        stop.setToolTip("Stop (space bar)")
         stop.setObjectName("padStop")
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
@@ -128,6 +139,23 @@ class DrivePad(QFrame):
         self._bounce.timeout.connect(self._release_lifted)
         application().installEventFilter(self)
         application().focusChanged.connect(self._on_focus)
+
+    def set_guide_keys(self, wanted: bool) -> None:
+        """Let Q turn right and E left, as in the Robotino guide; or Q left and E right."""
+        self.release_all()
+        self._keys = {**KEYS, **GUIDE_KEYS} if wanted else dict(KEYS)
+        letters = {"turn_left": "E", "turn_right": "Q"} if wanted else {}
+        for name, cap in self._caps.items():
+            move = MOVES[name]
+            letter = letters.get(name, move.letter)
+            cap.setText(f"{move.symbol}\n{letter}")
+            cap.setToolTip(f"{move.what} ({letter})")
+
+    def limit_to(self, names: Collection[str]) -> None:
+        """Offer only these moves, to a robot that cannot do the others."""
+        self._moves = frozenset(names)
+        for name, cap in self._caps.items():
+            cap.setVisible(name in self._moves)
 
     @property
     def held(self) -> set[str]:
@@ -189,8 +217,8 @@ class DrivePad(QFrame):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._press_stop()
             return True
-        name = KEYS.get(event.key())
-        if name is None:
+        name = self._keys.get(event.key())
+        if name not in self._moves:
             return False
         if event.isAutoRepeat():
             return True
@@ -199,9 +227,7 @@ class DrivePad(QFrame):
             self._bounce.start()
         elif event.key() in self._lifted:
             self._lifted.remove(event.key())
-        elif not event.modifiers() & (
-            Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.MetaModifier
-        ):
+        elif not event.modifiers() & _MODIFIERS:
             self._press(event.key(), name)
         return True
 
@@ -239,9 +265,8 @@ class DrivePad(QFrame):
         for name, cap in self._caps.items():
             set_property(cap, "held", name in held)
 
-    def _make_cap(self, text: str, tip: str) -> QPushButton:
-        cap = QPushButton(text, self)
-        cap.setToolTip(tip)
+    def _make_cap(self) -> QPushButton:
+        cap = QPushButton(self)
         cap.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         cap.setProperty("kind", "cap")
         return cap

@@ -33,6 +33,7 @@ BLOCKED_PATIENCE = 2.0
 """[s]"""
 OLDEST_PICTURE = 1.0
 """[s]; a place in an older one is not driven to."""
+CLICKED = "Hold the button on the floor to drive there: the robot stops when you let go."
 NO_FLOOR = "There is no floor there. Point at the floor, below the horizon."
 
 
@@ -126,8 +127,15 @@ class FloorDrive(QObject):
             self._pixel = (u, v)
             self._check_again()
 
+    def release(self) -> None:
+        """End the drive: the button was released. After a click say why the robot does not go there by itself."""
+        clicked = self._pixel is not None and not self._waiting and time.monotonic() - self._pressed_at < HOLD
+        self.release_all()
+        if clicked:
+            self.refused.emit(CLICKED)
+
     def release_all(self) -> None:
-        """End the drive: the button was released, or something that counts as that."""
+        """End the drive: something happened that counts as releasing the button."""
         if self._pixel is not None:
             self._end("")
 

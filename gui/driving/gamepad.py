@@ -7,6 +7,7 @@ again every 50 ms. `receive` takes the state of a remote pad instead, from the t
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ RESTART_HOLD = 1.0
 """[s] that button 0 must be held: it lies under the thumb and is pressed by accident, too."""
 FAST = 2.0
 """Factor of the speed while RB is held."""
+HALF_TILT = 0.5
+"""Deflection of cross or left stick from which the robot walks without LB."""
 SILENCE = 1.0
 """[s] without a message from a remote pad after which it counts as lost."""
 
@@ -39,6 +42,7 @@ class JoystickState:
         driving: Whether it drives: LB is held.
         restart: How far button 0 has been held towards a restart, 0 to 1.
         note: What to do next, for the pilot.
+        direct: It drives without LB, see `Gamepad.direct`.
     """
 
     name: str
@@ -48,6 +52,7 @@ class JoystickState:
     driving: bool
     restart: float
     note: str
+    direct: bool = False
 
 
 class Gamepad(QObject):
@@ -63,7 +68,7 @@ class Gamepad(QObject):
     """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
     restart_wanted = pyqtSignal()
-    """Button 0 was held for a second."""
+    """Button 0 was held for a second, or pressed if the pad drives without LB."""
     changed = pyqtSignal(object)
     """JoystickState, or None when there is no pad."""
     lost = pyqtSignal()
@@ -73,6 +78,11 @@ class Gamepad(QObject):
         super().__init__(parent)
         self.top_speed = 1.0
         """The highest speed with RB [m/s]."""
+        self.direct = False
+        """Cross and left stick walk forward and backward without LB, and button 0 restarts at once: for a simulated
+        robot that can hurt nobody."""
+        self._released = False
+        """Cross and stick have been at rest since it was last forbidden to drive without LB."""
         self._path = path
         self._speed, self._turn = 0.2, 0.5
         self._device: Joystick | None = None
@@ -81,6 +91,7 @@ class Gamepad(QObject):
         self._mapping = JoystickMapping(DEFAULT)
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
+        self._buttons_before: tuple[int, ...] = ()
         self._received_at: float | None = None
         self._block = ""
         self._driving = False
@@ -141,6 +152,7 @@ class Gamepad(QObject):
     def release_all(self) -> None:
         """Do not drive until LB has been released."""
         self._mapping.lose()
+        self._released = False
         self._tick()
 
     def set_block(self, reason: str, passing: bool = False) -> None:
@@ -165,11 +177,12 @@ class Gamepad(QObject):
             return
 
     def _begin(self, name: str, layout: JoystickLayout) -> None:
-        log.info("gamepad: %s", name)
+        log.info("Joystick detected: %s", name)
         self._name, self._layout = name, layout
         self._mapping = JoystickMapping(layout.driving())
         self._rescale()
-        self._axes, self._buttons = (), ()
+        self._axes, self._buttons, self._buttons_before = (), (), ()
+        self._released = False
         self._timer.start()
         self._tick()
 
@@ -216,22 +229,47 @@ class Gamepad(QObject):
             return
         if self._received_at is None or now - self._received_at < PERIOD / 1000.0:
             self._mapping.update(self._axes, self._buttons, now)
-        velocity = self._mapping.command(now)
-        held = self._is_down(self._layout.LB)
-        if self._block and held:
-            self._mapping.lose()
-            velocity = None
-        driving = velocity is not None and held and self._mapping.armed
+        velocity, driving = self._direct_command() if self.direct else self._command(now)
         if driving or self._driving:
             self._driving = driving
             self.velocity.emit(*(velocity or (0.0, 0.0, 0.0)))
         self._watch_buttons(now)
         self._show()
 
+    def _command(self, now: float) -> tuple[tuple[float, float, float] | None, bool]:
+        """Return what to send, and whether LB lets it drive."""
+        velocity = self._mapping.command(now)
+        held = self._is_down(self._layout.LB)
+        if self._block and held:
+            self._mapping.lose()
+            velocity = None
+        return velocity, velocity is not None and held and self._mapping.armed
+
+    def _direct_command(self) -> tuple[tuple[float, float, float] | None, bool]:
+        """Return what to send, and whether cross or left stick are up or down."""
+        tilts = (_at(self._axes, axis) for axis in (self._layout.hat_y, self._layout.left_y))
+        up = next((math.copysign(1.0, tilt) for tilt in tilts if abs(tilt) > HALF_TILT), 0.0)
+        if not up:
+            self._released = True
+        elif self._block:
+            if self._released:
+                self.blocked.emit(self._block)
+            self._released = False
+        driving = bool(up) and self._released
+        return ((up * self._speed, 0.0, 0.0) if driving else None), driving
+
     def _watch_buttons(self, now: float) -> None:
-        before = self._state.buttons if self._state is not None else self._buttons
+        # Noted before anything is emitted: a stop comes back here by `release_all`.
+        before, self._buttons_before = self._buttons_before, self._buttons
+        pressed = [n for n, was in enumerate(before) if not was and self._is_down(n)]
+        for number in pressed:
+            log.info("Button %d pressed", number)
         if self._is_down(self._layout.B) and not _at(before, self._layout.B):
             self.stop_pressed.emit()
+        if self.direct:
+            if 0 in pressed:
+                self.restart_wanted.emit()
+            return
         if self._block and self._is_down(self._layout.LB) and not _at(before, self._layout.LB):
             self.blocked.emit(self._block)
         if not self._is_down(0):
@@ -251,11 +289,15 @@ class Gamepad(QObject):
             note = "Drives."
         elif self._block:
             note = self._block
+        elif self.direct:
+            note = "Cross or left stick up and down walk; let go to stop. Button 0 restarts."
         elif self._is_down(self._layout.LB):
             note = "Let go of LB, then hold it again to drive."
         else:
             note = "Hold LB and move to drive."
-        state = JoystickState(self._name, self._layout, self._axes, self._buttons, self._driving, progress, note)
+        state = JoystickState(
+            self._name, self._layout, self._axes, self._buttons, self._driving, progress, note, self.direct
+        )
         if state != self._state:
             self._state = state
             self.changed.emit(state)
@@ -268,5 +310,5 @@ class Gamepad(QObject):
         self._mapping.rescale(self._speed, self._turn, turbo)
 
 
-def _at(values: Sequence[int], index: int) -> int:
+def _at(values: Sequence[float], index: int) -> float:
     return values[index] if 0 <= index < len(values) else 0

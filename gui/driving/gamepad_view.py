@@ -12,6 +12,7 @@ from gui.driving.gamepad import JoystickState
 TITLE = "No gamepad"
 HINT = "Plug one in and it is found. Or use the pad on the topic joy:  --gamepad joy"
 KEYS = "LB hold to drive    RB fast    B stop    button 0 held 1 s: restart the simulation"
+DIRECT_KEYS = "cross or left stick: walk    B stop    button 0: restart the simulation"
 
 
 class GamepadView(QFrame):
@@ -20,6 +21,8 @@ class GamepadView(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._state: JoystickState | None = None
+        self.keys = KEYS
+        """What the buttons do."""
         self.setAccessibleName("Gamepad test")
 
     def sizeHint(self) -> QSize:
@@ -46,7 +49,7 @@ class GamepadView(QFrame):
         )
         painter.setPen(theme.colour("quiet"))
         painter.drawText(
-            area, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap, KEYS
+            area, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap, self.keys
         )
         if state is None:
             return

@@ -12,8 +12,7 @@ import secrets
 import time
 from typing import TYPE_CHECKING
 
-from PyQt5.QtCore import QObject, pyqtSignal
-
+from gui.driving.drive_access import DriveAccess
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 from gui.ros.topics.drive import LeaseState
@@ -38,24 +37,16 @@ JOIN_PERIOD = 2.0
 """[s] between two attempts to join."""
 
 
-class LeaseClient(QObject):
+class LeaseClient(DriveAccess):
     """Whether this window has the robot, and how it gets it.
 
     Args:
         link: The robot.
     """
 
-    changed = pyqtSignal()
-    """Something in `state`, `mine` or `obstacle` has changed."""
-    refused = pyqtSignal(str)
-    """A request was refused; a sentence that says why."""
-
     def __init__(self, link: RosLink) -> None:
         super().__init__()
         self._link = link
-        self.account: Account | None = None
-        self.state: LeaseState | None = None
-        """The newest state from drive_lease; None when it is silent."""
         self._session, self._key, self._epoch = "", b"", ""
         self._number = self._asked = 0
         self._hold = ""
@@ -76,10 +67,6 @@ class LeaseClient(QObject):
         """Whether this window has lost a robot that nobody else has, and takes it back: on a busy machine it may have
         been silent for longer than a lease lasts."""
         return self._wants and (self.state is None or not (self.state.pilot or self.state.stopped_by))
-
-    @property
-    def is_pilot(self) -> bool:
-        return self.account is not None and self.account.role == PILOT
 
     def obstacle(self) -> str:
         """Return why this window may not drive and what to do about it; empty when it may."""

@@ -1,7 +1,7 @@
-"""Records a session as a ROS bag, and writes a report of it at the end.
+"""Records a session as a ROS bag and its pictures as an MP4 film, and writes a report of it at the end.
 
-Both are separate programs, so a recording neither slows the window down nor is lost with it: when the window is killed,
-the recording ends and the bag is complete.
+All three are separate programs, so a recording neither slows the window down nor is lost with it: when the window is
+killed, the recording ends, and bag and film are complete.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ LEAST_FREE = 500e6
 """[B] that must be free on the disk; a session with pictures takes about 1 MB a second."""
 BUFFER = "64"
 """[MB] of memory in which messages wait for the disk."""
+TIED = ("--pdeathsig", "INT")
+"""Words for setpriv: the kernel interrupts the program when this process ends, however that happens."""
 
 
 class Recorder(QObject):
@@ -36,6 +38,8 @@ class Recorder(QObject):
     """A recording has ended; the path of the bag."""
     reported = pyqtSignal(str)
     """A report has been written; the path of the HTML file."""
+    filmed = pyqtSignal(str)
+    """A film has been written; the path of the MP4 file."""
     failed = pyqtSignal(str)
     """A message for the pilot."""
 
@@ -43,6 +47,7 @@ class Recorder(QObject):
         super().__init__(parent)
         self._folder = folder
         self._process: QProcess | None = None
+        self._film: QProcess | None = None
         self._reports: set[QProcess] = set()
         self._asked_to_end = False
 
@@ -50,8 +55,8 @@ class Recorder(QObject):
     def recording(self) -> bool:
         return self._process is not None
 
-    def start(self, name: str, topics: Sequence[str]) -> None:
-        """Record these topics into <folder>/<name>.bag."""
+    def start(self, name: str, topics: Sequence[str], film: str = "") -> None:
+        """Record these topics into <folder>/<name>.bag, and this topic of pictures into <folder>/<name>.mp4."""
         if self.recording:
             return
         try:
@@ -71,17 +76,19 @@ class Recorder(QObject):
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
         process.errorOccurred.connect(lambda error: self._on_error(process, error))
-        # setpriv lets the kernel interrupt it when this process ends, however that happens.
-        words = ["--pdeathsig", "INT", "rosrun", "rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
-        process.start("setpriv", [*words, "-O", str(bag), *topics])
+        words = ["rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
+        process.start("setpriv", [*TIED, "rosrun", *words, "-O", str(bag), *topics])
+        if film:
+            self._start_film(film, bag.with_suffix(".mp4"))
         self.started.emit(str(bag))
 
     def stop(self) -> None:
         """Close the bag; `finished` and `reported` follow."""
         if self._process is not None and not self._asked_to_end:
             self._asked_to_end = True
-            if self._process.state() == QProcess.ProcessState.Running:
-                os.kill(self._process.processId(), signal.SIGINT)
+            _interrupt(self._process)
+            if self._film is not None:
+                _interrupt(self._film)
 
     def close(self) -> None:
         """End the recording, and wait for reports that are being written; takes a few seconds at most."""
@@ -89,6 +96,9 @@ class Recorder(QObject):
         if self._process is not None and not self._process.waitForFinished(PATIENCE):
             self._process.kill()
             self._process.waitForFinished(1000)
+        if self._film is not None and not self._film.waitForFinished(PATIENCE):
+            self._film.kill()
+            self._film.waitForFinished(1000)
         for report in list(self._reports):
             report.waitForFinished(PATIENCE)
 
@@ -102,6 +112,8 @@ class Recorder(QObject):
         said = bytes(process.readAll()).decode(errors="replace").strip()
         process.deleteLater()
         self._process = None
+        if self._film is not None and not self._asked_to_end:
+            _interrupt(self._film)
         if not bag.exists():
             reason = said.splitlines()[-1] if said else "rosbag said nothing"
             self.failed.emit(f"The recording failed: {reason}.")
@@ -110,6 +122,23 @@ class Recorder(QObject):
             self.failed.emit(f"The recording ended unexpectedly; {bag.name} holds what came before.")
         self.finished.emit(str(bag))
         self._write_report(bag)
+
+    def _start_film(self, topic: str, path: Path) -> None:
+        self._film = process = QProcess(self)
+        process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
+        process.finished.connect(lambda code: self._on_filmed(process, code, path))
+        # Below the drivers, which wait for nobody's film.
+        process.start("setpriv", [*TIED, "nice", "rosrun", "avatar_gui", "record_film", topic, str(path)])
+
+    def _on_filmed(self, process: QProcess, code: int, path: Path) -> None:
+        said = bytes(process.readAll()).decode(errors="replace").strip()
+        process.deleteLater()
+        self._film = None
+        if code == 0:
+            self.filmed.emit(str(path))
+        else:
+            reason = said.splitlines()[-1] if said else f"exit code {code}"
+            self.failed.emit(f"There is no film {path.name}: {reason}.")
 
     def _write_report(self, bag: Path) -> None:
         process = QProcess(self)
@@ -128,3 +157,8 @@ class Recorder(QObject):
         else:
             reason = said.splitlines()[-1] if said else f"exit code {code}"
             self.failed.emit(f"{bag.name} is recorded, but its report failed: {reason}")
+
+
+def _interrupt(process: QProcess) -> None:
+    if process.state() == QProcess.ProcessState.Running:
+        os.kill(process.processId(), signal.SIGINT)

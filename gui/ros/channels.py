@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,12 +37,17 @@ class Incoming:
 
 @dataclass(frozen=True)
 class Outgoing:
-    """A topic that the window publishes; `fill(message, *values)` sets the fields."""
+    """A topic that the window publishes; `fill(message, *values)` sets the fields.
+
+    Args:
+        headers: More fields for the header of every connection to a subscriber.
+    """
 
     channel: str
     topic: str
     kind: str
     fill: Callable[..., None]
+    headers: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)

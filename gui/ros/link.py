@@ -287,7 +287,9 @@ class RosLink(QObject):
         for row in self._outgoing.values():
             kind = self._message_class(row.kind)
             if kind is not None:
-                self._publishers[row.channel] = rospy.Publisher(self._resolve(row.topic), kind, queue_size=1)
+                self._publishers[row.channel] = rospy.Publisher(
+                    self._resolve(row.topic), kind, headers=row.headers, queue_size=1
+                )
 
     def update(self, graph: Graph | None) -> None:
         """Subscribe to what is wanted, and report the state of the graph. This calls the master and may block, so it
@@ -334,6 +336,7 @@ class RosLink(QObject):
             driver=any(not _TOOL.search(name) for name in drivers),
             keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
             feed=bool(publishers.get(self.feed)),
+            robot_camera=bool(publishers.get(self._resolve(self.robot.robot_camera))),
         )
 
     # --- Qt's thread ---

@@ -21,3 +21,5 @@ class LinkState:
     """A keyboard node runs somewhere under its usual name."""
     feed: bool = False
     """The camera topic has a publisher."""
+    robot_camera: bool = False
+    """A simulator publishes the simulation guide's picture."""

@@ -113,6 +113,19 @@ class BodyState:
 
 
 @dataclass(frozen=True)
+class TruePose:
+    """Position [m] and attitude [rad] of a simulated body in the world: the truth, not a measurement."""
+
+    x: float
+    y: float
+    z: float
+    roll: float
+    pitch: float
+    yaw: float
+    arrived: float
+
+
+@dataclass(frozen=True)
 class Battery:
     """`share` is the charge, 0 to 1, or NaN; `voltage` [V] or NaN."""
 

@@ -69,6 +69,11 @@ def robotino_session(address: Address, _own_address: str) -> str:
     return shlex.join(["roslaunch", "rto_bringup", "rto.launch", f"hostname:={address.host}{port}"])
 
 
+def walker_session(_address: Address, _own_address: str) -> str:
+    """Return the command that starts the walker's simulation."""
+    return "roslaunch sim_bringup walker_sim.launch"
+
+
 def own_address_towards(host: str) -> str:
     """Return the address at which `host` reaches this machine. Resolves the name, so it can take seconds.
 

@@ -63,6 +63,8 @@ class TerminalView(QFrame):
         self._guest: int | None = None
         self._has_keyboard = False
         self._wants_keyboard = False
+        self.starts_with_keyboard = True
+        """Whether it takes the keyboard when it opens."""
         self._closing = False
         self._denied = ""
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -118,7 +120,7 @@ class TerminalView(QFrame):
             self._host.grab_key(key)
         self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
         self._clicks.activated.connect(self._on_x_event)
-        self._wants_keyboard = self.isVisible()
+        self._wants_keyboard = self.isVisible() and self.starts_with_keyboard
         self._reaper = self._reaper or self._tmux.start_reaper()
         self._xterm = QProcess(self)
         self._xterm.setProcessEnvironment(_process_environment())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import TypeVar
 
 from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QPainter, QPainterPath, QPaintEvent, QPen
@@ -11,20 +12,25 @@ from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
 from gui.periodic_timer import PeriodicTimer
-from gui.ros.readings import BodyState
+from gui.ros.readings import BodyState, TruePose
 
 FORGET_AFTER = 1.0
 """[s] after which a reading is no longer shown."""
 FULL_SCALE = math.radians(20.0)
 """Pitch at the rim of the horizon [rad]."""
+WIDEST = 170.0
+"""Width of the lines of text at most [px]: a name has to stay near its value."""
+
+_Reading = TypeVar("_Reading", BodyState, TruePose)
 
 
 class BodyPanel(QFrame):
-    """Paints the newest `BodyState`."""
+    """Paints the newest `BodyState`, with a simulated robot's `TruePose` as numbers; or that alone."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._body: BodyState | None = None
+        self._true: TruePose | None = None
         self.setMinimumSize(112, 160)
         self.setToolTip("Attitude of the body (roll and pitch), position and heading by odometry, speed")
         self._refresh = PeriodicTimer(500, self.update, self)
@@ -34,31 +40,42 @@ class BodyPanel(QFrame):
         return QSize(116, 210)
 
     def show_reading(self, reading: object) -> None:
-        """Show a `BodyState`; other readings are ignored."""
+        """Show a `BodyState` or a `TruePose`; other readings are ignored."""
         if isinstance(reading, BodyState):
             self._body = reading
-            self.update()
+        elif isinstance(reading, TruePose):
+            self._true = reading
+        else:
+            return
+        self.update()
 
     def clear(self) -> None:
-        self._body = None
+        self._body = self._true = None
         self.update()
 
     def lines(self) -> list[tuple[str, str]]:
         """Return the lines of text: name and value."""
-        body = self._fresh_body()
+        body, true = _fresh(self._body), _fresh(self._true)
+        if body is None and true is not None:
+            return [
+                ("x", f"{_signed(true.x, 2)} m"),
+                ("y", f"{_signed(true.y, 2)} m"),
+                ("z", f"{_signed(true.z, 2)} m"),
+                ("roll", f"{_signed(math.degrees(true.roll), 1)}°"),
+                ("pitch", f"{_signed(math.degrees(true.pitch), 1)}°"),
+                ("yaw", f"{_signed(math.degrees(true.yaw), 1)}°"),
+            ]
         if body is None:
             return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
+        truth = [] if true is None else [("true x, y", f"{_signed(true.x, 2)} {_signed(true.y, 2)}")]
         return [
             ("roll, pitch", f"{_signed(math.degrees(body.roll), 0)}° {_signed(math.degrees(body.pitch), 0)}°"),
             ("x, y", f"{_signed(body.x, 2)} {_signed(body.y, 2)}"),
             ("heading", f"{_signed(math.degrees(body.yaw), 0)}°"),
             ("speed", f"{math.hypot(body.vx, body.vy):.2f} m/s"),
             ("turning", f"{_signed(math.degrees(body.wz), 0)} °/s"),
+            *truth,
         ]
-
-    def _fresh_body(self) -> BodyState | None:
-        body = self._body
-        return body if body is not None and time.monotonic() - body.arrived <= FORGET_AFTER else None
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -67,19 +84,24 @@ class BodyPanel(QFrame):
         row = 17.0
         text_height = row * len(lines)
         radius = max(24.0, min(self.width() - 8.0, self.height() - text_height - 10.0, 150.0) / 2)
-        self._paint_horizon(painter, QPointF(self.width() / 2, radius + 2.0), radius, self._fresh_body())
+        self._paint_horizon(
+            painter, QPointF(self.width() / 2, radius + 2.0), radius, _fresh(self._body) or _fresh(self._true)
+        )
         top = max(2 * radius + 8.0, self.height() - text_height - 2.0)
         font = painter.font()
         font.setPixelSize(11)
         painter.setFont(font)
+        wide = min(self.width() - 4.0, WIDEST)
         for index, (name, value) in enumerate(lines):
-            box = QRectF(2.0, top + index * row, self.width() - 4.0, row)
+            box = QRectF((self.width() - wide) / 2, top + index * row, wide, row)
             painter.setPen(theme.colour("quiet"))
             painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
             painter.setPen(theme.colour("text"))
             painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value)
 
-    def _paint_horizon(self, painter: QPainter, centre: QPointF, radius: float, body: BodyState | None) -> None:
+    def _paint_horizon(
+        self, painter: QPainter, centre: QPointF, radius: float, body: BodyState | TruePose | None
+    ) -> None:
         painter.save()
         disc = QPainterPath()
         disc.addEllipse(centre, radius, radius)
@@ -109,6 +131,10 @@ class BodyPanel(QFrame):
         painter.setPen(QPen(theme.colour("line"), 1.5))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(centre, radius, radius)
+
+
+def _fresh(reading: _Reading | None) -> _Reading | None:
+    return reading if reading is not None and time.monotonic() - reading.arrived <= FORGET_AFTER else None
 
 
 def _signed(value: float, digits: int) -> str:

@@ -14,7 +14,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from importlib.metadata import entry_points
 from typing import Any, ClassVar, Protocol
 
@@ -22,17 +21,10 @@ from telepresence.geometry import roll_pitch_yaw
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.world import World
+from telepresence.teleop.movement import Movement
 from telepresence.video.images import LatestImage
 
 ENTRY_POINTS = "telepresence.robots"
-
-
-class Movement(IntEnum):
-    """The values of the topic `movement_command`."""
-
-    STOP = 0
-    FORWARD = 1
-    BACKWARD = 2
 
 
 class Controls(Protocol):

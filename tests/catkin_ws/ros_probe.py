@@ -21,6 +21,8 @@ from geometry_msgs.msg import PoseStamped, Twist
 from roslib.message import get_message_class, get_service_class
 from std_msgs.msg import Int32
 
+from telepresence.teleop.movement import REPORT_HEADER
+
 
 class ProbeNode:
     def __init__(self) -> None:
@@ -100,6 +102,16 @@ class ProbeNode:
         deadline = time.monotonic() + 10
         while not publisher.get_num_connections() and time.monotonic() < deadline:
             time.sleep(0.01)
+        publisher.publish(movement)
+
+    def report(self, topic: str, movement: int) -> None:
+        """Publish one std_msgs/Int32 as a window does that drives by velocities."""
+        publisher = self._publishers.get("report")
+        if publisher is None:
+            self._publishers["report"] = publisher = rospy.Publisher(topic, Int32, headers=REPORT_HEADER, queue_size=10)
+            deadline = time.monotonic() + 10
+            while publisher.get_num_connections() < 2 and time.monotonic() < deadline:
+                time.sleep(0.01)  # the simulator, and whoever watches
         publisher.publish(movement)
 
     def call_often(self, service: str, kind: str, count: int) -> int:

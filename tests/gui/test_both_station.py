@@ -15,6 +15,7 @@ import textwrap
 import time
 from pathlib import Path
 
+import av
 import pytest
 from window_station import PASSWORD, ROOT, Station
 
@@ -323,6 +324,9 @@ def test_a_session_is_recorded_while_the_safety_gate_slows_the_robot(
     text = page.read_text()
     assert text.count("<svg") == 5 and ("limited" in text or "blocked" in text)
     assert next(iter(station.kept.glob("*.png"))).stat().st_size > 10_000
+    film = wait_until(lambda: next(iter(station.kept.glob("*.mp4")), None), "the film is written")
+    with av.open(str(film)) as pictures:
+        assert sum(1 for _ in pictures.decode(video=0)) >= 5
     replayed = subprocess.run(
         ["rosbag", "play", "--quiet", "--rate=20", "--topics", "/odom", "--bags", str(bag)],
         env=station.environment, capture_output=True, text=True, timeout=60,
@@ -370,9 +374,12 @@ def test_a_key_held_for_a_second_drives_robotino_for_a_second(
 ):
     set_speed(screen, SLOWEST)
     assert_held_key_drives(screen, station.probe, "/rto3/truth", SLOWEST)
+    station.probe("watch", "/rto3/movement_command", "std_msgs/Int32", ["data"])
     screen.do("keydown", "w")
     wait_until(lambda: still(station, "/rto3/truth") is None, "Robotino drives")
     photograph("robotino")
+    wait_until(lambda: station.newest("/rto3/movement_command") == [1], "the window reports it")
+    assert {"/rto3/distance_sensors", "/rto3/body_state"} <= {*station.subscriptions("/gui_ros_node")}
     screen.do("keyup", "w")
 
 

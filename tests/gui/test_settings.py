@@ -1,8 +1,11 @@
 """What the window remembers."""
 
 import pytest
+from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
+from gui.__main__ import make_tabs, parse
+from gui.ros.link import RosNode
 from gui.settings import Settings, default_file
 
 
@@ -64,3 +67,26 @@ def test_nothing_is_remembered_when_not_wanted(monkeypatch, tmp_path):
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert default_file() == tmp_path / "telepresence" / "window.ini"
+
+
+def test_keys_as_in_the_guide_hold_for_both_robots_and_are_remembered(tmp_path, qt):
+    settings = Settings(tmp_path / "window.ini")
+    opened = []
+
+    def open_tabs(profile):
+        tabs = make_tabs(RosNode(), parse(["--profile", profile, "--no-sign-in"]), settings)
+        opened.extend(tabs)
+        return tabs
+
+    tabs = open_tabs("both")
+    assert not any(tab.controller.bar.guide_keys for tab in tabs)
+    tabs[1].controller.bar.set_guide_keys(True)
+    assert tabs[0].controller.bar.guide_keys and tabs[0].window.pad._keys[Qt.Key_Q] == "turn_right"
+    for tab in tabs:
+        tab.save(settings)
+    open_tabs("walker")[0].save(settings)  # has no Q and no E, and forgets nothing
+    again = open_tabs("robotino")[0]
+    assert again.controller.bar.guide_keys and again.controller.controls.turn == pytest.approx(0.05)
+    for tab in opened:
+        tab.terminal.close_terminal()
+        tab.window.deleteLater()

@@ -109,6 +109,7 @@ def test_a_held_key_drives_for_as_long_as_it_is_held_and_then_the_robot_stands(
 
 def test_two_keys_drive_diagonally(signed_in, desk, station, wait_until):
     station.probe("watch", "/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y"])
+    station.probe("watch", "/movement_command", "std_msgs/Int32", ["data"])
     begin = station.place()
     desk.screen.do("keydown", "w", "keydown", "a")
 
@@ -122,6 +123,8 @@ def test_two_keys_drive_diagonally(signed_in, desk, station, wait_until):
     given = [fields for _, fields in station.probe("seen", "/cmd_vel")]
     assert any(x == pytest.approx(y) and math.hypot(x, y) == pytest.approx(SPEED) for x, y in given), "45 degrees"
     assert all(math.hypot(x, y) <= SPEED + 1e-6 for x, y in given), "no faster than straight on"
+    reported = [fields[0] for _, fields in station.probe("seen", "/movement_command")]
+    assert set(reported) == {1, 0} and reported[-1] == 0, "the simulation guide's check shows it"
 
 
 def test_said_sentences_postures_and_muting_reach_the_robot(signed_in, desk, station, wait_until):

@@ -22,9 +22,9 @@ class FakeLink(QObject):
     state_changed = pyqtSignal(object)
     trouble = pyqtSignal(str)
 
-    def __init__(self) -> None:
+    def __init__(self, robot: str = "pepper") -> None:
         super().__init__()
-        self.robot = ROBOTS["pepper"]
+        self.robot = ROBOTS[robot]
         self.feed = "/robot/image"
         self.state = LinkState("http://127.0.0.1:11311")
         self.channels = {row.channel: Channel(row) for row in self.robot.incoming}
@@ -41,7 +41,7 @@ class FakeLink(QObject):
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
         self.state_changed.emit(self.state)
-        if self.state.joined and self.state.driver:
+        if self.state.joined and self.state.driver and "lease" in self.channels:
             self.report_lease()
 
     @property
@@ -63,6 +63,11 @@ class FakeLink(QObject):
             elif name == "command" and values[1].velocity is not None:
                 velocities.append(tuple(values[1].velocity))
         return velocities
+
+    @property
+    def movements(self) -> list[int]:
+        """The values that were sent on movement_command."""
+        return [values[0] for name, *values in self.sent if name == "movement"]
 
     @property
     def asked(self) -> list[str]:

@@ -3,4 +3,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["avatar_drive"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["avatar_drive", "avatar_film"], package_dir={"": "src"}))

@@ -90,9 +90,10 @@ def _leave_zero(_message: Any) -> None:
     """Change nothing: a new geometry_msgs/Twist is zero."""
 
 
+JOY = Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True)
 INCOMING = (
     Incoming("lease", "drive/state", "telepresence_msgs/DriveState", read_lease_state),
-    Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True),
+    JOY,
     Incoming("safety_text", "safety_state", "std_msgs/String", _read_text),
 )
 SERVICES = (
@@ -100,7 +101,6 @@ SERVICES = (
     Offered("ask", "drive/ask", "telepresence_msgs/DriveAsk", _fill_ask, _read_asked, timeout=3.0),
     Offered("stop_drive", "stop_drive"),
     Offered("reset_stop", "reset_stop"),
-    Offered("restart_simulation", "/restart_simulation", timeout=10.0),
 )
 
 

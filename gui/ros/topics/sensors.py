@@ -33,6 +33,8 @@ SUCCEEDED = 3
 """actionlib_msgs/GoalStatus."""
 INFRARED_REACH, INFRARED_RADIUS = 0.40, 0.2264
 """Range of Robotino's infrared sensors, radius of their ring [m] (Webots' Robotino3; see rto_node.robot_facts)."""
+GUIDE_RADIUS, NOTHING = 0.2, 0.41
+"""Radius of the ring in the Robotino guide's points, the reading that means nothing there [m] (likewise)."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +61,18 @@ def scan_points(source: str, mount: Mount = Mount()) -> Callable[[Any, float], P
 
 
 def infrared_ring(message: Any, arrived: float) -> Beams:
-    """Convert Robotino's distance_sensors_scan, measured from its centre, to `Beams` that start at the ring."""
-    ranges = np.asarray(message.ranges, float)
-    bearings = message.angle_min + message.angle_increment * np.arange(len(ranges))
+    """Convert Robotino's distance_sensors (sensor_msgs/PointCloud) to `Beams` that start at the ring.
+
+    The readings are in its channel "range" [m]. Without that they follow from the points, which the Robotino guide puts
+    0.2 m farther out than what they measure.
+    """
+    readings = next((channel.values for channel in message.channels if channel.name == "range"), None)
+    if readings is None:
+        readings = [math.hypot(point.x, point.y) - GUIDE_RADIUS for point in message.points]
+    ranges = np.asarray(readings, float)
+    bearings = math.tau / len(ranges) * np.arange(len(ranges)) if len(ranges) else np.zeros(0)
     starts = INFRARED_RADIUS * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
-    return Beams("infrared", starts, bearings, ranges - INFRARED_RADIUS, INFRARED_REACH, arrived)
+    return Beams("infrared", starts, bearings, np.where(ranges < NOTHING, ranges, math.inf), INFRARED_REACH, arrived)
 
 
 def sonar_cone(source: str, mount: Mount) -> Callable[[Any, float], Cone]:
@@ -221,7 +230,7 @@ def robotino() -> tuple[Incoming, ...]:
     """Return the rows of Robotino. Source of the laser's mount: robotino.urdf."""
     return (
         *common(),
-        Incoming("infrared", "distance_sensors_scan", "sensor_msgs/LaserScan", infrared_ring),
+        Incoming("infrared", "distance_sensors", "sensor_msgs/PointCloud", infrared_ring),
         Incoming("laser", "scan", "sensor_msgs/LaserScan", scan_points("laser", Mount(0.08))),
         Incoming("bumper", "bumper", "std_msgs/Bool", bumper_ring),
         Incoming("battery", "battery", "sensor_msgs/BatteryState", read_battery),

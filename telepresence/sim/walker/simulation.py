@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
-from telepresence.sim.simulated_robot import Movement
 from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.walker.body import PREFIX, walker_model
 from telepresence.sim.walker.gait import TROT
@@ -12,6 +11,7 @@ from telepresence.sim.walker.robot import WATCHDOG, Walker
 from telepresence.sim.walker.server import create_app
 from telepresence.sim.web_robot import WebRobot
 from telepresence.sim.world import World
+from telepresence.teleop.movement import Movement
 from telepresence.web.json_app import Application
 
 DEFAULT_PORT = 8090

@@ -196,3 +196,26 @@ def test_a_dialog_stops(window):
     press(window, Qt.Key_W)
     QApplication.sendEvent(window, QEvent(QEvent.WindowBlocked))
     assert window.sent[-1] == ZERO
+
+
+def test_keys_as_in_the_guide_turn_the_other_way(window, spin):
+    window.pad.set_guide_keys(True)
+    for key, wz in ((Qt.Key_Q, -TURN), (Qt.Key_E, TURN), (Qt.Key_Left, TURN)):
+        press(window, key)
+        assert window.sent[-1] == (0.0, 0.0, wz)
+        release(window, key)
+        spin(lambda: window.sent[-1] == ZERO, "the release stops")
+    letters = {cap.objectName(): cap.text()[-1] for cap in window.pad.findChildren(QPushButton)}
+    assert letters["pad_turn_left"] == "E" and letters["pad_turn_right"] == "Q" and letters["pad_forward"] == "W"
+    window.pad.set_guide_keys(False)
+    press(window, Qt.Key_Q)
+    assert window.sent[-1] == (0.0, 0.0, TURN)
+
+
+def test_a_robot_that_cannot_turn_is_not_offered_to(window, qt):
+    window.pad.limit_to(("forward", "backward"))
+    for key in (Qt.Key_Q, Qt.Key_A, Qt.Key_Right):
+        press(window, key)
+    assert window.sent == []
+    shown = {cap.objectName() for cap in window.pad.findChildren(QPushButton) if cap.isVisible()}
+    assert shown == {"pad_forward", "pad_backward", "padStop"}

@@ -62,8 +62,10 @@ def test_a_short_click_moves_nothing(rig, monkeypatch, spin):
     monkeypatch.setattr("gui.driving.floor_drive.HOLD", 0.3)
     rig.drive.press(*AHEAD)
     assert rig.drive.target is not None and not rig.sent
-    rig.drive.release_all()
-    assert not rig.sent
+    rig.drive.release()
+    assert not rig.sent and rig.refused == [
+        "Hold the button on the floor to drive there: the robot stops when you let go."
+    ]
     rig.drive.press(*AHEAD)
     spin(lambda: rig.sent, "holding it drives")
 

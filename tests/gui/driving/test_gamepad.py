@@ -6,9 +6,11 @@ import pytest
 
 from gui.driving.gamepad import RESTART_HOLD, Gamepad
 from gui.driving.gamepad_view import GamepadView
+from gui.driving.input_mux import InputMux
 from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
 
 LB, RB, B = 4, 5, 1
+CROSS_Y = 7
 ZERO = (0.0, 0.0, 0.0)
 
 
@@ -132,3 +134,49 @@ def test_the_live_test_paints_every_state(pad, spin):
     spin(lambda: pad.state.driving and pad.state.buttons[7], "it drives")
     assert view.grab().toImage() != empty
     assert view.accessibleDescription() == "Drives."
+
+
+def test_b_stops_a_pad_that_stops_with_all_others(pad, spin):
+    """The mux lets go of every device when one of them stops, this one too: that is no second press."""
+    mux = InputMux()
+    mux.add(pad)
+    pad.stop_pressed.connect(mux.stop)
+    pad.plug.send((BUTTON, B, 1))
+    spin(lambda: pad.happened, "B stops")
+    assert pad.happened == [("stop_pressed",)]
+
+
+def test_the_terminal_says_what_was_detected_and_pressed(pad, spin, caplog):
+    with caplog.at_level("INFO", "gui"):
+        pad.plug.pull_out()
+        spin(lambda: pad.state is not None, "it is looked for again")
+        pad.plug.put_in()
+        spin(lambda: len(pad.state.buttons) == 11, "and found")
+        pad.plug.send((BUTTON, 0, 1))
+        spin(lambda: pad.state.buttons[0], "button 0 is down")
+    said = [record.getMessage() for record in caplog.records if record.levelname == "INFO"]
+    assert said == ["Joystick detected: Gamepad", "Button 0 pressed"]
+
+
+@pytest.mark.parametrize("axis", [CROSS_Y, 1], ids=["cross", "left stick"])
+def test_without_lb_up_and_down_walk_and_button_0_restarts_at_once(pad, spin, axis):
+    pad.direct = True
+    spin(lambda: "Cross" in pad.state.note, "it says how to walk")
+    pad.plug.send((AXIS, axis, -32767))
+    spin(lambda: pad.sent and pad.sent[-1][0] > 0.0, "up is forward")
+    pad.plug.send((AXIS, axis, 0))
+    spin(lambda: pad.sent[-1] == ZERO, "letting go stops")
+    pad.plug.send((AXIS, axis, 32767))
+    spin(lambda: pad.sent[-1][0] < 0.0, "down is backward")
+    pad.set_block("The picture is lost.")
+    assert pad.sent[-1] == ZERO
+    pad.set_block("")
+    pad.plug.send((BUTTON, 0, 1))
+    spin(lambda: ("restart_wanted",) in pad.happened, "button 0 restarts at once")
+    assert pad.sent[-1] == ZERO, "what was held has to be let go first"
+    pad.plug.send((AXIS, axis, 0), (AXIS, axis, -32767))
+    pad.plug.send((AXIS, axis, 0))
+    spin(lambda: pad.state.axes[axis] == 0.0, "it is let go")
+    pad.plug.send((AXIS, axis, -32767))
+    spin(lambda: pad.sent[-1][0] > 0.0, "and drives again")
+    assert pad.happened.count(("restart_wanted",)) == 1

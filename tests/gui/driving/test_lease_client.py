@@ -114,7 +114,7 @@ def test_commands_carry_the_proof_of_the_account(window, link, spin, users):
     link.become(**RUNNING)
     press(window, Qt.Key_W)
     (_, name, node, nonce), *_ = (call for call in link.called if call[0] == "join")
-    _, session, command = link.sent[-1]
+    _, session, command = next(sent for sent in reversed(link.sent) if sent[0] == "command")
     key = session_key(users.find("anna").key, nonce, bytes(16))
     unsigned = dataclasses.replace(command, proof=b"")
     assert (name, node, session) == ("anna", link.node_name, "session")

@@ -7,6 +7,7 @@ import textwrap
 import time
 from pathlib import Path
 
+import av
 import pytest
 from PyQt5.QtCore import QObject
 
@@ -16,14 +17,22 @@ from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[3]
 TALK = textwrap.dedent("""
-    import rospy
+    import cv2, itertools, numpy, rospy
     from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import CompressedImage
     rospy.init_node("talker")
     topic = rospy.Publisher("/odom", Odometry, queue_size=1)
-    while not rospy.is_shutdown():
+    camera = rospy.Publisher("/camera/compressed", CompressedImage, queue_size=5)
+    for number in itertools.count():
+        if rospy.is_shutdown():
+            break
         message = Odometry()
         message.pose.pose.orientation.w = 1.0
         topic.publish(message)
+        picture = CompressedImage(format="jpeg")
+        picture.header.stamp = rospy.Time.from_sec(1.7e9 + 0.05 * number)
+        picture.data = cv2.imencode(".jpg", numpy.full((48, 64, 3), number % 200, numpy.uint8))[1].tobytes()
+        camera.publish(picture)
         rospy.sleep(0.05)
 """)
 RECORD = textwrap.dedent("""
@@ -34,12 +43,19 @@ RECORD = textwrap.dedent("""
     application = QCoreApplication(sys.argv)
     recorder = Recorder(Path(sys.argv[1]))
     recorder.failed.connect(lambda text: print("failed", text, flush=True))
-    recorder.reported.connect(lambda page: (print("reported", page, flush=True), application.quit()))
+    happened = []
+    def note(what):
+        print(what, flush=True)
+        happened.append(what)
+        if len(happened) == 2:
+            application.quit()
+    recorder.reported.connect(lambda page: note(f"reported {page}"))
+    recorder.filmed.connect(lambda film: note(f"filmed {film}"))
     signal.signal(signal.SIGUSR1, lambda *_: recorder.stop())
     heartbeat = QTimer(interval=50)
     heartbeat.timeout.connect(lambda: None)
     heartbeat.start()
-    recorder.start("session", ["/odom"])
+    recorder.start("session", ["/odom"], "/camera/compressed")
     application.exec_()
 """)
 
@@ -53,7 +69,9 @@ def recording(ros_master, run_program, wait_until, tmp_path):
     )
     active = tmp_path / "kept" / "session.bag.active"
     wait_until(active.exists, "the recording has begun")
-    time.sleep(1.0)  # so that there is something in it
+    film = tmp_path / "kept" / "session.mp4"
+    wait_until(film.exists, "the film has begun")
+    time.sleep(1.0)  # so that there is something in them
     return process
 
 
@@ -63,13 +81,26 @@ def messages_in(bag):
     return int(info.stdout or 0)
 
 
+def assert_whole_film(path):
+    """Each picture is as bright as the number that its time belongs to."""
+    with av.open(str(path)) as film:
+        seen = [(frame.time, float(frame.to_ndarray(format="gray").mean())) for frame in film.decode(video=0)]
+        assert (film.streams.video[0].width, film.streams.video[0].height) == (64, 48)
+    assert len(seen) > 10
+    for when, brightness in seen:
+        number = round(when / 0.05)
+        assert when == pytest.approx(0.05 * number, abs=0.002)
+        assert brightness == pytest.approx((seen[0][1] + number) % 200, abs=3.0)
+
+
 @pytest.mark.ros
-def test_a_recording_that_is_ended_leaves_a_bag_and_a_report(recording, tmp_path):
+def test_a_recording_that_is_ended_leaves_a_bag_a_film_and_a_report(recording, tmp_path):
     processes.send(recording.pid, signal.SIGUSR1)
     said, _ = recording.communicate(timeout=60)
-    assert said.startswith("reported") and "failed" not in said
+    assert "reported" in said and "filmed" in said and "failed" not in said
     assert messages_in(tmp_path / "kept" / "session.bag") > 5
     assert "<svg" in (tmp_path / "kept" / "session.html").read_text()
+    assert_whole_film(tmp_path / "kept" / "session.mp4")
 
 
 @pytest.mark.ros
@@ -82,6 +113,7 @@ def test_a_killed_owner_leaves_a_whole_bag_and_no_process(recording, tmp_path, w
     wait_until(bag.exists, "the bag is closed")
     assert messages_in(bag) > 5
     wait_until(lambda: not {*family} & {*processes.descendants()}, "the recorder has ended")
+    assert_whole_film(tmp_path / "kept" / "session.mp4")
 
 
 def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from gui.ros.topics.sensors import (
     scan_points,
     sonar_cone,
 )
+from gui.ros.topics.simulation import read_body_state
 
 
 def scan(ranges, start=0.0, step=math.pi / 2):
@@ -40,8 +41,11 @@ def test_what_is_no_measurement_is_no_place(nothing):
 
 
 def test_infrared_readings_begin_at_the_ring():
-    beams = infrared_ring(scan([0.4264, math.inf]), 0.0)
-    assert beams.ranges == pytest.approx([0.2, math.inf]) and beams.starts[0] == pytest.approx((0.2264, 0.0))
+    at = [Message(x=0.4, y=0.0, z=0.05), Message(x=0.0, y=0.61, z=0.05)]
+    for channels in ([], [Message(name="range", values=[0.2, 0.41])]):
+        beams = infrared_ring(Message(points=at, channels=channels), 0.0)
+        assert beams.ranges == pytest.approx([0.2, math.inf]) and beams.starts[0] == pytest.approx((0.2264, 0.0))
+        assert beams.bearings == pytest.approx([0.0, math.pi])
 
 
 @pytest.mark.parametrize(("told", "shown"), [(1.2, 1.2), (math.inf, math.inf), (-math.inf, 0.25)])
@@ -120,3 +124,11 @@ def test_an_uncalibrated_camera_is_refused():
     message = Message(K=[0.0] * 9, width=640, height=480, header=Message(frame_id="camera"))
     with pytest.raises(ValueError, match="no calibration"):
         read_lens(message, 0.0)
+
+
+def test_body_state_is_six_finite_numbers():
+    pose = read_body_state(Message(data=[1.0, 2.0, 0.2, 0.1, 0.0, -1.5]), 7.0)
+    assert (pose.x, pose.z, pose.yaw, pose.arrived) == (1.0, 0.2, -1.5, 7.0)
+    for data in ([1.0] * 5, [1.0, 2.0, math.nan, 0.0, 0.0, 0.0]):
+        with pytest.raises(ValueError, match="six finite numbers"):
+            read_body_state(Message(data=data), 0.0)

@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
-from telepresence.sim.simulated_robot import Movement
 from telepresence.sim.walker.simulation import Simulation
+from telepresence.teleop.movement import Movement
 
 
 @pytest.fixture(scope="module")

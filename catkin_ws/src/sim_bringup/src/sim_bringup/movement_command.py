@@ -2,7 +2,8 @@
 
 A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the program that sent
 the command is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
-only the newest command counts. What the robot does goes through its driver, with the safety gate in between; a robot
+only the newest command counts. A window that drives by velocities only reports here, and its reports move nothing
+(`telepresence.teleop.movement`). What the robot does goes through its driver, with the safety gate in between; a robot
 without a driver is commanded directly.
 """
 
@@ -16,7 +17,8 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Int32
 
-from telepresence.sim.simulated_robot import Controls, Movement
+from telepresence.sim.simulated_robot import Controls
+from telepresence.teleop.movement import Movement, only_reports
 
 PERIOD = 0.1
 """Seconds between two commands to a driver; it gives up after 0.5 s of silence."""
@@ -114,6 +116,8 @@ class Movements:
             self._changed.wait_for(lambda: self._wanted is not movement, PERIOD - LEAST_PERIOD)
 
     def _take(self, message: Int32) -> None:
+        if only_reports(message._connection_header):
+            return
         with self._changed:
             try:
                 self._want(Movement(message.data))

@@ -1,0 +1,1 @@
+"""Films what a robot's camera publishes, for the window's recordings."""

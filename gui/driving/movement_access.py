@@ -1,0 +1,107 @@
+"""Driving by `movement_command` alone: for a simulated robot that has neither a lease nor a safety gate, the walker.
+
+There is nobody to hurt, so nobody has to be asked for the robot: every pilot's window may walk it, and the newest
+command counts. The red stop is this window's own. While it is pressed the window repeats the command to stop, so that a
+program that walks the robot gets a step in at most; the simulator stops it by itself when the window is gone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gui.driving.drive_access import DriveAccess
+from gui.periodic_timer import PeriodicTimer
+from gui.ros.topics.drive import LeaseState
+from telepresence.teleop.drive_lease import Account, Velocity
+from telepresence.teleop.movement import Movement, movement_of
+
+if TYPE_CHECKING:
+    from gui.ros.link import RosLink
+
+STOP_PERIOD = 100
+"""[ms] between two commands to stop while the red stop is pressed."""
+NO_SIMULATION = "The simulation does not run. Press Session start."
+
+
+class MovementAccess(DriveAccess):
+    """Sends forward, backward and stop.
+
+    Args:
+        link: The robot.
+    """
+
+    shared = False
+
+    def __init__(self, link: RosLink) -> None:
+        super().__init__()
+        self._link = link
+        self._stopped_by = ""
+        self._repeat = PeriodicTimer(STOP_PERIOD, lambda: self._send(Movement.STOP), self)
+        link.state_changed.connect(lambda _state: self._refresh())
+
+    @property
+    def mine(self) -> bool:
+        return self.is_pilot and self.state is not None
+
+    def obstacle(self) -> str:
+        if self.account is None:
+            return "Sign in to drive."
+        if self.state is None:
+            return NO_SIMULATION
+        if not self.is_pilot:
+            return f"{self.account.name} may watch, not drive."
+        if self._stopped_by:
+            return f"{self._stopped_by} has pressed the red stop. Press it again to let the robot go."
+        return ""
+
+    def sign_in(self, account: Account) -> None:
+        self.account = account
+        self._refresh()
+
+    def sign_out(self) -> None:
+        self.account = None
+        self._refresh()
+
+    def set_hold(self, reason: str) -> None:
+        """Do nothing: only this window would obey, and it does so already."""
+
+    def drive(self, vx: float, vy: float, wz: float) -> None:
+        """Walk forward or backward, whatever the speed; the robot takes no other velocity."""
+        self._send(Movement.STOP if self._stopped_by else movement_of(vx))
+
+    def take(self) -> None:
+        """Do nothing: the robot belongs to nobody."""
+
+    def release(self) -> None:
+        """Do nothing, likewise."""
+
+    def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
+        """Press the red stop ("stop") or release it ("reset_stop"); other requests mean nothing here."""
+        if action == "stop" and self.account is not None:
+            self._stopped_by = self.account.name
+            self._send(Movement.STOP)
+            self._repeat.start()
+        elif action == "reset_stop" and self.is_pilot:
+            self._stopped_by = ""
+            self._repeat.stop()
+        elif action == "reset_stop" and not quiet:
+            self.refused.emit(self.obstacle())
+        self._refresh()
+
+    def _send(self, movement: Movement) -> None:
+        self._link.send("movement", int(movement))
+
+    def _refresh(self) -> None:
+        before = self.state
+        runs = self._link.state.driver and self.account is not None
+        self.state = self._describe() if runs else None
+        if before != self.state:
+            self.changed.emit()
+
+    def _describe(self) -> LeaseState:
+        assert self.account is not None  # `_refresh` asks for that
+        name = self.account.name if self.is_pilot else ""
+        return LeaseState(
+            epoch="", sign_in=False, pilot=name, window=self._link.node_name if name else "", asking="",
+            stopped_by=self._stopped_by, hold="", other="", velocity=Velocity(0.0, 0.0, 0.0), present=(), arrived=0.0,
+        )  # fmt: skip
