@@ -60,8 +60,9 @@ def get(url: str, path: str) -> bytes:
 
 
 def test_com_cam_brings_the_pilot_to_the_tablet(
-    graph, naoqi, tablet: Tablet, source: str, wait_until: Callable
+    graph, naoqi, tablet: Tablet, add_life: Callable, source: str, wait_until: Callable
 ) -> None:
+    life = add_life("robotvideo/behaviour")
     probe = graph.probe()
     probe.watch("/com_cam/status", "diagnostic_msgs/DiagnosticStatus", ["level", "message"])
     arguments = (f"_source:={source}", f"_nao_port:={naoqi.port}", "_port:=0", "_name:=Anna")
@@ -72,9 +73,16 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
+    assert life.focus == "robotvideo/behaviour"
+    tablet.hide_webview()
+    wait_until(lambda: colour(tablet) == (0, 0, 0), "somebody hides it")
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "it is shown again")
+    switch = graph.run("rosservice", "call", "/com_cam/show_on_tablet", "data: false")
+    assert switch.process.wait(30) == 0 and "success: True" in switch.output
+    wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; not on the tablet: switched off", "switched off")
+    assert colour(tablet) == (0, 0, 0) and life.focus == ""
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
-    wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
     assert "Traceback" not in node.output
 
 
@@ -107,8 +115,10 @@ def test_com_cam_finds_a_robot_that_comes_later(
     wire = make_connection(naoqi.port)
     graph.run(program(graph, "com_cam.py"), f"_source:={source}", f"_nao_port:={wire.port}", "_port:=0")
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    wire.freeze()
     tablet.hide_webview()
     wait_until(lambda: colour(tablet) == (0, 0, 0), "dark")
+    wire.thaw()
     wire.cut()
     wait_until(lambda: close_to(colour(tablet), ORANGE), "shown again on the new link")
 
