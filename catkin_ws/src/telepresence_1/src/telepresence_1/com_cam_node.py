@@ -43,6 +43,7 @@ from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.page import create_app
 from telepresence_1.page_auth import make_token
+from telepresence_1.page_record import PageRecord, remove_record
 from telepresence_1.robot_focus import ACTIVITY
 from telepresence_1.tablet_link import TabletLink, public
 
@@ -128,10 +129,12 @@ class ComCam:
             print(f"with its key, for another browser: {self.page_url}", flush=True)
         if self.link.wanted:
             self._start_link()
+        self._record()
         rospy.Service("~show_on_tablet", SetBool, self._switch)
 
     def close(self) -> None:
         """End everything within three seconds, whatever the robot and the camera do."""
+        remove_record(self.connection.address)
         self.link.close()
         self.connection.close()
         self.server.close()
@@ -193,10 +196,17 @@ class ComCam:
         self.connection.start()
         self.link.start()
 
+    def _record(self) -> None:
+        try:
+            PageRecord(self.page_url, self.link.wanted, os.getpid()).write(self.connection.address)
+        except OSError as error:
+            rospy.logwarn("main.py will not find this page: %s", error)
+
     def _switch(self, request: SetBoolRequest) -> SetBoolResponse:
         self.link.show(request.data)
         if request.data and not self._linked:
             self._start_link()
+        self._record()
         return SetBoolResponse(True, self._describe_tablet())
 
 
@@ -212,4 +222,6 @@ def main() -> int:
     except (NoRoute, OSError, ValueError) as error:
         rospy.logfatal("%s", error)
         return 1
-    return com_cam.run()
+    status = com_cam.run()
+    print("Exit", flush=True)
+    return status
