@@ -57,7 +57,7 @@ class TabletLink:
         self.focus = RobotFocus(connection, activity)
         self._connection = connection
         self._loaded_on = 0  # number of the connection on which it was loaded
-        self._scale_tells = False  # whether this tablet's touch scale tells its views apart
+        self._scale_differs = False  # whether this tablet's touch scale differs from view to view
         self._reload = False
         self._loading = Retry(FIRST_PAUSE, LONGEST_PAUSE)
         self._showing = Retry(FIRST_PAUSE, LONGEST_PAUSE)
@@ -166,9 +166,9 @@ class TabletLink:
             log.debug("the tablet does not say what it shows: %s", error)
             return None
         if scale != OTHER_VIEWS_SCALE:
-            self._scale_tells = True
+            self._scale_differs = True
             return True
-        return False if self._scale_tells else None
+        return False if self._scale_differs else None
 
     def _take_away(self) -> None:
         if self.shown_since is not None:
