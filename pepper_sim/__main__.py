@@ -27,8 +27,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--room-sound", default="", metavar="WHAT", help="sound in the room: tone, or a WAV file, repeated"
     )
+    parser.add_argument(
+        "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
+    )
     options = parser.parse_args(arguments)
-    sound = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound")}
+    sound = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "packages")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **sound)
     )
