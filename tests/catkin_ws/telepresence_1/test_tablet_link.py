@@ -168,6 +168,20 @@ def test_a_page_that_somebody_hides_is_shown_again(
         wait_until(lambda: blue_on(tablet), "the picture is back")
 
 
+def test_a_page_that_the_tablet_cannot_load_is_reported_and_loaded_again(
+    naoqi, show: Callable, open_page: Callable, jpeg: Callable, free_port: Callable, wait_until: Callable
+) -> None:
+    port = free_port()
+    with Tablet() as tablet:
+        naoqi.register("ALTabletService", qi_object(ALTabletService(tablet)))
+        link = show(f"http://127.0.0.1:{port}/?k=secret")
+        wait_until(lambda: "cannot load it: net::ERR_CONNECTION_REFUSED" in link.problem, "the tablet's own words")
+        assert link.shown_since is None and "secret" not in link.problem
+        page = open_page(port=port)
+        page.image.put(jpeg((0, 0, 200)))
+        wait_until(lambda: blue_on(tablet) and link.shown_since, "the page is there now")
+
+
 def test_somebody_who_goes_on_hiding_it_is_not_fought(
     recorder: Recorder, show: Callable, wait_until: Callable, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -218,7 +232,7 @@ def test_a_focus_that_somebody_else_holds_at_the_end_stays(
     monkeypatch.setattr(tablet_link, "CHECK_PERIOD", 60.0)
     life = add_life(ACTIVITY)
     link = show("http://10.0.0.2:10002/", activity=ACTIVITY)
-    wait_until(lambda: link.shown_since, "the page is shown")
+    wait_until(lambda: recorder.shown, "the page is shown")
     life.focus = "other/dance"
     link.close()
     assert life.focus == "other/dance"

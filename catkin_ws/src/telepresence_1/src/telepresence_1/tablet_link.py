@@ -1,10 +1,11 @@
 """Keeps a page on the robot's tablet: shows it, shows it again when somebody hides it, and takes it away at the end.
 
 Wire (NAOqi 2.8 documentation, ALTabletService): `getWifiStatus()` -> "IDLE", "SCANNING", "DISCONNECTED" or "CONNECTED";
-`loadUrl(url)` -> bool; `showWebview()` -> bool; `hideWebview()` -> bool; `getOnTouchScaleFactor()` -> "the touch scale
-factor of current view displayed. Default is 1.0 for all views except for the browser view which is 1.34": no signal and
-no other method says whether the page is on the screen. The tablet is a computer of its own: it fetches the page itself,
-over its own Wi-Fi, so the address must be one that it can reach, never "localhost".
+`loadUrl(url)` -> bool, with the signal `onLoadPageError(code, text, url)` when it fails later; `showWebview()` -> bool;
+`hideWebview()` -> bool; `getOnTouchScaleFactor()` -> "the touch scale factor of current view displayed. Default is 1.0
+for all views except for the browser view which is 1.34": nothing else says whether the page is on the screen. The
+tablet is a computer of its own: it fetches the page itself, over its own Wi-Fi, so the address must be one that it can
+reach, never "localhost".
 """
 
 from __future__ import annotations
@@ -58,6 +59,8 @@ class TabletLink:
         self._connection = connection
         self._loaded_on = 0  # number of the connection on which it was loaded
         self._scale_differs = False  # whether this tablet's touch scale differs from view to view
+        self._watched_on = 0  # number of the connection on which its signal was subscribed to
+        self._load_error = ""
         self._reload = False
         self._loading = Retry(FIRST_PAUSE, LONGEST_PAUSE)
         self._showing = Retry(FIRST_PAUSE, LONGEST_PAUSE)
@@ -116,6 +119,10 @@ class TabletLink:
         if self._loaded_on != self._connection.connections:
             if self._loading.due(now):
                 self._load()
+        elif self._load_error:
+            self._not_shown(f"the tablet cannot load it: {self._load_error}")
+            if self._loading.due(now):
+                self._load()
         elif self._reload and self._loading.due(now):
             self._load()
         else:
@@ -133,15 +140,31 @@ class TabletLink:
 
     def _load(self) -> None:
         number = self._connection.connections
+        if self._watched_on != number:
+            self._watch_errors()
+            self._watched_on = number
         wifi = self._ask("getWifiStatus")
         if wifi != "CONNECTED":
             log.warning("the tablet's own Wi-Fi is %s: it may not reach %s", wifi, public(self.url))
         if self._stop.is_set():
             return
+        self._load_error = ""
         self._demand("loadUrl", with_changing_query(self.url))
         self._reload = False
-        self._show()
+        if self._stop.is_set():
+            return
+        self._demand("showWebview")  # it counts as shown at the next look, when it was not refused meanwhile
         self._loaded_on = number
+
+    def _watch_errors(self) -> None:
+        def report(code: int, text: str, _url: str) -> None:  # not the address: it may hold the key
+            self._load_error = f"{text} ({code})"
+            self._wake.set()
+
+        try:
+            self._connection.subscribe("ALTabletService", "onLoadPageError", report)
+        except CallRefused as error:
+            log.debug("the tablet does not say when it cannot load a page: %s", error)
 
     def _show(self) -> None:
         if self._stop.is_set() or not self.wanted:
@@ -171,13 +194,13 @@ class TabletLink:
         return False if self._scale_differs else None
 
     def _take_away(self) -> None:
-        if self.shown_since is not None:
+        if self._loaded_on == self._connection.connections:
             try:
                 self._connection.call("ALTabletService", "hideWebview", timeout=HIDE_TIMEOUT)
             except RobotError as error:
                 log.warning("the page stays on the tablet: %s", error)
         self.shown_since = None
-        self._loaded_on = 0
+        self._loaded_on, self._load_error = 0, ""
         self.focus.give_back()
 
     def _demand(self, method: str, *arguments: Any) -> None:
