@@ -34,8 +34,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=HEADS[0],
         help="version of the head: 1.8 has a stereo camera, 1.8a and older ones a depth camera (default: %(default)s)",
     )
+    parser.add_argument(
+        "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
+    )
     options = parser.parse_args(arguments)
-    parts = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "head")}
+    parts = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "head", "packages")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )

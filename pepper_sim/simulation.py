@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from pepper_sim.body.description import HEADS
@@ -33,6 +33,7 @@ class SimulatedPepper(SimulatedRobot):
         record_speaker: A WAV file that records what the loudspeaker plays; "" for none.
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
+        packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -46,11 +47,13 @@ class SimulatedPepper(SimulatedRobot):
         record_speaker: str = "",
         room_sound: str = "",
         head: str | float = HEADS[0],
+        packages: Sequence[str] = (),
     ) -> None:
         # ROS hands the parameter 1.8 over as a number.
         self._model = pepper_model(prefix, offset=offset, head=str(head))
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
+        self._packages = [Path(package) for package in packages]
         self.output: LoudspeakerOutput | None = None
         self.room_sounds: RoomSounds | None = None
         self._seed = 0
@@ -72,6 +75,8 @@ class SimulatedPepper(SimulatedRobot):
         if self.robot is None:
             raise RuntimeError("the robot must enter a world before it can serve")
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+        for package in self._packages:
+            self.server.catalogue.packages.install(package)
         self._port_probe = PortProbe(self.urls[0])
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)

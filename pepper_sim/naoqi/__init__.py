@@ -7,7 +7,7 @@ publish             from a service to the object that libqi, or the raw server, 
 tasks               threads for long calls, timed futures, ALMotion's list of tasks
 client_services     calls to services that clients have registered
 memory_keys         ALMemory's keys of the body; body_events: ALMemory's events of the body
-joint_names, led_names, speech_languages, identity, installed_behaviors, time_stamp    what several services share
+joint_names, led_names, speech_languages, identity, installed_packages, time_stamp    what several services share
 motion/             the parts of ALMotion
 video/              the parts of ALVideoDevice
 audio/              the parts of ALAudioDevice and ALAudioRecorder

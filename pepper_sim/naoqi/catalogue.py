@@ -19,6 +19,7 @@ from pepper_sim import services
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.body_events import BodyEvents
 from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.memory_keys import body_keys
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
@@ -47,6 +48,7 @@ class Catalogue:
         services: Each after the services that it uses.
         room: What the microphones pick up and what the loudspeaker plays.
         disk: The robot's files.
+        packages: The packages installed on it.
         clients: Services that clients have registered.
         memory: ALMemory.
     Raises:
@@ -55,6 +57,7 @@ class Catalogue:
 
     def __init__(self, robot: Pepper, session: qi.Session, tablet: Tablet | None, seed: int = 0) -> None:
         self.disk = RobotDisk()
+        self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
         self.clients = ClientServices(session)
         self._workers = Workers()
@@ -69,6 +72,7 @@ class Catalogue:
             Pepper: robot,
             Tablet: tablet,
             RobotDisk: self.disk,
+            InstalledPackages: self.packages,
             Room: self.room,
             Voice: Voice(self.room.loudspeaker, self.disk.path(LAST_SPOKEN)),
             ClientServices: self.clients,

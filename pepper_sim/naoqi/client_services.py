@@ -34,6 +34,11 @@ class ClientServices:
         self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-call")
         session.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
 
+    @property
+    def url(self) -> str:
+        """Where a program on the robot's own machine connects."""
+        return str(self._session.endpoints()[0]).replace("//0.0.0.0:", "//127.0.0.1:")
+
     def names(self) -> list[str]:
         """List all services that are registered now, the robot's own included."""
         return [info["name"] for info in self._session.services()]

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import concurrent.futures
 import time
-from collections.abc import Collection
 
-from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
+from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
@@ -27,17 +26,15 @@ class ALAutonomousLife(Module):
     """Manages the state of life and the activity in focus.
 
     Args:
-        activities: Names that switchFocus accepts, "package-uuid/behaviour-path".
+        packages: Their behaviours are the activities that switchFocus accepts, "package-uuid/behaviour-path".
     """
 
     name = "ALAutonomousLife"
 
-    def __init__(
-        self, memory: ALMemory, stiffness: MotionStiffness, activities: Collection[str] = INSTALLED_BEHAVIORS
-    ) -> None:
+    def __init__(self, memory: ALMemory, stiffness: MotionStiffness, packages: InstalledPackages) -> None:
         self._memory = memory
         self._stiffness = stiffness
-        self._activities = activities
+        self._packages = packages
         self._started = time.monotonic()
         self._state = "disabled"
         self._focus: list[str] = []
@@ -68,8 +65,9 @@ class ALAutonomousLife(Module):
             return None
         self._states = [*self._states[-_HISTORY:], (state, time.time())]
         self._memory.announce("AutonomousLife/State", state)
-        if state == "disabled":
+        if state in ("disabled", "safeguard"):
             self.stopAll()
+        if state == "disabled":
             return self._stiffness.rest()
         return None if self._stiffness.awake else self._stiffness.wakeUp()
 
@@ -85,17 +83,21 @@ class ALAutonomousLife(Module):
 
     # --- focus -------------------------------------------------------------------------------------------------------
 
-    @remote("v(s)", "v(si)")
-    def switchFocus(self, activity_name: str, flags: int = 0) -> None:
-        """Puts an installed activity in focus; flags 0 ends the current one, 1 keeps it on the stack."""
+    @remote("i(s)", "i(si)")
+    def switchFocus(self, activity_name: str, flags: int = 0) -> int:
+        """Puts an installed activity in focus; flags 0 ends the current one, 1 keeps it on the stack.
+
+        What the number that the robot returns means is not documented; here it is 0.
+        """
         one_of(flags, (0, 1), "flags")
-        if activity_name not in self._activities:
+        if activity_name not in self._packages.behaviors:
             raise ServiceError(f"activity '{shown(activity_name)[1:-1]}' is not installed")
         if flags == 0 and self._focus:
             self._complete(self._focus.pop())
         self._focus.append(activity_name)
         self._focused = [*self._focused[-_HISTORY:], (activity_name, time.time())]
         self._announce_focus()
+        return 0
 
     @remote("v()")
     def stopFocus(self) -> None:
@@ -134,7 +136,7 @@ class ALAutonomousLife(Module):
     @remote("s(s)")
     def getActivityNature(self, activity_name: str) -> str:
         """Returns "interactive" for an installed activity."""
-        if activity_name not in self._activities:
+        if activity_name not in self._packages.behaviors:
             raise ServiceError(f"activity '{shown(activity_name)[1:-1]}' is not installed")
         return "interactive"
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
-from collections.abc import Collection
 
 import qi
 
-from pepper_sim.naoqi.installed_behaviors import INSTALLED_BEHAVIORS
+from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 
 
@@ -21,8 +20,8 @@ class ALBehaviorManager(Module):
 
     name = "ALBehaviorManager"
 
-    def __init__(self, installed: Collection[str] = INSTALLED_BEHAVIORS) -> None:
-        self._installed = list(installed)
+    def __init__(self, packages: InstalledPackages) -> None:
+        self._packages = packages
         self._lock = threading.Lock()
         self._running: dict[str, concurrent.futures.Future | None] = {}
         self.behaviorStarted = qi.Signal("(s)")
@@ -33,22 +32,22 @@ class ALBehaviorManager(Module):
     @remote("[s]()")
     def getInstalledBehaviors(self) -> list[str]:
         """Lists the installed behaviours."""
-        return list(self._installed)
+        return self._packages.behaviors
 
     @remote("[s]()")
     def getBehaviorNames(self) -> list[str]:
         """Lists the installed behaviours (older name)."""
-        return list(self._installed)
+        return self._packages.behaviors
 
     @remote("b(s)")
     def isBehaviorInstalled(self, name: str) -> bool:
         """Whether a behaviour is installed."""
-        return name in self._installed
+        return name in self._packages.behaviors
 
     @remote("b(s)")
     def isBehaviorPresent(self, prefixedBehavior: str) -> bool:
         """Whether a behaviour is installed (older name)."""
-        return prefixedBehavior in self._installed
+        return prefixedBehavior in self._packages.behaviors
 
     @remote("[s]()")
     def getRunningBehaviors(self) -> list[str]:
@@ -99,7 +98,7 @@ class ALBehaviorManager(Module):
     @remote("b(s)")
     def preloadBehavior(self, behavior: str) -> bool:
         """Loads a behaviour; true if it is installed."""
-        return behavior in self._installed
+        return behavior in self._packages.behaviors
 
     @remote("[s]()")
     def getDefaultBehaviors(self) -> list[str]:
@@ -108,7 +107,7 @@ class ALBehaviorManager(Module):
 
     def _start(self, behavior: str, waiting: concurrent.futures.Future | None) -> None:
         with self._lock:
-            if behavior not in self._installed:
+            if behavior not in self._packages.behaviors:
                 raise ServiceError(f"behavior '{shown(behavior)[1:-1]}' is not installed")
             if behavior in self._running:
                 raise ServiceError(f"behavior '{behavior}' is already running")

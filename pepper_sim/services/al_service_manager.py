@@ -1,16 +1,24 @@
-"""ALServiceManager: which services run. The robot's own cannot be stopped."""
+"""ALServiceManager: which services run: those of installed packages, and what clients have registered.
+
+A package's service is a program: it is started as its manifest says, with this machine's own Python, ended by SIGTERM,
+and by SIGKILL 15 s later. The robot's own services cannot be stopped. Source: NAOqi 2.8 documentation, ServiceManager.
+"""
 
 from __future__ import annotations
 
+import concurrent.futures
 import threading
 from typing import Any
 
 import qi
 
 from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.service import Service, ServiceError, remote, shown
+from pepper_sim.naoqi.service_programs import ServicePrograms
 
-_STOPPED_BY_REQUEST = 0
+_STOPPED_BY_REQUEST, _CRASHED = 0, 1
+"""ServiceEventReason; the numbers are not documented."""
 
 
 class ALServiceManager(Service):
@@ -18,8 +26,10 @@ class ALServiceManager(Service):
 
     name = "ALServiceManager"
 
-    def __init__(self, clients: ClientServices) -> None:
+    def __init__(self, clients: ClientServices, packages: InstalledPackages) -> None:
         self._clients = clients
+        self._packages = packages
+        self._programs = ServicePrograms(packages, clients, self._ended)
         self._lock = threading.Lock()
         self._stopped: set[str] = set()
         self.serviceStarted = qi.Signal("(si)")
@@ -34,20 +44,30 @@ class ALServiceManager(Service):
             raise _unknown(name)
 
     @remote("v(s)")
-    def stop(self, name: str) -> None:
+    def stop(self, name: str) -> concurrent.futures.Future | None:
         """Stops a service; an error if it is unknown or the robot's own."""
-        if not self.stopService(name):
+        stopped = self.stopService(name)
+        if stopped is False:
             raise _unknown(name)
+        return stopped if isinstance(stopped, concurrent.futures.Future) else None
 
     @remote("v(s)")
-    def restart(self, name: str) -> None:
+    def restart(self, name: str) -> concurrent.futures.Future | None:
         """Stops and starts a service; an error if it is unknown."""
-        if not self.restartService(name):
+        restarted = self.restartService(name)
+        if restarted is False:
             raise _unknown(name)
+        return restarted if isinstance(restarted, concurrent.futures.Future) else None
 
     @remote("b(s)")
     def startService(self, name: str) -> bool:
-        """Starts a service; false if it is unknown."""
+        """Starts a service; false if it is unknown or cannot be started. Nothing happens when it runs."""
+        program = self._packages.service(name)
+        if program is not None:
+            if not self._programs.start(program):
+                return False
+            self.serviceStarted(program.name, _STOPPED_BY_REQUEST)
+            return True
         if not self._clients.exists(name):
             return False
         with self._lock:
@@ -56,11 +76,15 @@ class ALServiceManager(Service):
         return True
 
     @remote("b(s)")
-    def stopService(self, name: str) -> bool:
-        """Stops a client's service by the signal serviceStopped, on which its program is expected to end.
+    def stopService(self, name: str) -> bool | concurrent.futures.Future:
+        """Stops a package's service, and answers when its program has ended.
 
-        False if the service is unknown or the robot's own.
+        A client's service is stopped by the signal serviceStopped, on which its program is expected to end. False if
+        the service is unknown or the robot's own.
         """
+        program = self._packages.service(name)
+        if program is not None:
+            return self._programs.stop(program.name)
         if not self._clients.exists(name) or self._clients.is_own(name):
             return False
         with self._lock:
@@ -69,31 +93,38 @@ class ALServiceManager(Service):
         return True
 
     @remote("b(s)")
-    def restartService(self, name: str) -> bool:
+    def restartService(self, name: str) -> bool | concurrent.futures.Future:
         """Stops and starts a service; false if it is unknown."""
-        self.stopService(name)
+        stopping = self.stopService(name)
+        if isinstance(stopping, concurrent.futures.Future):
+            return self._programs.then(stopping, lambda: self.startService(name))
         return self.startService(name)
 
     @remote("v()")
     def stopAllServices(self) -> None:
-        """Stops the services of clients."""
-        for name in self._clients.names():
+        """Stops the services of packages and clients."""
+        packaged = [service.name for package in self._packages.packages for service in package.services]
+        for name in [*packaged, *self._clients.names()]:
             self.stopService(name)
 
     @remote("b(s)")
     def isServiceRunning(self, name: str) -> bool:
-        """Whether a service is registered and has not been stopped."""
+        """Whether a package's program runs, or a service is registered and has not been stopped."""
+        program = self._packages.service(name)
+        if program is not None:
+            return self._programs.runs(program.name)
         return self._clients.exists(name) and name not in self._stopped
 
     @remote("m()")
     def services(self) -> list[dict[str, Any]]:
         """Lists all services."""
-        return [self._info(name) for name in self._clients.names()]
+        packaged = [service.name for package in self._packages.packages for service in package.services]
+        return [self._info(name) for name in [*packaged, *self._clients.names()]]
 
     @remote("m(s)")
     def service(self, name: str) -> dict[str, Any]:
         """Describes a service."""
-        if not self._clients.exists(name):
+        if self._packages.service(name) is None and not self._clients.exists(name):
             raise _unknown(name)
         return self._info(name)
 
@@ -103,6 +134,16 @@ class ALServiceManager(Service):
         raise ServiceError(f"the memory of '{shown(name)[1:-1]}' alone is not known")
 
     def _info(self, name: str) -> dict[str, Any]:
+        program = self._packages.service(name)
+        if program is not None:
+            return {
+                "name": program.name,
+                "execStart": program.command,
+                "running": self._programs.runs(program.name),
+                "autorun": False,
+                "canBeDisabled": True,
+                "package": program.package,
+            }
         own = self._clients.is_own(name)
         return {
             "name": name,
@@ -112,6 +153,13 @@ class ALServiceManager(Service):
             "canBeDisabled": not own,
             "package": "naoqi" if own else "",
         }
+
+    def close(self) -> None:
+        """End the programs of packages."""
+        self._programs.close()
+
+    def _ended(self, name: str, crashed: bool) -> None:
+        self.serviceStopped(name, _CRASHED if crashed else _STOPPED_BY_REQUEST)
 
 
 def _unknown(name: str) -> ServiceError:

@@ -19,6 +19,7 @@ from pepper_sim.tablet.tablet import Tablet
 log = logging.getLogger(__name__)
 
 _DEFAULT_SCALE = 1.34
+_OTHER_VIEWS_SCALE = 1.0
 _ROBOT_SEEN_FROM_TABLET = "198.18.0.1"
 _NO_MAC_ADDRESS = "02:00:00:00:00:00"
 """What Android returns to programs without permission."""
@@ -104,8 +105,8 @@ class ALTabletService(Service):
 
     @remote("f()")
     def getOnTouchScaleFactor(self) -> float:
-        """Returns the web view's scale."""
-        return self._scale
+        """Returns the scale of the view on the screen: 1 unless it is the web view."""
+        return self._scale if self._tablet.visible else _OTHER_VIEWS_SCALE
 
     @remote("v(f)")
     def setOnTouchWebviewScaleFactor(self, scale: float) -> None:

@@ -70,8 +70,8 @@ class Tablet:
 
     @property
     def visible(self) -> bool:
-        """Whether the web view is shown (an image may cover it)."""
-        return self._webview_shown
+        """Whether the web view is on the screen: shown, and not covered by an image."""
+        return self._webview_shown and self._image_layer is None
 
     def load_url(self, url: str) -> bool:
         """Load a page into the web view, shown or not; false if the address is not http or https.

@@ -27,7 +27,8 @@ import gevent.event
 
 from telepresence.video.images import LatestImage, Picture
 
-BOUNDARY = b"picture"
+BOUNDARY = b"frame"
+"""As in the report: clients that split the stream at --frame find it."""
 CONTENT_TYPE = "multipart/x-mixed-replace; boundary=" + BOUNDARY.decode()
 _DELIMITER = b"\r\n--" + BOUNDARY + b"\r\n"
 _NEXT_PART = _DELIMITER + b"Content-Type: image/jpeg\r\n\r\n"

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import ast
 import importlib.util
 import signal
 import subprocess
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 import qi
 from naoqi_driver.base import HEARTBEAT_KEY
+from python2_syntax import assert_python_2
 
 PATH = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "pepper_bringup" / "robot" / "watchdog.py"
 
@@ -57,38 +57,8 @@ def test_a_new_driver_starts_a_new_life(watchdog):
     assert not heart.has_stopped(1, 2.05)
 
 
-TOO_NEW = (
-    ast.JoinedStr,
-    ast.AnnAssign,
-    ast.NamedExpr,
-    ast.Nonlocal,
-    ast.YieldFrom,
-    ast.AsyncFunctionDef,
-    ast.Await,
-    ast.Starred,
-    ast.Match,
-    ast.MatMult,
-)
-
-
 def test_syntax_is_also_python_2():
-    """Python 2.7 is not at hand everywhere, so what it does not know is looked for in the syntax tree."""
-    source = PATH.read_text()
-    assert "Python 2.7" in source.splitlines()[1]
-    assert source.isascii(), "Python 2.7 needs a declaration for anything else"
-    for node in ast.walk(ast.parse(source)):
-        assert not isinstance(node, TOO_NEW), f"line {node.lineno}: {type(node).__name__}"
-        if isinstance(node, ast.FunctionDef | ast.Lambda):
-            assert not node.args.kwonlyargs
-            assert not node.args.posonlyargs
-            assert not any(argument.annotation for argument in node.args.args)
-            assert getattr(node, "returns", None) is None
-        if isinstance(node, ast.Raise):
-            assert node.cause is None
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            assert node.func.id != "super" or node.args
-        if isinstance(node, ast.ClassDef):
-            assert node.bases, "a class without a base is an old-style class"
+    assert_python_2(PATH)
 
 
 class Motion:

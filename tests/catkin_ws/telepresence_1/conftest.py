@@ -47,3 +47,34 @@ def open_page() -> Iterator[Callable[..., SimpleNamespace]]:
     yield open_page
     for server in servers:
         server.close()
+
+
+class Life:
+    """The focus of a robot with these activities, as ALAutonomousLife tells it."""
+
+    def __init__(self, *installed: str) -> None:
+        self.installed, self.focus = installed, ""
+
+    def focusedActivity(self) -> str:
+        return self.focus
+
+    def switchFocus(self, activity: str) -> int:
+        if activity not in self.installed:
+            raise RuntimeError(f"activity '{activity}' is not installed")
+        self.focus = activity
+        return 0
+
+    def stopFocus(self) -> None:
+        self.focus = ""
+
+
+@pytest.fixture
+def add_life(naoqi) -> Callable[..., Life]:
+    """Give the robot autonomous life with these activities."""
+
+    def add_life(*installed: str) -> Life:
+        life = Life(*installed)
+        naoqi.register("ALAutonomousLife", life)
+        return life
+
+    return add_life

@@ -6,12 +6,14 @@ import http.client
 import json
 import re
 import signal
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+import qi
 
 from pepper_sim.naoqi.publish import qi_object
 from pepper_sim.services.al_tablet_service import ALTabletService
@@ -60,8 +62,9 @@ def get(url: str, path: str) -> bytes:
 
 
 def test_com_cam_brings_the_pilot_to_the_tablet(
-    graph, naoqi, tablet: Tablet, source: str, wait_until: Callable
+    graph, naoqi, tablet: Tablet, add_life: Callable, source: str, wait_until: Callable
 ) -> None:
+    life = add_life("robotvideo/behaviour")
     probe = graph.probe()
     probe.watch("/com_cam/status", "diagnostic_msgs/DiagnosticStatus", ["level", "message"])
     arguments = (f"_source:={source}", f"_nao_port:={naoqi.port}", "_port:=0", "_name:=Anna")
@@ -72,10 +75,22 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
+    assert life.focus == "robotvideo/behaviour"
+    tablet.hide_webview()
+    wait_until(lambda: colour(tablet) == (0, 0, 0), "somebody hides it")
+    wait_until(lambda: close_to(colour(tablet), ORANGE), "it is shown again")
+    main = graph.run(program(graph, "main.py"), f"--qi-url=127.0.0.1:{naoqi.port}")
+    main.wait_for("the tablet shows " + url)
+    main.signal(signal.SIGINT)
+    assert main.process.wait(30) == 0 and main.output.endswith("Application finished.\n")
+    assert tablet.visible and life.focus == "robotvideo/behaviour", "com_cam goes on showing its page"
+    switch = graph.run("rosservice", "call", "/com_cam/show_on_tablet", "data: false")
+    assert switch.process.wait(30) == 0 and "success: True" in switch.output
+    wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; not on the tablet: switched off", "switched off")
+    assert colour(tablet) == (0, 0, 0) and life.focus == ""
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
-    wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
-    assert "Traceback" not in node.output
+    assert "Traceback" not in node.output and node.output.endswith("Exit\n")
 
 
 def test_only_the_tablet_has_the_key(graph, naoqi, tablet: Tablet, source: str, wait_until: Callable) -> None:
@@ -107,8 +122,10 @@ def test_com_cam_finds_a_robot_that_comes_later(
     wire = make_connection(naoqi.port)
     graph.run(program(graph, "com_cam.py"), f"_source:={source}", f"_nao_port:={wire.port}", "_port:=0")
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
+    wire.freeze()
     tablet.hide_webview()
     wait_until(lambda: colour(tablet) == (0, 0, 0), "dark")
+    wire.thaw()
     wire.cut()
     wait_until(lambda: close_to(colour(tablet), ORANGE), "shown again on the new link")
 
@@ -121,15 +138,20 @@ def test_a_taken_port_ends_the_program_with_a_reason(graph) -> None:
     assert f"cannot listen on 127.0.0.1, port {port}" in second.output and "Traceback" not in second.output
 
 
-def test_main_shows_any_page_until_ended(graph, naoqi, tablet: Tablet, open_page, jpeg, wait_until: Callable) -> None:
+def test_main_shows_any_page_until_ended(
+    graph, naoqi, tablet: Tablet, add_life: Callable, open_page, jpeg, wait_until: Callable
+) -> None:
+    life = add_life("robotvideo/behaviour")
     page = open_page()
     page.image.put(jpeg(ORANGE))
     url = f"--url={page.server.url}"
     node = graph.run(program(graph, "main.py"), f"--qi-url=tcp://127.0.0.1:{naoqi.port}", url)
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the page is shown")
+    assert life.focus == "robotvideo/behaviour"
     node.signal(signal.SIGINT)
-    assert node.process.wait(30) == 0
+    assert node.process.wait(30) == 0 and node.output.endswith("Application finished.\n")
     wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")
+    assert life.focus == ""
 
 
 def test_the_launch_file_starts_what_it_promises(
@@ -188,6 +210,44 @@ def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.Monk
     wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "the picture is lost")
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
+    assert "Traceback" not in node.output
+
+
+class VideoDevice:
+    """An ALVideoDevice whose camera sees one colour."""
+
+    def __init__(self) -> None:
+        self.subscribed: list[tuple] = []
+
+    def getSubscribers(self) -> list[str]:
+        return []
+
+    def subscribeCamera(self, *settings: object) -> str:
+        self.subscribed.append(settings)
+        return "pyth12_0"
+
+    @qi.bind("(iiiiiiriffff)", ["s"])
+    def getImageRemote(self, _handle: str) -> tuple:
+        seconds, nanoseconds = divmod(time.time_ns(), 10**9)
+        pixels = np.full((480, 640, 3), ORANGE, np.uint8).tobytes()
+        return (640, 480, 3, 11, seconds, nanoseconds // 1000, pixels, 0, 0.4, 0.3, -0.4, -0.3)
+
+    def unsubscribe(self, handle: str) -> None:
+        self.subscribed.remove(self.subscribed[0])
+
+
+def test_rob_cam_opens_the_camera_of_the_robot_that_it_is_given(graph, naoqi, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(graph.environment, "DISPLAY", "")
+    monkeypatch.setitem(graph.environment, "ROS_MASTER_URI", f"http://127.0.0.1:{graph.free_port()}")
+    camera = VideoDevice()
+    naoqi.register("ALVideoDevice", camera)
+    node = graph.run(program(graph, "rob_cam.py"), "127.0.0.1", str(naoqi.port), "--page-port=0")
+    url = node.wait_for(r"look at (http://127\.0\.0\.1:\d+/) instead")[1]
+    picture = cv2.imdecode(np.frombuffer(get(url, "/frame.jpg"), np.uint8), cv2.IMREAD_COLOR)
+    assert picture.shape == (480, 640, 3) and close_to(tuple(int(v) for v in picture[100, 100, ::-1]), ORANGE)
+    assert camera.subscribed == [("pyth12", 0, 2, 11, 15)], "as in the report"
+    node.signal(signal.SIGINT)
+    assert node.process.wait(30) == 0 and not camera.subscribed
     assert "Traceback" not in node.output
 
 

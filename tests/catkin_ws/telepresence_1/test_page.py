@@ -46,7 +46,7 @@ def test_the_page_names_the_pilot_and_shows_the_stream(open_page: Callable, jpeg
     assert answer.status == 200
     assert b"Anna &lt;b&gt;&amp;" in answer.body
     source = re.search(rb'<img id="picture" src="([^"]+)"', answer.body)[1].decode().replace("&amp;", "&")
-    assert get(page, source).headers["Content-Type"] == "multipart/x-mixed-replace; boundary=picture"
+    assert get(page, source).headers["Content-Type"] == "multipart/x-mixed-replace; boundary=frame"
 
 
 def test_every_answer_forbids_keeping_and_embedding(open_page: Callable, jpeg: Callable) -> None:

@@ -8,7 +8,9 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from naoqi_driver.connection import Address, Connection
-from telepresence_1 import tablet_link
+from telepresence_1 import robot_focus, tablet_link
+from telepresence_1.retry import CALM, Retry
+from telepresence_1.robot_focus import ACTIVITY
 from telepresence_1.tablet_link import TabletLink, public, with_changing_query
 
 from pepper_sim.naoqi.publish import qi_object
@@ -17,12 +19,17 @@ from pepper_sim.tablet.tablet import Tablet
 
 
 class Recorder:
-    """An ALTabletService that remembers its calls."""
+    """An ALTabletService that remembers its calls; the page is on its screen while `shown`."""
 
     def __init__(self) -> None:
         self.calls: list[tuple[str, ...]] = []
         self.ready = True
         self.wifi = "CONNECTED"
+        self.shown = False
+        self.obeys = True
+
+    def getOnTouchScaleFactor(self) -> float:
+        return 1.34 if self.shown else 1.0
 
     def getWifiStatus(self) -> str:
         return self.wifi
@@ -33,10 +40,12 @@ class Recorder:
 
     def showWebview(self) -> bool:
         self.calls.append(("showWebview",))
+        self.shown = self.obeys
         return True
 
     def hideWebview(self) -> bool:
         self.calls.append(("hideWebview",))
+        self.shown = False
         return True
 
     def names(self) -> list[str]:
@@ -53,11 +62,13 @@ def recorder(naoqi) -> Recorder:
 @pytest.fixture
 def show(naoqi, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., TabletLink]]:
     monkeypatch.setattr(tablet_link, "FIRST_PAUSE", 0.05)
+    monkeypatch.setattr(tablet_link, "CHECK_PERIOD", 0.05)
+    monkeypatch.setattr(robot_focus, "FIRST_PAUSE", 0.05)
     opened: list[Connection | TabletLink] = []
 
-    def show(url: str, port: int | None = None) -> TabletLink:
+    def show(url: str, port: int | None = None, activity: str = "") -> TabletLink:
         connection = Connection(Address.parse("127.0.0.1", port or naoqi.port)).start()
-        link = TabletLink(connection, url).start()
+        link = TabletLink(connection, url, activity=activity).start()
         opened.extend((connection, link))
         return link
 
@@ -139,6 +150,103 @@ def test_the_simulated_robots_tablet_shows_the_pilot(
         wait_until(lambda: blue_on(tablet), "the picture")
         link.close()
         wait_until(lambda: not tablet.image.peek().pixels.any(), "the screen turns dark")
+
+
+def test_a_page_that_somebody_hides_is_shown_again(
+    naoqi, show: Callable, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    page = open_page()
+    page.image.put(jpeg((0, 0, 200)))
+    with Tablet() as tablet:
+        naoqi.register("ALTabletService", qi_object(ALTabletService(tablet)))
+        link = show(page.server.url)
+        wait_until(lambda: blue_on(tablet), "the picture")
+        other = naoqi.session.service("ALTabletService")
+        for disturb in (other.hideWebview, lambda: other.showImage(page.server.url + "frame.jpg"), other.hide):
+            disturb()
+            wait_until(lambda: tablet.visible and link.shown_since, "the page is back")
+        wait_until(lambda: blue_on(tablet), "the picture is back")
+
+
+def test_a_page_that_the_tablet_cannot_load_is_reported_and_loaded_again(
+    naoqi, show: Callable, open_page: Callable, jpeg: Callable, free_port: Callable, wait_until: Callable
+) -> None:
+    port = free_port()
+    with Tablet() as tablet:
+        naoqi.register("ALTabletService", qi_object(ALTabletService(tablet)))
+        link = show(f"http://127.0.0.1:{port}/?k=secret")
+        wait_until(lambda: "cannot load it: net::ERR_CONNECTION_REFUSED" in link.problem, "the tablet's own words")
+        assert link.shown_since is None and "secret" not in link.problem
+        page = open_page(port=port)
+        page.image.put(jpeg((0, 0, 200)))
+        wait_until(lambda: blue_on(tablet) and link.shown_since, "the page is there now")
+
+
+def test_somebody_who_goes_on_hiding_it_is_not_fought(
+    recorder: Recorder, show: Callable, wait_until: Callable, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING):
+        link = show("http://10.0.0.2:10002/")
+        wait_until(lambda: link.shown_since, "the page is shown")
+        recorder.obeys = recorder.shown = False
+        wait_until(lambda: len(recorder.calls) >= 5, "several attempts")
+    assert link.shown_since is None and "something else is on the screen" in link.problem
+    assert caplog.text.count("something else is on the screen") == 1
+
+
+def test_attempts_become_rare_and_begin_anew_when_it_was_calm() -> None:
+    retry, made = Retry(0.5, 10.0), []
+    for tick in range(1000):
+        if retry.due(tick / 10):
+            made.append(tick / 10)
+    assert made[:6] == [0.0, 0.5, 1.5, 3.5, 7.5, 15.5] and made[6:9] == [25.5, 35.5, 45.5]
+    assert retry.due(made[-1] + CALM + 1) and retry.due(made[-1] + CALM + 1.5)
+
+
+def test_it_is_switched_off_and_on(recorder: Recorder, show: Callable, wait_until: Callable) -> None:
+    link = show("http://10.0.0.2:10002/")
+    wait_until(lambda: link.shown_since, "the page is shown")
+    link.show(False)
+    wait_until(lambda: not recorder.shown and link.shown_since is None, "the page is taken away")
+    assert link.problem == "switched off"
+    link.show(True)
+    wait_until(lambda: recorder.shown and link.shown_since, "the page is shown")
+    assert recorder.names() == ["loadUrl", "showWebview", "hideWebview", "loadUrl", "showWebview"]
+
+
+def test_the_focus_is_taken_kept_and_given_back(
+    add_life: Callable, recorder: Recorder, show: Callable, wait_until: Callable
+) -> None:
+    life = add_life(ACTIVITY, "other/dance")
+    link = show("http://10.0.0.2:10002/", activity=ACTIVITY)
+    wait_until(lambda: link.focus.held and link.shown_since, "shown, in focus")
+    life.focus = "other/dance"
+    wait_until(lambda: life.focus == ACTIVITY and link.focus.held, "the focus is taken again")
+    link.close()
+    assert life.focus == "" and not recorder.shown
+
+
+def test_a_focus_that_somebody_else_holds_at_the_end_stays(
+    add_life: Callable, recorder: Recorder, show: Callable, wait_until: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tablet_link, "CHECK_PERIOD", 60.0)
+    life = add_life(ACTIVITY)
+    link = show("http://10.0.0.2:10002/", activity=ACTIVITY)
+    wait_until(lambda: recorder.shown, "the page is shown")
+    life.focus = "other/dance"
+    link.close()
+    assert life.focus == "other/dance"
+
+
+def test_without_the_activity_the_page_is_shown_all_the_same(
+    add_life: Callable, recorder: Recorder, show: Callable, wait_until: Callable, caplog: pytest.LogCaptureFixture
+) -> None:
+    add_life("other/dance")
+    with caplog.at_level(logging.WARNING):
+        link = show("http://10.0.0.2:10002/", activity=ACTIVITY)
+        wait_until(lambda: link.shown_since, "the page is shown")
+    assert not link.focus.held and f"activity '{ACTIVITY}' is not installed" in link.focus.problem
+    assert caplog.text.count("is not installed") == 1
 
 
 def blue_on(tablet: Tablet) -> bool:

@@ -27,6 +27,7 @@ def test_sonar_events_only_while_somebody_listens(naoqi, wait_until, simulation)
     received = []
     subscriber = naoqi.ALMemory.subscriber("SonarLeftNothingDetected")
     subscriber.signal.connect(received.append)
+    wait_until(lambda: service._near is None, "it noticed that nobody listens since the test before")
     naoqi.ALSonar.subscribe("listener")
     wait_until(lambda: received, "the free way was reported")
     assert received[0] > 0.5

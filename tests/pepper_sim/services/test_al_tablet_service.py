@@ -65,7 +65,9 @@ def test_a_page_is_fetched_and_shown(tablet, pages, simulation, wait_until):
     wait_until(lambda: finished, "the page was reported as finished")
     wait_until(lambda: _near(_colour(simulation), ORANGE), "the page's picture is on the screen")
     assert simulation.tablet.visible
+    assert tablet.getOnTouchScaleFactor() == pytest.approx(1.34), "of the web view"
     assert tablet.hideWebview() is True
+    assert tablet.getOnTouchScaleFactor() == 1.0, "of every other view"
     wait_until(lambda: not _near(_colour(simulation), ORANGE), "the screen is dark again")
 
 
@@ -101,7 +103,6 @@ def test_what_an_android_box_would_add(tablet, refused):
     assert tablet.getWifiStatus() == "DISCONNECTED"
     tablet.enableWifi()
     assert tablet.connectWifi("home") and tablet.configureWifi("wpa", "home", "secret")
-    assert tablet.getOnTouchScaleFactor() == pytest.approx(1.34)
     tablet.setOnTouchWebviewScaleFactor(1.0)
     tablet.setOnTouchWebviewScaleFactor(1.34)
     assert tablet.setBrightness(0.5) and tablet.getBrightness() == pytest.approx(0.5)

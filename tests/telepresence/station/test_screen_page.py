@@ -32,7 +32,7 @@ def test_the_picture_is_the_newest_screen(url, image):
     image.put(cv2.imencode(".jpg", np.full((60, 80, 3), (0, 128, 255), np.uint8))[1].tobytes())
     with urllib.request.urlopen(f"{url}screen.mjpeg", timeout=10) as stream:
         received = b""
-        while received.count(b"--picture") < 2:
+        while received.count(b"--frame") < 2:
             received += stream.read1(65536)
     jpeg = received[received.index(b"\xff\xd8") : received.rindex(b"\xff\xd9") + 2]
     pixels = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)

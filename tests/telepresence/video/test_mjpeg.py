@@ -52,7 +52,7 @@ class Viewer:
             self.headers[name.lower()] = value
         self._body = bytearray()
         if self.status == 200:
-            self._skip_past(b"--picture\r\n")
+            self._skip_past(b"--frame\r\n")
 
     def _more(self) -> None:
         assert self.headers["transfer-encoding"] == "chunked"
@@ -72,13 +72,13 @@ class Viewer:
         lines = self._skip_past(b"\r\n\r\n").decode().split("\r\n")
         headers = dict(line.split(": ", 1) for line in lines)
         if "Content-Length" not in headers:
-            return headers, self._skip_past(b"\r\n--picture\r\n")
+            return headers, self._skip_past(b"\r\n--frame\r\n")
         size = int(headers["Content-Length"])
         while len(self._body) < size:
             self._more()
         body = bytes(self._body[:size])
         del self._body[:size]
-        self._skip_past(b"\r\n--picture\r\n")
+        self._skip_past(b"\r\n--frame\r\n")
         return headers, body
 
     def number(self) -> int:

@@ -188,6 +188,25 @@ class Connection:
             raise self.translate(error, name, False, 0.0) from None
         return PendingCall(self, future, name)
 
+    def subscribe(self, service: str, signal: str, callback: Callable[..., None]) -> None:
+        """Have `callback` called with what the service's signal carries, on a thread of libqi, until the link is lost.
+
+        Raises:
+            RobotUnreachable: No link, or no answer in time.
+            CallRefused: The robot knows no such service or signal.
+        """
+        session = self._session
+        if session is None:
+            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        name = f"{service}.{signal}"
+        try:
+            future = getattr(self._service(session, service), signal).connect(callback, _async=True)
+        except AttributeError:
+            raise CallRefused(f"{name}: no such signal") from None
+        except RuntimeError as error:
+            raise self.translate(error, name, False, 0.0) from None
+        PendingCall(self, future, name).result()
+
     def register_service(self, name: str, service: object, listen: str | None = None) -> None:
         """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
 

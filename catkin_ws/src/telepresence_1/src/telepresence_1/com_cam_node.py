@@ -1,6 +1,8 @@
-"""ROS node com_cam: the pilot's camera, the page with its picture, and the command to the tablet to show it.
+"""ROS node com_cam: the pilot's camera, the page with its picture, and the robot's tablet, on which it is kept.
 
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
+Services:  ~show_on_tablet (std_srvs/SetBool): show the page from now on, or take it away; answers at once
+           with how things stand.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
 Parameters:
     ~source ("0")           camera number or device, video or picture file, URL, or "test"
@@ -13,7 +15,9 @@ Parameters:
     ~roscore_ip ("")        this machine as the robot sees it
     ~token ("auto")         the key to the page; "auto": a new one in every run, but none on loopback; "none"
     ~max_viewers (64)
-    ~show_on_tablet (true)
+    ~show_on_tablet (true)  from the start; see the service of this name
+    ~activity ("robotvideo/behaviour")
+                            what to keep in the robot's focus while the page is shown; "" leaves the focus alone
     ~nao_ip, ~nao_port (127.0.0.1, 9559)
                             with the environment's NAO_USER and NAO_PASSWORD, if they are set
     ~page_url ("")          the page as the tablet must ask for it, when that is not what ~address says
@@ -30,6 +34,7 @@ import urllib.parse
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from telepresence_ros.node import Node
 
 from telepresence.video.mjpeg import MjpegStream
@@ -38,13 +43,15 @@ from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address, is_loopback
 from telepresence_1.page import create_app
 from telepresence_1.page_auth import make_token
+from telepresence_1.page_record import PageRecord, remove_record
+from telepresence_1.robot_focus import ACTIVITY
 from telepresence_1.tablet_link import TabletLink, public
 
 VISIT_PATIENCE = 10.0
 """Seconds after which a tablet that should show the page and has not asked for the picture is a problem."""
 STATUS_PERIOD = 1.0
 """Seconds between two reports."""
-SHUTDOWN_TIMEOUT = 4.0
+SHUTDOWN_TIMEOUT = 6.0
 """Seconds allowed for `ComCam.close`, twice what it takes."""
 
 
@@ -86,15 +93,18 @@ class ComCam:
         if key and "k=" not in urllib.parse.urlsplit(page_url).query:
             page_url += ("&" if "?" in page_url else "?") + urllib.parse.urlencode({"k": key})
         self.page_url = page_url
-        self.connection: Connection | None = None
-        self.link: TabletLink | None = None
-        if rospy.get_param("~show_on_tablet", True):
-            port = int(rospy.get_param("~nao_port", 9559))
-            login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
-            self.connection = Connection(Address.parse(robot, port, *login))
-            self.link = TabletLink(self.connection, page_url)
+        login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
+        self.connection = Connection(Address.parse(robot, int(rospy.get_param("~nao_port", 9559)), *login))
+        self.link = TabletLink(
+            self.connection,
+            page_url,
+            wanted=bool(rospy.get_param("~show_on_tablet", True)),
+            activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
+        )
+        self._linked = False
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._visited = time.monotonic()  # when the tablet had last no reason to ask for the picture, or asked
         self._unvisited = False
 
     def run(self) -> int:
@@ -117,15 +127,16 @@ class ComCam:
         if public(self.page_url) != self.page_url:
             # To the terminal only: everybody on the ROS network can read /rosout.
             print(f"with its key, for another browser: {self.page_url}", flush=True)
-        if self.connection is not None and self.link is not None:
-            self.connection.start()
-            self.link.start()
+        if self.link.wanted:
+            self._start_link()
+        self._record()
+        rospy.Service("~show_on_tablet", SetBool, self._switch)
 
     def close(self) -> None:
-        """End everything within two seconds, whatever the robot and the camera do."""
-        if self.connection is not None and self.link is not None:
-            self.link.close()
-            self.connection.close()
+        """End everything within three seconds, whatever the robot and the camera do."""
+        remove_record(self.connection.address)
+        self.link.close()
+        self.connection.close()
         self.server.close()
         self.camera.close()
 
@@ -134,10 +145,9 @@ class ComCam:
         camera, link = self.camera.status, self.link
         messages = [camera.text]
         level = DiagnosticStatus.OK if camera.state is State.LIVE else DiagnosticStatus.WARN
-        if link is not None:
-            messages.append(self._describe_tablet(link))
-            if link.shown_since is None or self._unvisited:
-                level = DiagnosticStatus.WARN
+        messages.append(self._describe_tablet())
+        if link.wanted and (link.shown_since is None or self._unvisited):
+            level = DiagnosticStatus.WARN
         values = {
             "page": public(self.page_url),
             "camera": camera.source,
@@ -146,7 +156,9 @@ class ComCam:
             "rate": f"{camera.rate:.1f}",
             "losses": camera.losses,
             "viewers": self.stream.viewers,
-            "on tablet": link is not None and link.shown_since is not None,
+            "on tablet": link.shown_since is not None,
+            "wanted on tablet": link.wanted,
+            "focus": link.focus.activity if link.focus.held else link.focus.problem,
         }
         status = DiagnosticStatus(level, f"{rospy.get_name().strip('/')}: page", "; ".join(messages), "", [])
         status.values = [KeyValue(key, str(value)) for key, value in values.items()]
@@ -159,19 +171,43 @@ class ComCam:
         status = self.camera.status
         return status.state.value, status.text
 
-    def _describe_tablet(self, link: TabletLink) -> str:
+    def _describe_tablet(self) -> str:
+        link, now = self.link, time.monotonic()
         if link.shown_since is None:
-            self._unvisited = False
-            return f"not on the tablet: {link.problem}"
-        unvisited = self.stream.viewers == 0 and time.monotonic() - link.shown_since > VISIT_PATIENCE
-        if unvisited and not self._unvisited:
-            rospy.logwarn(
-                "the tablet was told to show %s and does not ask for the picture. It uses its own Wi-Fi: can it reach "
-                "this address? If not, give page_address or ~page_url.",
-                public(self.page_url),
-            )
+            self._visited, self._unvisited = now, False
+            return f"not on the tablet: {link.problem if link.wanted else 'switched off'}"
+        if self.stream.viewers > 0:
+            self._visited = now
+        unvisited = now - self._visited > VISIT_PATIENCE
+        if unvisited:
+            link.reload()
+            if not self._unvisited:
+                rospy.logwarn(
+                    "the tablet was told to show %s and does not ask for the picture. It uses its own Wi-Fi: can it "
+                    "reach this address? If not, give page_address or ~page_url.",
+                    public(self.page_url),
+                )
         self._unvisited = unvisited
-        return "the tablet does not ask for the picture" if unvisited else "on the tablet"
+        text = "the tablet does not ask for the picture" if unvisited else "on the tablet"
+        return f"{text}; without the robot's focus: {link.focus.problem}" if link.focus.problem else text
+
+    def _start_link(self) -> None:
+        self._linked = True
+        self.connection.start()
+        self.link.start()
+
+    def _record(self) -> None:
+        try:
+            PageRecord(self.page_url, self.link.wanted, os.getpid()).write(self.connection.address)
+        except OSError as error:
+            rospy.logwarn("main.py will not find this page: %s", error)
+
+    def _switch(self, request: SetBoolRequest) -> SetBoolResponse:
+        self.link.show(request.data)
+        if request.data and not self._linked:
+            self._start_link()
+        self._record()
+        return SetBoolResponse(True, self._describe_tablet())
 
 
 def main() -> int:
@@ -186,4 +222,6 @@ def main() -> int:
     except (NoRoute, OSError, ValueError) as error:
         rospy.logfatal("%s", error)
         return 1
-    return com_cam.run()
+    status = com_cam.run()
+    print("Exit", flush=True)
+    return status

@@ -35,7 +35,7 @@ class PictureWindow(QWidget):
         self._sequence = 0
         self._pending = False
         self._complaint = ""
-        self.setWindowTitle(title)
+        self.setWindowTitle(f"image1: {title}")  # as the report's window is called
         self.resize(960, 720)
         self._arrived.connect(self._show_newest)
         self._ages = QTimer(self)

@@ -1,5 +1,8 @@
 """ROS node rob_cam: a window with the robot's picture, for those who work without the operator's window.
 
+    rosrun telepresence_1 rob_cam.py              shows the camera's topic
+    rosrun telepresence_1 rob_cam.py IP [PORT]    opens the camera of the robot there itself; needs no ROS master
+
 Without a display the same picture is served as a web page on this machine instead.
 
 Subscribes: the topic in ~image (sensor_msgs/Image); only the newest picture is ever shown.
@@ -11,15 +14,20 @@ Keys in the window: F full screen and back, Escape back, Q closes.
 
 from __future__ import annotations
 
+import argparse
+import logging
 import os
 import sys
+import threading
 import time
+from collections.abc import Callable
 
 import cv2
 import numpy as np
 import rospy
+from naoqi_driver.connection import Address
 from sensor_msgs.msg import Image
-from telepresence_ros.node import Node
+from telepresence_ros.node import Node, stop_on_signals
 
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
@@ -28,47 +36,100 @@ from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.server import WebServer
 from telepresence_1.page import create_app
 from telepresence_1.placeholder_images import draw_notice
+from telepresence_1.robot_camera import RobotCamera
+
+log = logging.getLogger(__name__)
 
 STALE_AFTER = 1.0
 """Seconds without a picture after which the last one does not count as live."""
 
 
+PAGE_PORT = 10004
+
+
 def main() -> int:
-    """Run the node; the exit code for the process."""
+    """Run the program; the exit code for the process."""
+    parser = argparse.ArgumentParser(prog="rob_cam.py", description="Show the robot's camera in a window.")
+    parser.add_argument("ip", nargs="?", help="open the camera of the robot there, without ROS")
+    parser.add_argument("port", nargs="?", type=int, default=9559, help="of the robot's NAOqi; default %(default)s")
+    parser.add_argument(
+        "--page-port", type=int, default=PAGE_PORT, help="of the page when there is no display; default %(default)s"
+    )
+    options = parser.parse_args(rospy.myargv(sys.argv)[1:])
+    return (
+        show_topic(options.page_port) if options.ip is None else show_robot(options.ip, options.port, options.page_port)
+    )
+
+
+def show_topic(page_port: int) -> int:
+    """Show what a camera's topic brings, as a ROS node."""
     node = Node("rob_cam")
     topic = str(rospy.get_param("~image", "/pepper_robot/camera/front/image_raw"))
     newest = LatestImage()  # of messages: they are taken apart by the thread that shows them
     rospy.Subscriber(topic, Image, lambda message: newest.put(message, message.header.stamp.to_sec()), queue_size=1)
-    if display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
-        return show_window(newest, topic)
-    return serve_page(node, newest, topic, int(rospy.get_param("~port", 10004)))
+    if has_display():
+        return show_window(newest, topic, rospy.is_shutdown)
+    return serve_page(newest, topic, int(rospy.get_param("~port", page_port)), node.stop, node.run)
 
 
-def show_window(newest: LatestImage, topic: str) -> int:
-    """Open the window and stay until it is closed or the node ends."""
+def show_robot(ip: str, port: int, page_port: int) -> int:
+    """Show the camera of the robot at this address; there is no ROS node."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    logging.getLogger("rospy").setLevel(logging.WARNING)  # it is no node
+    try:
+        robot = Address.parse(ip, port)
+    except ValueError as error:
+        print(f"rob_cam.py: {error}", file=sys.stderr)
+        return 1
+    stop = stop_on_signals(threading.Event())
+    newest = LatestImage()
+    with RobotCamera(robot, newest):
+        if has_display():
+            return show_window(newest, robot.url, stop.is_set)
+
+        def run(loop: Callable[[], None]) -> int:
+            loop()
+            return 0
+
+        return serve_page(newest, robot.url, page_port, stop, run)
+
+
+def has_display() -> bool:
+    """Whether a window can be opened."""
+    return display_answers(os.environ.get("DISPLAY")) or os.environ.get("QT_QPA_PLATFORM") == "offscreen"
+
+
+def show_window(newest: LatestImage, source: str, ended: Callable[[], bool]) -> int:
+    """Open the window and stay until it is closed or `ended()`."""
     from telepresence_1.picture_window import run_window
 
-    rospy.loginfo("showing %s; F: full screen, Q: quit", topic)
-    return run_window(newest, topic, rospy.is_shutdown)
+    log.info("showing %s; F: full screen, Q: quit", source)
+    return run_window(newest, source, ended)
 
 
-def serve_page(node: Node, newest: LatestImage, topic: str, port: int) -> int:
-    """Serve the picture on loopback until the node ends."""
+def serve_page(
+    newest: LatestImage,
+    source: str,
+    port: int,
+    stop: threading.Event,
+    run: Callable[[Callable[[], None]], int],
+) -> int:
+    """Serve the picture on loopback until `stop` is set; `run` runs the loop that does it."""
     page = LatestImage()
     stream = MjpegStream(page)
 
     def describe() -> tuple[str, str]:
-        return ("live", "Live") if newest.age() < STALE_AFTER else ("lost", f"No picture on {topic}")
+        return ("live", "Live") if newest.age() < STALE_AFTER else ("lost", f"No picture from {source}")
 
     try:
         server = WebServer(create_app(stream, name="Robot's camera", describe=describe), port=port)
     except OSError as error:
-        rospy.logfatal("there is no display, and no page instead: %s", error)
+        log.critical("there is no display, and no page instead: %s", error)
         return 1
 
     def show() -> None:
         sequence, complaint = 0, ""
-        while not node.stop.is_set():
+        while not stop.is_set():
             picture = newest.wait_newer(sequence, timeout=0.5)
             try:
                 if picture is not None:
@@ -76,15 +137,15 @@ def serve_page(node: Node, newest: LatestImage, topic: str, port: int) -> int:
                     message = picture.pixels
                     page.put(_encode(as_bgr(read_image_message(message), message.encoding)), picture.stamp)
                 elif newest.age() > STALE_AFTER:
-                    page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes on {topic}.", time.time())))
+                    page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes from {source}.", time.time())))
             except ValueError as error:
                 if str(error) != complaint:
-                    rospy.logerr("pictures on %s cannot be shown: %s", topic, error)
+                    log.error("pictures from %s cannot be shown: %s", source, error)
                     complaint = str(error)
 
     with server:
-        rospy.logwarn("there is no display for a window; look at %s instead", server.url)
-        return node.run(show)
+        log.warning("there is no display for a window; look at %s instead", server.url)
+        return run(show)
 
 
 def _encode(pixels: np.ndarray) -> bytes:

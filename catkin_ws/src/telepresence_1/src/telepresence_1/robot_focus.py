@@ -1,0 +1,71 @@
+"""Keeps one of the robot's activities in focus, so that its autonomous life starts none that takes the tablet away.
+
+Wire (NAOqi 2.8 documentation, ALAutonomousLife): `focusedActivity()` -> the activity in focus or "";
+`switchFocus("package/behaviour")` stops the activity in focus and starts this one, an error when no such activity is
+installed; `stopFocus()` ends the one in focus.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+
+from naoqi_driver.connection import Connection, RobotError
+
+from telepresence_1.retry import Retry
+
+log = logging.getLogger(__name__)
+
+ACTIVITY = "robotvideo/behaviour"
+"""The activity of the report's own package, `robotvideo.pkg`; see docs/pepper.md for how to install ours."""
+SWITCH_TIMEOUT = 5.0
+"""Seconds that the robot may take to end one activity and to start another."""
+END_TIMEOUT = 0.5
+"""Seconds allowed for each call at the end: a program that ends does not wait for a robot that is gone."""
+FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
+"""Seconds between two attempts to take the focus."""
+
+
+class RobotFocus:
+    """The robot's focus for `activity`; "" leaves the focus alone. The methods belong to one thread at a time."""
+
+    def __init__(self, connection: Connection, activity: str = ACTIVITY) -> None:
+        self.activity = activity
+        self.held = False
+        """Whether the robot says that the activity is in focus."""
+        self.problem = ""
+        """Why it is not, for people; "" when it is, or when nobody asked for it."""
+        self._connection = connection
+        self._retry = Retry(FIRST_PAUSE, LONGEST_PAUSE)
+
+    def keep(self) -> None:
+        """Take the focus unless the robot says that it is held; what goes wrong is told in `problem`."""
+        if not self.activity:
+            return
+        try:
+            if self._connection.call("ALAutonomousLife", "focusedActivity") != self.activity:
+                if self.held:
+                    log.warning("another activity has taken the robot's focus; taking it again")
+                self.held = False
+                if not self._retry.due(time.monotonic()):
+                    return
+                self._connection.call("ALAutonomousLife", "switchFocus", self.activity, timeout=SWITCH_TIMEOUT)
+        except RobotError as error:
+            self.held = False
+            problem = str(error).rpartition("switchFocus: ")[2]
+            if problem != self.problem:
+                log.warning("without the robot's focus, whose autonomous life may take the tablet: %s", problem)
+                self.problem = problem
+            return
+        self.held, self.problem = True, ""
+
+    def give_back(self) -> None:
+        """End the activity if it is in focus; one that somebody else has put there stays."""
+        if not self.held:
+            return
+        self.held = False
+        try:
+            if self._connection.call("ALAutonomousLife", "focusedActivity", timeout=END_TIMEOUT) == self.activity:
+                self._connection.call("ALAutonomousLife", "stopFocus", timeout=END_TIMEOUT)
+        except RobotError as error:
+            log.warning("the robot keeps the focus: %s", error)

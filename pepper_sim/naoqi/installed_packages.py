@@ -1,0 +1,144 @@
+"""The packages installed on the simulated robot: their behaviours and their services.
+
+A package is a zip file with a manifest.xml (NAOqi 2.8 documentation, PackageManager):
+
+    <package uuid="robotvideo" version="0.3.0">
+      <contents><behaviorContent path="behaviour"/></contents>      the behaviour robotvideo/behaviour
+      <services><service name="main" execStart="/usr/bin/python scripts/main.py"/></services>      robotvideo.main
+"""
+
+from __future__ import annotations
+
+import shutil
+import threading
+import xml.etree.ElementTree as ElementTree
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from pepper_sim.disk import RobotDisk
+
+BUILT_IN_BEHAVIORS = ("robotvideo/behaviour", ".lastUploadedChoregrapheBehavior/behavior_1")
+"""The activity of the report's own package, and where Choregraphe puts what it uploads."""
+APPS = "/home/nao/.local/share/PackageManager/apps"
+"""Where the robot's disk holds installed packages."""
+MAX_BYTES = 100_000_000
+"""What a package may unpack to."""
+
+
+@dataclass(frozen=True)
+class ServiceProgram:
+    """A program that ALServiceManager starts.
+
+    Args:
+        name: "package.service".
+        command: As in the manifest, relative to `folder`.
+    """
+
+    name: str
+    command: str
+    folder: Path
+    package: str
+
+
+@dataclass(frozen=True)
+class Package:
+    """An installed package."""
+
+    uuid: str
+    version: str
+    folder: Path
+    behaviors: tuple[str, ...]
+    services: tuple[ServiceProgram, ...]
+
+
+class InstalledPackages:
+    """The packages on one robot's disk."""
+
+    def __init__(self, disk: RobotDisk) -> None:
+        self._disk = disk
+        self._lock = threading.Lock()
+        self._packages: dict[str, Package] = {}
+        self._listeners: list[Callable[[], None]] = []
+
+    @property
+    def packages(self) -> list[Package]:
+        """List the installed packages."""
+        with self._lock:
+            return list(self._packages.values())
+
+    @property
+    def behaviors(self) -> list[str]:
+        """List the installed behaviours, "package/path"."""
+        installed = (behavior for package in self.packages for behavior in package.behaviors)
+        return list(dict.fromkeys((*BUILT_IN_BEHAVIORS, *installed)))
+
+    def service(self, name: str) -> ServiceProgram | None:
+        """Return the program of a service, "package.service" or, as the robot allows, "service" alone."""
+        services = [service for package in self.packages for service in package.services]
+        return next((service for service in services if name in (service.name, service.name.partition(".")[2])), None)
+
+    def on_removed(self, listener: Callable[[], None]) -> None:
+        """Call `listener` whenever a package was removed or replaced."""
+        self._listeners.append(listener)
+
+    def install(self, file: Path) -> Package:
+        """Install a package, replacing an older one of the same name.
+
+        Raises:
+            ValueError: It is no such package; the text says why.
+        """
+        try:
+            with zipfile.ZipFile(file) as archive:
+                _check(archive)
+                root = ElementTree.fromstring(archive.read("manifest.xml"))
+                uuid = root.get("uuid", "")
+                if not uuid or PurePosixPath(uuid).name != uuid:
+                    raise ValueError(f"its manifest.xml has the uuid {uuid!r}")
+                folder = self._disk.path(f"{APPS}/{uuid}")
+                shutil.rmtree(folder, ignore_errors=True)
+                archive.extractall(folder)
+        except (OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError) as error:
+            raise ValueError(f"{file.name} is no package: {error}") from None
+        package = _read(root, uuid, folder)
+        with self._lock:
+            replaced = self._packages.pop(uuid, None)
+            self._packages[uuid] = package
+        if replaced is not None:
+            self._report_removal()
+        return package
+
+    def remove(self, uuid: str) -> None:
+        """Remove a package.
+
+        Raises:
+            KeyError: There is none of this name.
+        """
+        with self._lock:
+            package = self._packages.pop(uuid)
+        self._report_removal()
+        shutil.rmtree(package.folder, ignore_errors=True)
+
+    def _report_removal(self) -> None:
+        for listener in self._listeners:
+            listener()
+
+
+def _check(archive: zipfile.ZipFile) -> None:
+    files = archive.infolist()
+    if sum(file.file_size for file in files) > MAX_BYTES:
+        raise ValueError("it unpacks to more than the robot takes")
+    for file in files:
+        path = PurePosixPath(file.filename)
+        if path.is_absolute() or ".." in path.parts:
+            raise ValueError(f"it holds a file {file.filename!r} outside its folder")
+
+
+def _read(root: ElementTree.Element, uuid: str, folder: Path) -> Package:
+    behaviors = tuple(f"{uuid}/{content.get('path')}" for content in root.iterfind("contents/behaviorContent"))
+    services = tuple(
+        ServiceProgram(f"{uuid}.{service.get('name')}", service.get("execStart", ""), folder, uuid)
+        for service in root.iterfind("services/service")
+    )
+    return Package(uuid, root.get("version", ""), folder, behaviors, services)

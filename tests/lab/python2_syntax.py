@@ -1,0 +1,42 @@
+"""Whether a program for the robot's own Python 2.7 keeps to syntax that it knows.
+
+Python 2.7 is not at hand everywhere, so what it does not know is looked for in the syntax tree.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+TOO_NEW = (
+    ast.JoinedStr,
+    ast.AnnAssign,
+    ast.NamedExpr,
+    ast.Nonlocal,
+    ast.YieldFrom,
+    ast.AsyncFunctionDef,
+    ast.Await,
+    ast.Starred,
+    ast.Match,
+    ast.MatMult,
+)
+
+
+def assert_python_2(path: Path) -> None:
+    """Fail at the first thing in the file that Python 2.7 does not know."""
+    source = path.read_text()
+    assert "Python 2.7" in source.splitlines()[1]
+    assert source.isascii(), "Python 2.7 needs a declaration for anything else"
+    for node in ast.walk(ast.parse(source)):
+        assert not isinstance(node, TOO_NEW), f"line {node.lineno}: {type(node).__name__}"
+        if isinstance(node, ast.FunctionDef | ast.Lambda):
+            assert not node.args.kwonlyargs
+            assert not node.args.posonlyargs
+            assert not any(argument.annotation for argument in node.args.args)
+            assert getattr(node, "returns", None) is None
+        if isinstance(node, ast.Raise):
+            assert node.cause is None
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            assert node.func.id != "super" or node.args
+        if isinstance(node, ast.ClassDef):
+            assert node.bases, "a class without a base is an old-style class"
