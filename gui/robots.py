@@ -118,7 +118,7 @@ _ROBOTINO = Robot(
     keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
     incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING),
     outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing()),
-    services=(*drive.SERVICES, *actions.sound_services()),
+    services=(*drive.SERVICES, *actions.sound_services(), *actions.careful_services()),
     outline=ROBOTINO.outline,
     top_speed=ROBOTINO.limits.max_speed,
     top_turn=ROBOTINO.limits.max_turn,

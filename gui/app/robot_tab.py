@@ -16,6 +16,8 @@ from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow
 
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
+CHOICES = {"on": True, "off": False}
+"""How the choice of the careful scan is written in the settings."""
 
 
 class RobotTab(QObject):
@@ -73,11 +75,15 @@ class RobotTab(QObject):
         """Restore the settings of the last session."""
         controls = self.controller.controls
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
+        self.window.gate.careful_choice = CHOICES.get(settings.text(f"{self.link.robot.name}/careful"))
 
     def save(self, settings: Settings) -> None:
         """Save the settings for the next session."""
         settings.save(f"{self.link.robot.name}/speed", self.controller.controls.speed)
         settings.save(f"{self.link.robot.name}/address", self.window.address.text())
+        for word, choice in CHOICES.items():
+            if self.window.gate.careful_choice is choice:
+                settings.save(f"{self.link.robot.name}/careful", word)
 
     def start(self) -> None:
         """Look for the gamepad from now on; to be called when the window is on the screen."""

@@ -64,14 +64,10 @@ class Gate(Protocol):
 
 
 class RobotGate:
-    """The project's gate with its profile of Robotino.
+    """The project's gate with its profile of Robotino."""
 
-    Args:
-        careful: Swing the body while driving, so that the nine beams see everything.
-    """
-
-    def __init__(self, careful: bool = False) -> None:
-        self.gate = VelocityGate(PROFILE, careful=careful)
+    def __init__(self) -> None:
+        self.gate = VelocityGate(PROFILE)
         self._command: Command | None = None
         self._odometry: Odometry | None = None
 
