@@ -3,7 +3,9 @@
 It takes the place, and the names, of safe_omni_drive, which runs the safety gate on the pilot's side. Here the gate
 runs on the robot, so losing the network cannot disable it.
 
-Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
+Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s); cmd_vel, for
+            programs that know no gate: the same, but nothing while drive/hold (std_msgs/String, of drive_lease) says
+            why nobody may drive.
 Publishes:  safety (telepresence_msgs/SafetyState), with every report of the robot, 20 Hz; safety_state
             (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
 Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
@@ -53,6 +55,9 @@ class DriveLinkNode:
         CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
         rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
+        self._hold = ""
+        self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_ungated, queue_size=BURST_ROOM, tcp_nodelay=True)
         for service in ("stop_drive", "reset_stop", "reset_bumper"):
             what = "stop" if service == "stop_drive" else service.replace("_", " ")
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
@@ -74,6 +79,16 @@ class DriveLinkNode:
         except ValueError as error:
             self._refused += 1
             rospy.logwarn_throttle(5.0, "command refused: %s", error)
+
+    def _on_ungated(self, twist: Twist) -> None:
+        """Take a velocity of a program that knows no gate. The lease watches safe_cmd_vel only: obey its holds here."""
+        if self._hold and self._holds.get_num_connections():
+            rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
+            twist = Twist()
+        self._on_velocity(twist)
+
+    def _on_hold(self, message: String) -> None:
+        self._hold = message.data
 
     def _ask(self, what: str, _request: TriggerRequest) -> TriggerResponse:
         done = self._link.ask(what)

@@ -1,25 +1,31 @@
 """Keyboard driving as a ROS node: keys from the terminal it was started in, velocities on one topic.
 
-Publishes:  cmd_vel (geometry_msgs/Twist), 10 Hz while a key is held, zeros for a moment afterwards, then nothing.
-Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad/s.
+Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msgs/Twist; see `drive_topic`): 10 Hz while
+            a key is held, zeros for a moment afterwards, then nothing.
+Subscribes: drive/hold (std_msgs/String) beside it: as long as drive_lease says why nobody may drive, keys don't.
+Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad/s; ~gate (true): false drives on
+            cmd_vel even where there is a gate.
 """
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
 
 import rospy
-from geometry_msgs.msg import Twist
 from telepresence_ros.node import Node, stop_on_signals
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
+from rto_teleop.drive_topic import DriveTopic
 from rto_teleop.keys import HELP, HeldKeys
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
+REMINDER = 5.0
+"""Seconds between two sentences about why keys move nothing."""
 PARTING_TIME = 0.1
 """Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 
@@ -33,7 +39,7 @@ def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
     except ValueError as error:
         print(f"{name}: wrong parameter: {error}", file=sys.stderr)
         return 1
-    KeyboardNode(keys, topic, node.stop, master_lost).run()
+    KeyboardNode(keys, DriveTopic(topic, _own_names(), _say), node.stop, master_lost).run()
     node.shut_down("keyboard driving ended")
     return 0
 
@@ -41,20 +47,22 @@ def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
 class KeyboardNode:
     """Joins keys and topic. `stop` ends `run`; the robot stops when `master_lost` is set."""
 
-    def __init__(self, keys: HeldKeys, topic: str, stop: threading.Event, master_lost: threading.Event) -> None:
+    def __init__(self, keys: HeldKeys, topic: DriveTopic, stop: threading.Event, master_lost: threading.Event) -> None:
         self._keys = keys
+        self._topic = topic
+        self._reminded = -math.inf
         self._stop = stop
         self._driving = False
         self._master_lost = master_lost
-        self._publisher = rospy.Publisher(topic, Twist, queue_size=1)
 
     def run(self) -> None:
         """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
         if sys.stdin is None or not sys.stdin.isatty():
-            _say(f"There is no terminal here to read keys from. In a terminal:  rosrun {' '.join(_own_names())}")
+            _say(f"There is no terminal here to read keys from. In a terminal:  rosrun {_own_names()}")
             self._stop.wait()
             return
         try:
+            threading.Thread(target=self._topic.watch, args=(self._stop,), name="drive-topic", daemon=True).start()
             with KeyTerminal(sys.stdin.fileno()) as terminal:
                 _say(f"{HELP}\n{self._keys.describe()}")
                 while not self._stop.is_set():
@@ -75,8 +83,11 @@ class KeyboardNode:
                 terminal.resume()
             return
         before = self._keys.describe()
-        for key in terminal.read_keys(PERIOD):
+        typed = terminal.read_keys(PERIOD)
+        for key in typed:
             self._keys.press(key, time.monotonic())
+        if typed:
+            self._check_way(time.monotonic())
         if self._master_lost.is_set():
             self._master_lost.clear()
             self._keys.release(time.monotonic())
@@ -85,6 +96,15 @@ class KeyboardNode:
             _say(self._keys.describe())
         self._send()
 
+    def _check_way(self, now: float) -> None:
+        """Stop while nobody may drive, and say why keys move nothing."""
+        reason = f"The robot stays: {self._topic.hold}" if self._topic.hold else self._topic.problem
+        if self._topic.hold:
+            self._keys.release(now)
+        if reason and now - self._reminded > REMINDER:
+            self._reminded = now
+            _say(reason)
+
     def _send(self) -> None:
         velocity = self._keys.command(time.monotonic())
         self._driving = velocity is not None and any(velocity)
@@ -92,17 +112,16 @@ class KeyboardNode:
             self._publish(velocity)
 
     def _publish(self, velocity: Velocity) -> None:
-        message = Twist()
-        message.linear.x, message.linear.y, message.angular.z = velocity
         try:
-            self._publisher.publish(message)
+            self._topic.publish(velocity)
         except rospy.ROSException:
             self._stop.set()  # the topic was closed: this node is being shut down
 
 
-def _own_names() -> tuple[str, str]:
-    program = rospy.get_name().strip("/")
-    return ("rto_safe_teleop" if program.startswith("safe") else "rto_teleop"), program
+def _own_names() -> str:
+    """Return what a person types after rosrun."""
+    program = rospy.get_name().rpartition("/")[2]
+    return f"{'rto_safe_teleop' if program.startswith('safe') else 'rto_teleop'} {program}"
 
 
 def _say(text: str) -> None:
