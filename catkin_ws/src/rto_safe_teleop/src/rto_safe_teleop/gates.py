@@ -114,6 +114,12 @@ class BubbleGate:
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
         """Do nothing: the guide ignores odometry."""
 
+    def log_lines(self) -> str:
+        """Return what the guide's node logs of the last command; empty before the first."""
+        if self._bubble.breach is None:
+            return ""
+        return f"SafetyBreach: {self._bubble.breach:d}\nSafeToNavigate: {self._bubble.safe_to_navigate:d}"
+
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         velocity = self._bubble.command(vx, vy, wz)
         if velocity is None:

@@ -42,6 +42,7 @@ LAYERS = ("gate", "bubble")
 class SafeDrive:
     def __init__(self) -> None:
         self._late = StaleCommandFilter()
+        self._logged = ""
         self._node = Node("safe_omni_drive", on_master_lost=self._late.link_lost)
         self._gate = _choose_gate()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
@@ -92,6 +93,10 @@ class SafeDrive:
             return
         with self._lock:
             answer = self._gate.receive_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
+            lines = self._gate.log_lines() if isinstance(self._gate, BubbleGate) else ""
+        if lines != self._logged:
+            self._logged = lines
+            rospy.loginfo("%s", lines)
         if answer is not None:
             self._give(answer, now)
 
