@@ -4,11 +4,12 @@ Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msg
             a key is held, zeros for a moment afterwards, then nothing.
 Subscribes: drive/hold (std_msgs/String) beside it: as long as drive_lease says why nobody may drive, keys don't.
 Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad/s; ~gate (true): false drives on
-            cmd_vel even where there is a gate.
+            cmd_vel even where there is a gate; ~keys (usual): guide for Q, E and speeds as in the guide's window.
 """
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import threading
@@ -19,11 +20,16 @@ from telepresence_ros.node import Node, stop_on_signals
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 from rto_teleop.drive_topic import DriveTopic
-from rto_teleop.keys import HELP, HeldKeys
+from rto_teleop.keys import DRIVING_KEYS, HELD_TOGETHER, TYPED_IN_TURN, HeldKeys
+from rto_teleop.x_keyboard import XKeyboard
 from telepresence.geometry import ZERO_VELOCITY, Velocity
+
+log = logging.getLogger(__name__)
 
 PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
+WATCH_PERIOD = 0.05
+"""Seconds between two looks at which keys are held, where that can be seen."""
 REMINDER = 5.0
 """Seconds between two sentences about why keys move nothing."""
 PARTING_TIME = 0.1
@@ -35,7 +41,11 @@ def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
     master_lost = threading.Event()
     node = Node(name, on_master_lost=master_lost.set, stop=stop_on_signals(threading.Event()))
     try:
-        keys = HeldKeys(float(rospy.get_param("~scale_linear", 1.0)), float(rospy.get_param("~scale_angular", 1.0)))
+        keys = HeldKeys(
+            float(rospy.get_param("~scale_linear", 1.0)),
+            float(rospy.get_param("~scale_angular", 1.0)),
+            str(rospy.get_param("~keys", "usual")),
+        )
     except ValueError as error:
         print(f"{name}: wrong parameter: {error}", file=sys.stderr)
         return 1
@@ -51,6 +61,8 @@ class KeyboardNode:
         self._keys = keys
         self._topic = topic
         self._reminded = -math.inf
+        self._x = _open_x_keyboard()
+        self._window = 0  # that the held keys were typed into
         self._stop = stop
         self._driving = False
         self._master_lost = master_lost
@@ -64,7 +76,8 @@ class KeyboardNode:
         try:
             threading.Thread(target=self._topic.watch, args=(self._stop,), name="drive-topic", daemon=True).start()
             with KeyTerminal(sys.stdin.fileno()) as terminal:
-                _say(f"{HELP}\n{self._keys.describe()}")
+                _say(self._keys.help(HELD_TOGETHER if self._x else TYPED_IN_TURN))
+                _say(self._keys.describe())
                 while not self._stop.is_set():
                     self._turn(terminal)
         except HungUp as error:
@@ -83,10 +96,9 @@ class KeyboardNode:
                 terminal.resume()
             return
         before = self._keys.describe()
-        typed = terminal.read_keys(PERIOD)
-        for key in typed:
-            self._keys.press(key, time.monotonic())
-        if typed:
+        typed = terminal.read_keys(WATCH_PERIOD if self._keys.watched else PERIOD)
+        if typed or self._keys.watched:
+            self._take(typed, time.monotonic())
             self._check_way(time.monotonic())
         if self._master_lost.is_set():
             self._master_lost.clear()
@@ -95,6 +107,28 @@ class KeyboardNode:
         if self._keys.describe() != before:
             _say(self._keys.describe())
         self._send()
+
+    def _take(self, typed: list[str], now: float) -> None:
+        """Take the keys that were typed, and of the X server which ones are held."""
+        down, window = self._held_keys()
+        for key in typed:
+            held = key.lower() in down
+            if held and not self._keys.watched:
+                self._window = window
+            self._keys.press(key, now, held)
+        # Keys that are held while another window has the keyboard are not meant for this one.
+        self._keys.observe(down if window == self._window else frozenset(), now)
+
+    def _held_keys(self) -> tuple[frozenset[str], int]:
+        """Return the held keys and the window that has the keyboard; no keys without an X server."""
+        if self._x is not None:
+            try:
+                return self._x.held()
+            except OSError as error:
+                self._x.close()
+                self._x = None
+                _say(f"{error}: several keys at once must be typed in turn from now on.")
+        return frozenset(), 0
 
     def _check_way(self, now: float) -> None:
         """Stop while nobody may drive, and say why keys move nothing."""
@@ -116,6 +150,14 @@ class KeyboardNode:
             self._topic.publish(velocity)
         except rospy.ROSException:
             self._stop.set()  # the topic was closed: this node is being shut down
+
+
+def _open_x_keyboard() -> XKeyboard | None:
+    try:
+        return XKeyboard(DRIVING_KEYS)
+    except OSError as error:
+        log.debug("the terminal alone says what is typed: %s", error)
+        return None
 
 
 def _own_names() -> str:
