@@ -150,7 +150,7 @@ _ROBOTINO = Robot(
     keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
     incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE),
     outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing(), simulation.MOVEMENT_REPORT),
-    services=(*drive.SERVICES, *actions.sound_services(), simulation.RESTART),
+    services=(*drive.SERVICES, *actions.sound_services(), *actions.careful_services(), simulation.RESTART),
     outline=ROBOTINO.outline,
     top_speed=ROBOTINO.limits.max_speed,
     top_turn=ROBOTINO.limits.max_turn,

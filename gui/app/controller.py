@@ -126,6 +126,7 @@ class Controller(QObject):
         self.access.sign_in(account)
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
             button.setEnabled(self.access.is_pilot)
+        self._window.gate.set_may_switch(self.access.is_pilot)
         self._on_state(self._link.state)
 
     def dismiss(self) -> None:

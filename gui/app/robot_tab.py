@@ -18,6 +18,8 @@ from gui.window import OperatorWindow
 GUIDE_KEYS = "guide"
 """Value of the setting `keys`: keys and speeds as in the Robotino guide."""
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
+CHOICES = {"on": True, "off": False}
+"""How the choice of the careful scan is written in the settings."""
 
 
 class RobotTab(QObject):
@@ -77,6 +79,7 @@ class RobotTab(QObject):
         controls = self.controller.controls
         self.controller.bar.set_guide_keys(settings.text("keys") == GUIDE_KEYS)
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
+        self.window.gate.careful_choice = CHOICES.get(settings.text(f"{self.link.robot.name}/careful"))
 
     def save(self, settings: Settings) -> None:
         """Save the settings for the next session."""
@@ -84,6 +87,9 @@ class RobotTab(QObject):
         if self.controller.access.shared:
             settings.save("keys", GUIDE_KEYS if self.controller.bar.guide_keys else "")
         settings.save(f"{self.link.robot.name}/address", self.window.address.text())
+        for word, choice in CHOICES.items():
+            if self.window.gate.careful_choice is choice:
+                settings.save(f"{self.link.robot.name}/careful", word)
 
     def start(self) -> None:
         """Look for the gamepad from now on; to be called when the window is on the screen."""

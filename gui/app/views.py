@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from gui.window import OperatorWindow
 
 READINGS = (
-    "body", "safety", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
+    "body", "safety", "careful", "laser", "infrared", "sonar_front", "sonar_back", "bumper", "battery", "drive_state",
     "voice_levels", "voice_state", "voice_settings", "posture", "true_pose",
 )  # fmt: skip
 """Channels whose readings are passed to the widgets unchanged."""
@@ -147,6 +147,10 @@ class Views(QObject):
         ):  # fmt: skip
             if link.has(name):
                 signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._show_refusal))
+        if link.has("set_careful"):
+            self._window.gate.careful_wanted.connect(
+                lambda wanted: link.call("set_careful", wanted, then=self._show_answer)
+            )
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
                 signal.connect(partial(self._choose_device, name))
@@ -166,6 +170,9 @@ class Views(QObject):
 
     def _choose_device(self, name: str, device: str) -> None:
         self._link.send(name, device)
+
+    def _show_answer(self, answer: Answer) -> None:
+        self.said.emit(answer.text, "info" if answer.ok else "warn")
 
     def _show_refusal(self, answer: Answer) -> None:
         if not answer.ok:

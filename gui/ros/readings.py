@@ -96,6 +96,21 @@ class Safety:
 
 
 @dataclass(frozen=True)
+class Careful:
+    """The switch of the careful scan (topic careful, see telepresence_ros.careful_switch).
+
+    Args:
+        on: Whether the body sways while the robot drives.
+        by_default: Nobody has chosen yet.
+        unavailable: Why the gate has none; empty if it has one.
+    """
+
+    on: bool
+    by_default: bool
+    unavailable: str = ""
+
+
+@dataclass(frozen=True)
 class BodyState:
     """Position [m] and attitude [rad] of the body in `frame`, and its velocity in its own frame [m/s, rad/s]."""
 

@@ -1,14 +1,14 @@
-"""Shows what the safety gate does, in one word and one sentence."""
+"""Shows what the safety gate does, in one word and one sentence, and switches the careful scan."""
 
 from __future__ import annotations
 
 import time
 
-from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from gui.periodic_timer import PeriodicTimer
-from gui.ros.readings import Safety
+from gui.ros.readings import Careful, Safety
 from gui.styling import restyle, set_property
 
 SILENT_AFTER = 1.0
@@ -18,6 +18,12 @@ LEVELS = {
     "sensor stale": "bad", "fault": "bad",
 }  # fmt: skip
 """State (telepresence_msgs/SafetyState) -> level of the style sheet."""
+CAREFUL = "Careful scan: sway while driving, to see between the sensors"
+CAREFUL_TIP = (
+    "While the robot drives, its body turns 22° to and fro: nine beams then see all around. "
+    "The picture sways; the robot goes where you steer."
+)
+WATCHES = "Only a pilot switches this."
 WORDS = {
     "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
     "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
@@ -25,14 +31,26 @@ WORDS = {
 
 
 class GateBanner(QFrame):
-    """Shows state and reason, or that the safety gate is silent."""
+    """Shows state and reason, or that the safety gate is silent.
+
+    Attributes:
+        careful_choice: Whether the pilot wants the careful scan; None before a first choice. A gate for which nobody
+            has chosen is switched to it.
+    """
+
+    careful_wanted = pyqtSignal(bool)
+    """The careful scan is to be switched on, or off."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._arrived = 0.0
-        layout = QHBoxLayout(self)
+        self.careful_choice: bool | None = None
+        self._careful: Careful | None = None
+        self._may_switch = False
+        layout = QGridLayout(self)
         layout.setContentsMargins(10, 6, 10, 6)
-        layout.setSpacing(10)
+        layout.setHorizontalSpacing(10)
+        layout.setVerticalSpacing(4)
         self._word = QLabel()
         self._word.setProperty("role", "word")
         self._reason = QLabel()
@@ -40,8 +58,14 @@ class GateBanner(QFrame):
         self._reason.setWordWrap(True)
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        layout.addWidget(self._word)
-        layout.addWidget(self._reason, 1)
+        self._switch = QCheckBox(CAREFUL)
+        self._switch.setObjectName("carefulSwitch")
+        self._switch.clicked.connect(self._on_switch)
+        self._switch.hide()
+        layout.addWidget(self._word, 0, 0)
+        layout.addWidget(self._reason, 0, 1)
+        layout.addWidget(self._switch, 1, 0, 1, 2)
+        layout.setColumnStretch(1, 1)
         self._check = PeriodicTimer(250, self._poll, self)
         self._check.start()
         self.clear()
@@ -57,14 +81,40 @@ class GateBanner(QFrame):
         return self.property("level")
 
     def show_reading(self, reading: object) -> None:
-        """Show a `Safety`; other readings are ignored."""
-        if not isinstance(reading, Safety):
+        """Show a `Safety` or the state of the careful scan; other readings are ignored."""
+        if isinstance(reading, Careful):
+            self._careful = reading
+            self._show_careful()
+        elif isinstance(reading, Safety):
+            self._arrived = reading.arrived
+            self._show(reading.state, reading.reason)
+
+    def set_may_switch(self, may: bool) -> None:
+        """Let the careful scan be switched here, or only be seen."""
+        self._may_switch = may
+        self._show_careful()
+
+    def _show_careful(self) -> None:
+        state = self._careful
+        self._switch.setVisible(state is not None)
+        if state is None:
             return
-        self._arrived = reading.arrived
-        self._show(reading.state, reading.reason)
+        self._switch.setChecked(state.on)
+        self._switch.setEnabled(self._may_switch and not state.unavailable)
+        self._switch.setToolTip(state.unavailable or (CAREFUL_TIP if self._may_switch else WATCHES))
+        if state.by_default and self._may_switch and self.careful_choice not in (None, state.on):
+            self.careful_wanted.emit(bool(self.careful_choice))
+
+    def _on_switch(self, wanted: bool) -> None:
+        """Ask for it; the box shows what the gate reports, not what was asked for."""
+        self.careful_choice = wanted
+        self._switch.setChecked(self._careful is not None and self._careful.on)
+        self.careful_wanted.emit(wanted)
 
     def clear(self) -> None:
         self._arrived = 0.0
+        self._careful = None
+        self._show_careful()
         self._say("No gate", "No safety gate is running. It starts with the robot's programs.", "off")
 
     def _poll(self) -> None:

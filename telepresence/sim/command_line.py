@@ -13,6 +13,7 @@ from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.scene import scene_names
 from telepresence.sim.simulation import Simulation
 from telepresence.sim.viewer import NoDisplay, require_display, view
+from telepresence.stop_signals import stop_on
 
 log = logging.getLogger(__name__)
 
@@ -62,8 +63,7 @@ def run(
     # A thread that waits for Python's interpreter lock gets it within half a millisecond instead of five.
     sys.setswitchinterval(0.0005)
     stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stopping.set())
+    stop_on(stopping, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     if options.address not in _LOOPBACK:
         log.warning("listening on %s without authentication: whoever reaches it drives the robot", options.address)
     try:

@@ -14,6 +14,7 @@ import cv2
 import flask
 
 from telepresence.station.virtual_display import grab
+from telepresence.stop_signals import stop_on
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
 from telepresence.web.server import WebServer
@@ -50,8 +51,7 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=10003, help="on loopback; default 10003")
     arguments = parser.parse_args()
     stop = threading.Event()
-    for request in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(request, lambda *_: stop.set())
+    stop_on(stop, signal.SIGINT, signal.SIGTERM)
     image = LatestImage()
     stream = MjpegStream(image)
     with WebServer(create_app(stream), port=arguments.port) as server:

@@ -17,13 +17,13 @@ import time
 import xml.etree.ElementTree
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
+from telepresence.stop_signals import stop_on
 
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
@@ -54,13 +54,7 @@ LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 def main(argv: list[str] | None = None) -> int:
     arguments = parse(sys.argv[1:] if argv is None else argv)
     stop = threading.Event()
-
-    def request_stop(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    signal.signal(signal.SIGINT, request_stop)
-    signal.signal(signal.SIGTERM, request_stop)
-    signal.signal(signal.SIGHUP, request_stop)
+    stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()
     try:
         return run(arguments, stop)

@@ -43,6 +43,11 @@ def pepper_services() -> tuple[Offered, ...]:
     )
 
 
+def careful_services() -> tuple[Offered, ...]:
+    """Return the row that switches the careful scan on or off."""
+    return (Offered("set_careful", "set_careful", "std_srvs/SetBool", fill_data),)
+
+
 def sound_services() -> tuple[Offered, ...]:
     """Return rows whose argument true mutes, or holds the microphone open (talk)."""
     names = ("mute_microphone", "mute_speaker", "talk")

@@ -15,6 +15,7 @@ from gui.ros.readings import (
     Beams,
     BodyState,
     Bumpers,
+    Careful,
     Cone,
     DriveState,
     Lens,
@@ -121,6 +122,21 @@ def read_safety(message: Any, arrived: float) -> Safety:
         bool(message.scanning),
         arrived,
     )
+
+
+def read_careful(message: Any, _arrived: float) -> Careful:
+    """Convert the std_msgs/String of the topic careful.
+
+    Raises:
+        ValueError: It is none of the texts that telepresence_ros.careful_switch lists.
+    """
+    state, _, reason = message.data.partition(": ")
+    if state == "unavailable":
+        return Careful(False, False, reason)
+    word, _, origin = state.partition(" ")
+    if word not in ("on", "off") or origin not in ("", "by default"):
+        raise ValueError(f"{message.data!r} is no state of the careful scan")
+    return Careful(word == "on", bool(origin))
 
 
 def read_odometry(message: Any, arrived: float) -> BodyState:
@@ -231,6 +247,7 @@ def robotino() -> tuple[Incoming, ...]:
     return (
         *common(),
         Incoming("infrared", "distance_sensors", "sensor_msgs/PointCloud", infrared_ring),
+        Incoming("careful", "careful", "std_msgs/String", read_careful),
         Incoming("laser", "scan", "sensor_msgs/LaserScan", scan_points("laser", Mount(0.08))),
         Incoming("bumper", "bumper", "std_msgs/Bool", bumper_ring),
         Incoming("battery", "battery", "sensor_msgs/BatteryState", read_battery),

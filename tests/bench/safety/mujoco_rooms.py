@@ -79,7 +79,7 @@ def _drive(place: Place, number: int, robot: SimulatedRobotino, seconds: float) 
     nodes = [
         ["rosrun", "rto_node", "rto_node", f"--hostname={host}", "__ns:=/rto3"],
         ["rosrun", "rto_node", "rto_odometry_node", f"--hostname={host}", "__ns:=/rto3"],
-        ["rosrun", "rto_safe_teleop", "safe_omni_drive", "__ns:=/rto3"],
+        ["rosrun", "rto_safe_teleop", "safe_omni_drive", "__ns:=/rto3", "_careful:=false"],
     ]
     with private_master() as environment, running(nodes, environment):
         with Pilot("/rto3/safe_cmd_vel", environment) as pilot:

@@ -76,7 +76,7 @@ CASES = (
         lambda port: [
             ["rosrun", "rto_node", "rto_node", f"--hostname=127.0.0.1:{port}", "__ns:=/rto3"],
             ["rosrun", "rto_node", "rto_odometry_node", f"--hostname=127.0.0.1:{port}", "__ns:=/rto3"],
-            ["rosrun", "rto_safe_teleop", "safe_omni_drive", "__ns:=/rto3"],
+            ["rosrun", "rto_safe_teleop", "safe_omni_drive", "__ns:=/rto3", "_careful:=false"],
         ],
     ),
 )

@@ -28,6 +28,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 ROOT = Path(__file__).resolve().parents[3]
 HEADING = ("60", "84")
 """A place in the window that takes the keyboard and does nothing else [pixel]."""
+CAREFUL = ("200", "625")
+"""The switch of the careful scan [pixel]."""
 
 
 class Station:
@@ -43,7 +45,10 @@ class Station:
         )
         self.probe = graph.probe()
         self.probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
-        self.probe.watch("/rto3/safety", "telepresence_msgs/SafetyState", ["state", "reason", "vx", "len(allowed)"])
+        self.probe.watch(
+            "/rto3/safety", "telepresence_msgs/SafetyState", ["state", "reason", "vx", "len(allowed)", "scanning"]
+        )
+        self.probe.watch("/rto3/careful", "std_msgs/String", ["data"])
         self.probe.watch("/rto3/camera_state", "std_msgs/String", ["data"])
         self.program.wait_for("first picture")
 
@@ -99,14 +104,49 @@ def test_the_pictures_age_is_measured_on_demand(station, graph, until_true):
 def test_w_drives_and_its_release_stops(station, until_true):
     until_true(lambda: station.safety() == "no command", "the gate on the robot is ready")
     begin = station.place()
+    assert station.probe.newest("/rto3/careful") == ["on by default"]
     station.xdotool("mousemove", *HEADING, "click", "1")
     station.xdotool("keydown", "w")
     try:
         until_true(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
         assert station.safety() in ("clear", "limited")
+        assert station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body"
+        station.xdotool("mousemove", *CAREFUL, "click", "1")
+        until_true(lambda: station.probe.newest("/rto3/careful") == ["off"], "the window switches the careful scan off")
+        until_true(lambda: not station.probe.newest("/rto3/safety")[4], "the body sways no more")
     finally:
         station.xdotool("keyup", "w")
     until_true(lambda: station.safety() == "no command", "nobody drives")
+    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+
+
+def test_rto_teleop_drives_through_the_gate_on_the_robot(station, graph, until_true):
+    """As the guide types it: `rosrun rto_teleop rto_teleop_keyboard`."""
+    keys, slave = os.openpty()
+    program = processes.start(
+        [str(graph.workspace / "lib/rto_teleop/rto_teleop_keyboard"), "_scale_linear:=4"], env=station.environment,
+        stdin=slave, stdout=slave, stderr=slave,
+    )  # fmt: skip
+    os.close(slave)
+    try:
+        shown = ""
+        while "Hold a key" not in shown:
+            shown += os.read(keys, 4096).decode()
+        assert "through the safety gate of /rto3/rto_drive_link" in shown
+        begin = station.place()
+        until_true(lambda: os.write(keys, b"s") and math.dist(station.place(), begin) > 0.1, "a held key drives")
+    finally:
+        processes.end(program, patience=10.0)
+        os.close(keys)
+    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+
+
+def test_a_program_that_knows_no_gate_drives_through_it(station, graph, until_true):
+    begin = station.place()
+    pilot = graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.5}}")
+    until_true(lambda: math.dist(station.place(), begin) > 0.1, "the robot drives")
+    assert 0.0 < station.probe.newest("/rto3/safety")[2] <= 0.201, "the gate's speed"
+    pilot.kill()
     until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 

@@ -31,14 +31,24 @@ class Station(GatedStation):
         self.start("rto_node", "rto_odometry_node")
         self.gate = self.start("rto_safe_teleop", "safe_omni_drive")
         super().__init__(graph.probe("/cmd_vel:=/rto3/safe_cmd_vel"), until, "/rto3", "y")
+        self.pilot.watch("/rto3/careful", "std_msgs/String", ["data"])
+        until(lambda: self.careful() == "on by default", "the careful scan is on unless somebody chooses")
+        self.switch_careful(False)  # speeds along one axis are measured here
 
-    def start(self, package: str, program: str):
-        return self.graph.run(
-            str(self.graph.workspace / "lib" / package / program), *self.address(package), "__ns:=/rto3"
-        )
+    def start(self, package: str, program: str, *parameters: str):
+        node = str(self.graph.workspace / "lib" / package / program)
+        return self.graph.run(node, *self.address(package), "__ns:=/rto3", *parameters)
 
     def address(self, package: str) -> list[str]:
         return [f"--hostname=127.0.0.1:{self.proxy.port}"] if package == "rto_node" else []
+
+    def careful(self) -> str:
+        return self.pilot.newest("/rto3/careful")[0]
+
+    def switch_careful(self, wanted: bool) -> dict:
+        worked, answer = self.pilot.call("/rto3/set_careful", "std_srvs/SetBool", {"data": wanted})
+        assert worked, answer
+        return answer
 
     def start_afresh(self) -> None:
         self.pilot.silence()
@@ -74,6 +84,18 @@ def test_stops_when_commands_cease_and_resumes_with_them(station):
     assert station.time_to_stand(ceased) < STOP_WITHIN
     station.told("no command: No command for")
     station.cruise()
+
+
+def test_the_body_sways_with_the_careful_scan_and_drives_straight_on(station):
+    answer = station.switch_careful(True)
+    assert answer["success"] and "sways" in answer["message"]
+    station.until(lambda: station.careful() == "on", "the gate reports it")
+    station.cruise()
+    ways = set()
+    station.until(lambda: ways.add(round(station.safety["wz"])) or {-1, 1} <= ways, "the body turns to and fro")
+    station.switch_careful(False)
+    station.until(lambda: station.careful() == "off", "the gate reports that, too")
+    station.under_way()
 
 
 def test_stops_when_the_commanding_node_is_killed(station):
@@ -157,8 +179,9 @@ def test_a_killed_gate_is_a_standing_robot_and_its_successor_drives_on(station):
     station.gate.signal(signal.SIGKILL)
     killed = time.time()
     assert station.time_to_stand(killed) < STOP_WITHIN
-    station.gate = station.start("rto_safe_teleop", "safe_omni_drive")
+    station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
     station.under_way()
+    assert station.careful() == "off"
 
 
 def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):

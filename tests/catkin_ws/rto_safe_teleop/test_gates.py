@@ -33,6 +33,19 @@ def test_bubble_is_the_guides_rule(ranges, vx, vy, wz):
     assert gate.receive_command(vx, vy, wz, 0.0).velocity == guide(ranges, (vx, vy, wz))
 
 
+def test_bubble_logs_what_the_guides_node_logs():
+    gate = BubbleGate()
+    assert gate.log_lines() == ""
+    gate.receive_ranges([0.15, *FREE[1:]], 0.0)
+    gate.receive_command(0.2, 0.0, 0.0, 0.0)
+    assert gate.log_lines() == "SafetyBreach: 1\nSafeToNavigate: 0"
+    gate.receive_command(-0.2, 0.0, 0.0, 0.1)
+    assert gate.log_lines() == "SafetyBreach: 1\nSafeToNavigate: 1"
+    gate.receive_ranges(FREE, 0.2)
+    gate.receive_command(0.2, 0.0, 0.0, 0.2)
+    assert gate.log_lines() == "SafetyBreach: 0\nSafeToNavigate: 1"
+
+
 def test_bubble_sends_nothing_before_the_first_reading():
     assert BubbleGate().receive_command(0.1, 0.0, 0.0, 0.0).velocity is None
 

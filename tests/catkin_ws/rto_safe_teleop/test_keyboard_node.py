@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 
 import pytest
@@ -33,6 +34,14 @@ class Terminal:
         shown = ""
         while text not in shown:
             shown += os.read(self._keys, 4096).decode(errors="replace")
+
+    def hold(self, key: str, until: str) -> None:
+        """Hold a key, as a terminal repeats it, until the program prints this."""
+        shown = ""
+        while until not in shown:
+            self.type(key)
+            if select.select([self._keys], [], [], 0.05)[0]:
+                shown += os.read(self._keys, 4096).decode(errors="replace")
 
     def close(self) -> None:
         processes.end(self.process, patience=5.0)
@@ -70,6 +79,15 @@ def test_held_key_drives_and_stops_when_let_go(terminal, probe, until_true):
     until_true(lambda: seen(probe)[-1] == [0.0, 0.0, 0.0], "zeros follow")
     press_until(terminal, "q", probe, [0.0, 0.0, 0.5], until_true)
     until_true(lambda: seen(probe)[-1] == [0.0, 0.0, 0.0], "zeros follow again")
+
+
+def test_keys_do_nothing_while_nobody_may_drive(terminal, graph, probe, until_true):
+    press_until(terminal, "w", probe, [0.05, 0.0, 0.0], until_true)
+    hold = graph.run("rostopic", "pub", "-l", "/rto3/drive/hold", "std_msgs/String", "anna has pressed the red stop.")
+    terminal.hold("w", "The robot stays: anna has pressed the red stop.")
+    until_true(lambda: seen(probe)[-1] == [0.0, 0.0, 0.0], "the robot stops")
+    hold.end()
+    press_until(terminal, "s", probe, [-0.05, 0.0, 0.0], until_true)
 
 
 def test_last_word_is_a_zero(terminal, probe, until_true):

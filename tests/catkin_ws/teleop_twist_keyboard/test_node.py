@@ -15,6 +15,7 @@ from telepresence.station.ros_master import master_answers
 pytestmark = pytest.mark.ros
 
 RUN = ("rosrun", "teleop_twist_keyboard", "teleop_twist_keyboard.py")
+REPORTS_RUN = ("rosrun", "telepresence_1", "teleop_twist_keyboard.py")
 LAUNCH = ("roslaunch", "teleop_twist_keyboard", "teleop.launch")
 
 OTHER_INPUT = textwrap.dedent("""
@@ -33,7 +34,7 @@ OTHER_INPUT = textwrap.dedent("""
 def start(open_terminal, wait_until, listener, *argv):
     """Start the node in a terminal, and press a first key that the listener has received."""
     terminal = open_terminal(*argv)
-    wait_until(lambda: "Ctrl-C               quit" in terminal.seen, "the help is printed")
+    wait_until(lambda: "currently:" in terminal.seen, "the help is printed")
 
     def press():
         if not listener.heard:
@@ -65,7 +66,7 @@ def test_a_key_drives_until_k_and_then_the_topic_is_quiet(open_terminal, wait_un
     with pytest.raises(pytest.fail.Exception):
         wait_until(lambda: listener.heard[-1].at > last + 0.5, "the topic is quiet", timeout=1.5)
 
-    assert "\r\nforward " in terminal.seen and "\n" not in terminal.seen.replace("\r\n", "")
+    assert "\r\nforward\r\n" in terminal.seen and "\n" not in terminal.seen.replace("\r\n", "")
     terminal.type("\x03")
     terminal.process.wait(20)
     assert terminal.echoes() and terminal.takes_lines()
@@ -79,6 +80,18 @@ def test_without_a_terminal_it_lives_and_publishes_nothing(ros_master, run_progr
     assert node.wait(10) == 0
     assert node.stdout.read() == ""
     assert listener.heard == []
+
+
+def test_the_help_comes_again_after_fifteen_speed_keys_as_in_the_report(open_terminal, wait_until, listener):
+    """Under the report's own name for the program."""
+    terminal = start(open_terminal, wait_until, listener, *REPORTS_RUN)
+    assert "currently:\tspeed 0.2\tturn 0.5\r\n" in terminal.seen
+    terminal.type("q" * 8 + "z" * 6)
+    wait_until(lambda: "speed 0.228\tturn 0.57\r\n" in terminal.seen, "the speeds are printed")
+    assert terminal.seen.count("Moving around:") == 1
+    terminal.type("k")
+    terminal.type("w")
+    wait_until(lambda: terminal.seen.count("Moving around:") == 2, "the help is printed again")
 
 
 def test_hanging_up_stops_the_robot(open_terminal, wait_until, listener):
@@ -137,7 +150,7 @@ def test_another_input_takes_over(open_terminal, wait_until, listener, run_progr
 def test_a_job_that_is_put_aside_stops_the_robot_and_leaves_the_keys_to_the_shell(open_terminal, wait_until, listener):
     shell = open_terminal("bash", "--noprofile", "--norc", "-i")
     shell.type(" ".join(LAUNCH) + "\n")
-    wait_until(lambda: "Ctrl-C               quit" in shell.seen, "the help is printed")
+    wait_until(lambda: "currently:" in shell.seen, "the help is printed")
     shell.type("i")
     wait_until(lambda: listener.heard, "the robot drives")
 

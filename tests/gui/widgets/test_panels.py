@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QPushButton
+from PyQt5.QtWidgets import QCheckBox, QPushButton
 
 from gui.driving.round_trip import RoundTrip
-from gui.ros.readings import Battery, BodyState, Levels, Safety, VoiceSettings, VoiceState
+from gui.ros.readings import Battery, BodyState, Careful, Levels, Safety, VoiceSettings, VoiceState
 from gui.widgets.body_panel import BodyPanel
 from gui.widgets.gate_banner import LEVELS, WORDS, GateBanner
 from gui.widgets.link_health import LinkHealth
@@ -40,6 +40,48 @@ def test_a_silent_safety_layer_is_an_alarm(qt, spin):
     banner.show_reading(safety("clear", "free", age=1.2))
     spin(lambda: banner.level == "bad", "the silence is noticed")
     assert "no protection" in banner.text
+
+
+@pytest.fixture
+def banner(qt):
+    """The banner of a pilot, and what it asked for."""
+    banner = GateBanner()
+    banner.asked = []
+    banner.careful_wanted.connect(banner.asked.append)
+    banner.set_may_switch(True)
+    banner.show()
+    return banner
+
+
+def test_the_careful_scan_is_switched_where_the_gate_has_one(banner):
+    switch = banner.findChild(QCheckBox)
+    assert not switch.isVisible(), "Pepper's gate has none"
+    banner.show_reading(Careful(on=True, by_default=True))
+    assert switch.isVisible() and switch.isChecked() and "sway" in switch.text() and banner.asked == []
+    switch.click()
+    assert banner.asked == [False] and switch.isChecked(), "the box shows what the gate reports"
+    banner.show_reading(Careful(on=False, by_default=False))
+    assert not switch.isChecked() and banner.careful_choice is False
+
+
+def test_a_gate_for_which_nobody_has_chosen_is_switched_as_it_was_the_last_time(banner):
+    banner.careful_choice = False
+    banner.show_reading(Careful(on=False, by_default=True))
+    banner.show_reading(Careful(on=True, by_default=False))
+    assert banner.asked == [], "what the launch file or another pilot has chosen stays"
+    banner.show_reading(Careful(on=True, by_default=True))
+    assert banner.asked == [False]
+
+
+def test_who_watches_sees_the_careful_scan_and_switches_nothing(banner):
+    banner.set_may_switch(False)
+    banner.careful_choice = False
+    banner.show_reading(Careful(on=True, by_default=True))
+    assert not banner.findChild(QCheckBox).isEnabled() and banner.asked == []
+    banner.set_may_switch(True)
+    banner.show_reading(Careful(False, False, "The laser sees all around."))
+    assert not banner.findChild(QCheckBox).isEnabled()
+    assert banner.findChild(QCheckBox).toolTip() == "The laser sees all around."
 
 
 def test_body_state_is_written_in_degrees_and_metres_and_forgotten(qt):

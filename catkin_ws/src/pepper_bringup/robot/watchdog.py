@@ -144,14 +144,18 @@ def main(argv):
     # roslaunch adds name:=value words; they are not for us.
     arguments = parser.parse_args([word for word in argv if ":=" not in word])
     stopped = threading.Event()
+    requests = []
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
+        # Nothing with a lock: this may interrupt the same thread while it holds that lock.
+        signal.signal(number, lambda *_: requests.append(True))
     watcher = threading.Thread(target=run, args=(arguments.qi_url, stopped), name="watchdog")
     watcher.daemon = True
     watcher.start()
     # Python 2.7 delivers signals only between short waits of the main thread.
     while watcher.is_alive():
         watcher.join(0.2)
+        if requests:
+            stopped.set()
     return 0 if stopped.is_set() else 1
 
 

@@ -6,11 +6,13 @@ from types import SimpleNamespace as Message
 import numpy as np
 import pytest
 
+from gui.ros.readings import Careful
 from gui.ros.topics.sensors import (
     BumperHistory,
     Mount,
     infrared_ring,
     read_battery,
+    read_careful,
     read_lens,
     read_odometry,
     read_page_state,
@@ -97,6 +99,23 @@ def test_the_safety_message_is_taken_over():
     safety = read_safety(message, 1.0)
     assert safety.sector is None and safety.given == (0.1, 0.0, 0.2)
     assert safety.allowed_towards(-0.04) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "reading"),
+    [
+        ("on by default", Careful(True, True)),
+        ("off", Careful(False, False)),
+        ("unavailable: The laser sees: all around.", Careful(False, False, "The laser sees: all around.")),
+    ],
+)
+def test_the_careful_scan_is_on_off_or_unavailable(text, reading):
+    assert read_careful(Message(data=text), 0.0) == reading
+
+
+def test_another_text_is_no_state_of_the_careful_scan():
+    with pytest.raises(ValueError, match="careful"):
+        read_careful(Message(data="on and off"), 0.0)
 
 
 def test_directions_of_allowed_speeds_go_counter_clockwise():

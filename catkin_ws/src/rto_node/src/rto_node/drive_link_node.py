@@ -3,23 +3,27 @@
 It takes the place, and the names, of safe_omni_drive, which runs the safety gate on the pilot's side. Here the gate
 runs on the robot, so losing the network cannot disable it.
 
-Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s).
+Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.3 s); cmd_vel, for
+            programs that know no gate: the same, but nothing while drive/hold (std_msgs/String, of drive_lease) says
+            why nobody may drive.
 Publishes:  safety (telepresence_msgs/SafetyState), with every report of the robot, 20 Hz; safety_state
             (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
 Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
-Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given; ~careful (false): swing the body so that the
-            infrared beams see everything.
+Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given.
+The careful scan, with its topic, service and parameters: `telepresence_ros.careful_switch`.
 """
 
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from telepresence_msgs.msg import SafetyState
+from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 
@@ -32,13 +36,14 @@ WAIT = 0.1
 """Seconds to wait for a report before checking whether the robot still answers."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
+LASER_SEES = "The laser sees all around: the body need not sway."
 
 
 class DriveLinkNode:
     def __init__(self) -> None:
         self._late = StaleCommandFilter()
         self._node = Node("rto_drive_link", on_master_lost=self._on_master_lost)
-        self._careful = bool(rospy.get_param("~careful", False))
+        self._careful = False
         self._state, self._state_due = "", 0.0
         self._refused = 0
         self._safety = rospy.Publisher("safety", SafetyState, queue_size=1)
@@ -47,8 +52,12 @@ class DriveLinkNode:
             self._link = DriveLink(str(rospy.get_param("~server", "127.0.0.1")))
         except ValueError as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
+        CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
         rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
+        self._hold = ""
+        self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_ungated, queue_size=BURST_ROOM, tcp_nodelay=True)
         for service in ("stop_drive", "reset_stop", "reset_bumper"):
             what = "stop" if service == "stop_drive" else service.replace("_", " ")
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
@@ -70,6 +79,16 @@ class DriveLinkNode:
         except ValueError as error:
             self._refused += 1
             rospy.logwarn_throttle(5.0, "command refused: %s", error)
+
+    def _on_ungated(self, twist: Twist) -> None:
+        """Take a velocity of a program that knows no gate. The lease watches safe_cmd_vel only: obey its holds here."""
+        if self._hold and self._holds.get_num_connections():
+            rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
+            twist = Twist()
+        self._on_velocity(twist)
+
+    def _on_hold(self, message: String) -> None:
+        self._hold = message.data
 
     def _ask(self, what: str, _request: TriggerRequest) -> TriggerResponse:
         done = self._link.ask(what)

@@ -10,7 +10,7 @@ Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points,
             "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics.
 Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
             rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors; ~drive (true): false leaves the wheels to the
-            drive server on the robot (rto_drive_link), and cmd_vel unheard.
+            drive server on the robot, and cmd_vel to rto_drive_link.
 Stamps are the ROS time at which the reading arrived: the robot's carry none.
 """
 

@@ -53,12 +53,17 @@ class Bubble:
     Args:
         radius: Of the circle around base_link [m]; the guide gives no number.
         limits: Of the clamp.
+    Attributes:
+        breach: Whether a point was inside the circle at the last command.
+        safe_to_navigate: Whether none would have been inside it after that command; both None before the first.
     """
 
     def __init__(self, radius: float, limits: ClampLimits | None = None) -> None:
         self.radius = radius
         self._limits = limits or ClampLimits()
         self._points: Sequence[tuple[float, float]] | None = None
+        self.breach: bool | None = None
+        self.safe_to_navigate: bool | None = None
 
     def update_points(self, points: Sequence[tuple[float, float]]) -> None:
         """Replace the points (base_link) [m]. They stay valid until the next call, however long that takes."""
@@ -72,9 +77,10 @@ class Bubble:
         wz = clamp(wz, limits.max_angular, limits.min_angular)
         if self._points is None:
             return None
-        breach = any(self._inside(x, y) for x, y in self._points)
-        predicted = any(self._inside(x - LOOK_AHEAD * vx, y - LOOK_AHEAD * vy) for x, y in self._points)
-        return (0.0, 0.0, wz) if breach and predicted else (vx, vy, wz)
+        ahead = [(x - LOOK_AHEAD * vx, y - LOOK_AHEAD * vy) for x, y in self._points]
+        self.breach = any(self._inside(x, y) for x, y in self._points)
+        self.safe_to_navigate = not any(self._inside(x, y) for x, y in ahead)
+        return (vx, vy, wz) if self.safe_to_navigate or not self.breach else (0.0, 0.0, wz)
 
     def _inside(self, x: float, y: float) -> bool:
         return x * x + y * y <= self.radius * self.radius

@@ -64,14 +64,10 @@ class Gate(Protocol):
 
 
 class RobotGate:
-    """The project's gate with its profile of Robotino.
+    """The project's gate with its profile of Robotino."""
 
-    Args:
-        careful: Swing the body while driving, so that the nine beams see everything.
-    """
-
-    def __init__(self, careful: bool = False) -> None:
-        self.gate = VelocityGate(PROFILE, careful=careful)
+    def __init__(self) -> None:
+        self.gate = VelocityGate(PROFILE)
         self._command: Command | None = None
         self._odometry: Odometry | None = None
 
@@ -117,6 +113,12 @@ class BubbleGate:
 
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
         """Do nothing: the guide ignores odometry."""
+
+    def log_lines(self) -> str:
+        """Return what the guide's node logs of the last command; empty before the first."""
+        if self._bubble.breach is None:
+            return ""
+        return f"SafetyBreach: {self._bubble.breach:d}\nSafeToNavigate: {self._bubble.safe_to_navigate:d}"
 
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         velocity = self._bubble.command(vx, vy, wz)

@@ -5,15 +5,17 @@ Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/Po
 Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_ros.safety_topics` lists: safety,
             safety_state, safety_markers.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
-Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~careful (false): swing the
-            body so that the beams see everything, ~base_frame_id (base_link). For the bubble: ~safety_radius (0.4) [m],
-            ~max_linear_vel (0.2), ~min_linear_vel (0.05), ~max_angular_vel (1.0), ~min_angular_vel (0.1).
+Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~base_frame_id (base_link).
+            For the bubble: ~safety_radius (0.4) [m], ~max_linear_vel (0.2), ~min_linear_vel (0.05), ~max_angular_vel
+            (1.0), ~min_angular_vel (0.1).
+The careful scan, with its topic, service and parameters: `telepresence_ros.careful_switch`. Not for the bubble.
 """
 
 from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 
 import numpy as np
 import rospy
@@ -22,6 +24,7 @@ from nav_msgs.msg import Odometry
 from rto_node.robot_facts import SENSORS, ranges_of_guide_points
 from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
+from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 from telepresence_ros.safety_topics import SafetyTopics
@@ -39,6 +42,7 @@ LAYERS = ("gate", "bubble")
 class SafeDrive:
     def __init__(self) -> None:
         self._late = StaleCommandFilter()
+        self._logged = ""
         self._node = Node("safe_omni_drive", on_master_lost=self._late.link_lost)
         self._gate = _choose_gate()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
@@ -50,6 +54,8 @@ class SafeDrive:
             latches=self if gate else None,
             obstacles=self._obstacles if gate else None,
         )
+        if gate is not None:
+            CarefulSwitch(partial(setattr, gate.gate, "careful"))
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
         rospy.Subscriber("safe_cmd_vel", Twist, self._on_command, queue_size=BURST_ROOM, tcp_nodelay=True)
         for topic, kind, callback in (
@@ -87,6 +93,10 @@ class SafeDrive:
             return
         with self._lock:
             answer = self._gate.receive_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
+            lines = self._gate.log_lines() if isinstance(self._gate, BubbleGate) else ""
+        if lines != self._logged:
+            self._logged = lines
+            rospy.loginfo("%s", lines)
         if answer is not None:
             self._give(answer, now)
 
@@ -143,7 +153,7 @@ def _choose_gate() -> Gate:
     """Raises SystemExit for an unknown gate or limits that make no sense."""
     name = str(rospy.get_param("~layer", LAYERS[0]))
     if name == "gate":
-        return RobotGate(bool(rospy.get_param("~careful", False)))
+        return RobotGate()
     if name != "bubble":
         raise SystemExit(f"{rospy.get_name()}: there is no layer {name!r}; layers: {', '.join(LAYERS)}")
     rospy.logwarn("the guide's bubble drives this robot: it has no memory and no watchdog")

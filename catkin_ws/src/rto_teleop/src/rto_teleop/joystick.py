@@ -1,11 +1,14 @@
 """Gamepad driving as a ROS node.
 
 Subscribes: joy (sensor_msgs/Joy), with ~device empty; the node that publishes it must repeat at 10 Hz or faster.
-Publishes:  cmd_vel (geometry_msgs/Twist), 20 Hz while the drive button is held, zeros for a moment after, then nothing.
+            drive/hold (std_msgs/String): as long as drive_lease says why nobody may drive, the gamepad does not.
+Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msgs/Twist; see `drive_topic`): 20 Hz while
+            the drive button is held, zeros for a moment after, then nothing.
 Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~axis_hat_x, ~axis_hat_y,
             ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo, ~dead_zone, ~curve, ~creep:
             see `Layout` in telepresence.teleop.joystick_mapping. Axes and buttons that no parameter names are the
-            window's: found by the kernel's names for them, else an Xbox pad's.
+            window's: found by the kernel's names for them, else an Xbox pad's. ~gate (true): false drives on cmd_vel
+            even where there is a gate.
 """
 
 from __future__ import annotations
@@ -15,15 +18,17 @@ import threading
 import time
 
 import rospy
-from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from telepresence_ros.node import Node
 
+from rto_teleop.drive_topic import DriveTopic
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_layouts import DEFAULT, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
 PERIOD = 0.05
+REMINDER = 5.0
+"""Seconds between two sentences about why the gamepad moves nothing."""
 LOOK_PERIOD = 1.0
 """Seconds between two attempts to open a gamepad that is not there."""
 
@@ -39,23 +44,32 @@ class JoystickNode:
         self._settings = {name: rospy.get_param(f"~{name}") for name in names if rospy.has_param(f"~{name}")}
         self._take(DEFAULT)
         self._device = str(rospy.get_param("~device", "/dev/input/js0"))
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self._topic = DriveTopic("cmd_vel", "rto_teleop rto_teleop_joystick", lambda text: rospy.loginfo("%s", text))
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
         if self._device:
-            return self._node.run(self._publish, self._read_device)
+            return self._node.run(self._publish, self._read_device, self._watch_topic)
         rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
-        return self._node.run(self._publish)
+        return self._node.run(self._publish, self._watch_topic)
+
+    def _watch_topic(self) -> None:
+        self._topic.watch(self._node.stop)
 
     def _publish(self) -> None:
         for now in self._node.cycles(PERIOD):
+            hold = self._topic.hold
             with self._lock:
+                if hold:
+                    self._mapping.lose()
                 velocity = self._mapping.command(now)
-            if velocity is not None:
-                message = Twist()
-                message.linear.x, message.linear.y, message.angular.z = velocity
-                self._publisher.publish(message)
+            if hold:
+                rospy.loginfo_throttle(REMINDER, "The robot stays: %s", hold)
+            if velocity is None:
+                continue
+            self._topic.publish(velocity)
+            if any(velocity) and self._topic.problem:
+                rospy.logwarn_throttle(REMINDER, "%s", self._topic.problem)
 
     def _take(self, layout: Layout) -> None:
         """Map the pad's axes and buttons as `layout` and the parameters say."""

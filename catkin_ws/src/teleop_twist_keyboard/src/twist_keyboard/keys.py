@@ -68,16 +68,29 @@ SPEED_FACTORS: dict[str, tuple[float, float]] = {
 """Key -> factors of driving and turning speed."""
 
 HELP = """\
-Keyboard driving: a key holds until the next one.
+Keys of this terminal become velocities (Twist).
+-----------------------------------------------
+Moving around:
+   u    i    o
+   j    k    l
+   m    ,    .
+With Shift, keeping the heading (for a base that drives sideways):
+   U    I    O
+   J    K    L
+   M    <    >
 
-  turning      sideways
-  u  i  o      U  I  O      k or any other key   stop
-  j  k  l      J  K  L      arrow keys           as i , j l
-  m  ,  .      M  <  >      Ctrl-C               quit
+t/b : up/down (a robot on the ground ignores them); arrows : as i , j l
+any other key : stop
 
-  q/z all speeds   w/x driving   e/c turning, by 10 %
-  t/b up, down: a robot on the ground ignores them
+q/z : both speeds up/down by 10 %
+w/x : only the driving speed
+e/c : only the turning speed
+
+CTRL-C to quit; a key holds until the next one
 """
+
+HELP_EVERY = 15
+"""Speed keys after which the help is printed again, as in the telepresence report."""
 
 STOP_DURATION = 0.5
 """Seconds for which zero is repeated after a stop; then the topic is left to other inputs."""
@@ -111,6 +124,8 @@ class LatchedKeys:
         speed_limit, turn_limit: What the speed keys can reach [m/s], [rad/s]. Defaults: the most that Pepper's base
             does (NAOqi documentation, ALMotion, "Pepper's base": 0.55 m/s, 2.0 rad/s).
         key_timeout: Stop this long after the last key [s]; 0 means never.
+    Attributes:
+        speed_keys: How many speed keys were pressed so far.
     Raises:
         ValueError: A number is negative, not finite, or a speed is above its limit.
     """
@@ -133,6 +148,7 @@ class LatchedKeys:
         self._speed_limit = speed_limit
         self._turn_limit = turn_limit
         self._key_timeout = key_timeout
+        self.speed_keys = 0
         self._direction: Direction | None = None
         self._pressed_at = 0.0
         self._asked_at = -math.inf
@@ -149,6 +165,7 @@ class LatchedKeys:
             speed_factor, turn_factor = SPEED_FACTORS[key]
             self.speed = min(self._speed_limit, self.speed * speed_factor)
             self.turn = min(self._turn_limit, self.turn * turn_factor)
+            self.speed_keys += 1
         elif key in DIRECTIONS:
             self._direction = DIRECTIONS[key]
             # A pause that ends with this key is no reason to drop it.
@@ -183,7 +200,10 @@ class LatchedKeys:
             self._direction.theta * self.turn,
         )
 
-    def describe(self) -> str:
-        """One line for the pilot: what is latched, and how fast."""
-        action = self._direction.name if self._direction else "stop"
-        return f"{action:<23}  speed {self.speed:.2f} m/s, turn {self.turn:.2f} rad/s"
+    def describe_motion(self) -> str:
+        """Return what is latched, for the pilot."""
+        return self._direction.name if self._direction else "stop"
+
+    def describe_speeds(self) -> str:
+        """Return the speeds [m/s, rad/s] in the line of the telepresence report."""
+        return f"currently:\tspeed {self.speed:.3g}\tturn {self.turn:.3g}"

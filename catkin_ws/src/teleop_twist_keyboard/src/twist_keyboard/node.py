@@ -5,7 +5,8 @@ Subscribes: cmd_vel, to let go when another input (the window's drive pad or Sto
             (std_msgs/String, latched), same namespace: as long as drive_lease says why nobody may drive, keys don't.
 Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 2.0 rad/s, ~key_timeout 0 s (latched
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
-received nothing for 0.5 s). Upstream starts at 0.5 m/s and 1.0 rad/s, which is brisk for Pepper among people.
+received nothing for 0.5 s). The telepresence report starts at 0.5 m/s and 1.0 rad/s, which is brisk among people, and
+publishes once for each key; as there:  _speed:=0.5 _turn:=1.0 _repeat_rate:=0
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from telepresence_ros.node import Node, stop_on_signals
 
-from twist_keyboard.keys import HELP, LatchedKeys, Velocity
+from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 IDLE_PERIOD = 0.1
@@ -80,7 +81,7 @@ class KeyboardNode:
         self._master_lost = master_lost
         self._taken_over = threading.Event()
         self._heard_at: dict[str, float] = {}
-        self._line = ""
+        self._motion, self._speed_keys = keys.describe_motion(), 0
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         rospy.Subscriber("cmd_vel", Twist, self._receive, queue_size=1, tcp_nodelay=True)
         beside = rosgraph.names.namespace(rospy.resolve_name("cmd_vel"))
@@ -98,7 +99,7 @@ class KeyboardNode:
         try:
             with KeyTerminal(sys.stdin.fileno()) as terminal:
                 say(HELP)
-                self._say_state()
+                say(self._keys.describe_speeds())
                 self._serve(terminal)
         except HungUp as error:
             say(f"{error}; the robot stops")
@@ -149,7 +150,7 @@ class KeyboardNode:
             if self._keys.moving:
                 say("Another input drives now; press a key to take over again.")
             self._keys.let_go()
-            self._line = self._keys.describe()
+            self._motion = self._keys.describe_motion()
 
     def _obey_hold(self, now: float) -> None:
         # What a node said that is gone since does not count.
@@ -189,10 +190,16 @@ class KeyboardNode:
             time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop anyway 0.5 s later
 
     def _say_state(self) -> None:
-        line = self._keys.describe()
-        if line != self._line:
-            self._line = line
-            say(line)
+        """Print what has changed, and after every fifteenth speed key the help."""
+        motion, pressed = self._keys.describe_motion(), self._keys.speed_keys
+        if motion != self._motion:
+            self._motion = motion
+            say(motion)
+        if pressed != self._speed_keys:
+            say(self._keys.describe_speeds())
+            if pressed // HELP_EVERY != self._speed_keys // HELP_EVERY:
+                say(HELP)
+            self._speed_keys = pressed
 
 
 def clock() -> float:

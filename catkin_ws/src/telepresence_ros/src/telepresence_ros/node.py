@@ -6,10 +6,10 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from types import FrameType
 
 import rospy
 
+from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 
@@ -111,13 +111,7 @@ def stop_on_signals(stop: threading.Event) -> threading.Event:
 
     For nodes that read keys: rospy's own handlers know no closed terminal and leave no time for a last zero.
     """
-
-    def request_stop(_signal: int, _frame: FrameType | None) -> None:
-        # Not in this thread: it may be inside stop.wait() and hold the lock that set() needs; both would wait for ever.
-        threading.Thread(target=stop.set, name="stop", daemon=True).start()
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, request_stop)
+    stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     return stop
 
 
