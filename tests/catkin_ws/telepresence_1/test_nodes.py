@@ -20,7 +20,7 @@ from telepresence.station.virtual_display import VirtualDisplay, grab
 
 pytestmark = pytest.mark.ros
 
-ORANGE = (230, 130, 20)
+ORANGE, BLACK = (230, 130, 20), (0, 0, 0)
 
 
 @pytest.fixture
@@ -72,6 +72,9 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
+    for wanted, what in ((False, BLACK), (True, ORANGE)):
+        assert probe.call("/com_cam/show_on_tablet", "std_srvs/SetBool", {"data": wanted})[1]["success"]
+        wait_until(lambda what=what: close_to(colour(tablet), what), f"the conversation: {wanted}")
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
     wait_until(lambda: colour(tablet) == (0, 0, 0), "the page is taken away")

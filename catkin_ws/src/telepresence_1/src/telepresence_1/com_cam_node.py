@@ -1,6 +1,7 @@
 """ROS node com_cam: the pilot's camera, the page with its picture, and the command to the tablet to show it.
 
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
+Service:   ~show_on_tablet (std_srvs/SetBool): show the page on the tablet, or take it away.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
 Parameters:
     ~source ("0")           camera number or device, video or picture file, URL, or "test"
@@ -24,12 +25,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import threading
 import time
 import urllib.parse
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from telepresence_ros.node import Node
 
 from telepresence.video.mjpeg import MjpegStream
@@ -86,16 +89,16 @@ class ComCam:
         if key and "k=" not in urllib.parse.urlsplit(page_url).query:
             page_url += ("&" if "?" in page_url else "?") + urllib.parse.urlencode({"k": key})
         self.page_url = page_url
-        self.connection: Connection | None = None
+        port = int(rospy.get_param("~nao_port", 9559))
+        login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
+        self.connection = Connection(Address.parse(robot, port, *login))
         self.link: TabletLink | None = None
-        if rospy.get_param("~show_on_tablet", True):
-            port = int(rospy.get_param("~nao_port", 9559))
-            login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
-            self.connection = Connection(Address.parse(robot, port, *login))
-            self.link = TabletLink(self.connection, page_url)
+        self._showing, self._connecting = threading.Lock(), False
+        self._shown_at_start = bool(rospy.get_param("~show_on_tablet", True))
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self._unvisited = False
+        rospy.Service("~show_on_tablet", SetBool, self._on_show)
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
@@ -117,15 +120,29 @@ class ComCam:
         if public(self.page_url) != self.page_url:
             # To the terminal only: everybody on the ROS network can read /rosout.
             print(f"with its key, for another browser: {self.page_url}", flush=True)
-        if self.connection is not None and self.link is not None:
-            self.connection.start()
-            self.link.start()
+        if self._shown_at_start:
+            self.show_on_tablet(True)
+
+    def show_on_tablet(self, wanted: bool) -> None:
+        """Show the page on the tablet from now on, or take it away; at most about a second."""
+        with self._showing:
+            if wanted and self.link is None:
+                if not self._connecting:
+                    self.connection.start()
+                    self._connecting = True
+                self.link = TabletLink(self.connection, self.page_url).start()
+            elif not wanted and self.link is not None:
+                self.link.close()
+                self.link = None
+
+    def _on_show(self, request: SetBoolRequest) -> SetBoolResponse:
+        self.show_on_tablet(request.data)
+        return SetBoolResponse(True, "the page is to be on the tablet" if request.data else "the page is taken away")
 
     def close(self) -> None:
         """End everything within two seconds, whatever the robot and the camera do."""
-        if self.connection is not None and self.link is not None:
-            self.link.close()
-            self.connection.close()
+        self.show_on_tablet(False)
+        self.connection.close()
         self.server.close()
         self.camera.close()
 
