@@ -29,6 +29,7 @@ from gui.driving.drive_pad import DrivePad
 from gui.theme import style_sheet, themes
 from gui.widgets.body_panel import BodyPanel
 from gui.widgets.gate_banner import GateBanner
+from gui.widgets.key_legend import KeyPicture
 from gui.widgets.link_health import LinkHealth
 from gui.widgets.robot_panel import RobotPanel
 from gui.widgets.sensor_view import SensorView
@@ -123,6 +124,7 @@ class OperatorWindow(QMainWindow):
         super().__init__()
         uic.loadUi(str(_HERE / "window.ui"), self)
         self.terminal = terminal
+        self.keys = KeyPicture(self.video)
         frame_layout, tab_bar = self.terminalFrame.layout(), self.deck.tabBar()
         assert frame_layout is not None and tab_bar is not None  # window.ui makes both
         frame_layout.addWidget(terminal)

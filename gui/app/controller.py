@@ -1,4 +1,4 @@
-"""What the buttons do and the indicators show: connects one robot's page with its ROS link and its terminal."""
+"""Connects one robot's page with its ROS link and its terminal, and shows how they are."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject
 
+from gui.app.conversation import Conversation
+from gui.app.keyboard_focus import KeyboardFocus
+from gui.app.session import RobotSession
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
 from gui.driving.drive_access import DriveAccess
@@ -18,14 +21,14 @@ from gui.driving.lease_client import LeaseClient
 from gui.driving.movement_access import MovementAccess
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
-from gui.styling import set_property
-from gui.terminal import commands
 from telepresence.teleop.drive_lease import Account
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
     from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
+
+WAYS = "W A S D Q E and the pad drive"
 
 
 class Attach(enum.Enum):
@@ -60,7 +63,6 @@ class Controller(QObject):
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
-        self._sign_in = sign_in
         self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseClient(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
@@ -68,13 +70,18 @@ class Controller(QObject):
         self.driving = DriveCoordinator(window, link, self.access, self.gamepad, self.controls)
         self._mount()
 
-        window.roscoreButton.clicked.connect(self.start_roscore)
+        self.keys = KeyboardFocus(window, terminal)
+        self.session = RobotSession(window, link, terminal, self.keys, sign_in)
+        self.session.said.connect(self._say)
+        self.session.changed.connect(self._advise)
+        self.conversation = Conversation(link, self.access)
+        self.conversation.changed.connect(self._advise)
+        window.roscoreButton.clicked.connect(self.start_programs)
         window.sessionButton.clicked.connect(self.start_session)
         window.address.returnPressed.connect(self.start_session)
-        window.address.textChanged.connect(lambda: self._mark_address(valid=True))
         window.feedButton.toggled.connect(self.show_feed)
+        window.feedButton.clicked.connect(self._on_feed_click)
         window.stopButton.clicked.connect(self.stop)
-        window.activation_changed.connect(self._show_keys)
         self.driving.said.connect(self._say)
         self.views = Views(window, link)
         self.views.said.connect(self._say)
@@ -90,10 +97,9 @@ class Controller(QObject):
         link.trouble.connect(lambda text: window.status.say(text, "bad"))
         terminal.refused.connect(lambda text: window.status.say(text, "warn"))
         terminal.typed.connect(lambda line: window.status.say(f"Typed into the terminal:  {line}"))
-        terminal.focus_changed.connect(self._on_terminal_focus)
+        terminal.busy.connect(lambda text: window.status.say(text) if text else None)
 
         window.feedLabel.setText(link.feed)
-        self._show_keys()
         self._clear_video()
         self._show_links()
         self._advise()
@@ -117,8 +123,9 @@ class Controller(QObject):
             self.controls.offer_restart_only()
             self.gamepad.direct = True
             self.pad_view.keys = DIRECT_KEYS
-            for widget in (window.addressLabel, window.address):
+            for widget in (window.addressLabel, window.address, window.keys.terminal_keys):
                 widget.hide()
+            window.keys.window_keys.limit_to(("W", "S"))
 
     def admit(self, account: Account) -> None:
         """Connect to the robot for somebody who has signed in."""
@@ -132,50 +139,22 @@ class Controller(QObject):
     def dismiss(self) -> None:
         """Nobody is signed in any more: receive nothing, send nothing."""
         self.driving.mux.release_all()
+        self.conversation.leave()
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
         self._link.set_open(False)
 
     # --- buttons ---
 
-    def start_roscore(self) -> None:
-        """Type roscore into a tmux window of its own."""
+    def start_programs(self) -> None:
+        """Bring the robot's programs up in the terminal."""
         self._attach = Attach.NEVER
-        if self._link.state.master:
-            self._say(f"A ROS master answers at {self._link.state.master_uri} already. Go on with Session start.")
-            return
-        self._window.show_terminal()
-        self._terminal.type_line(commands.roscore(self._link.state.master_uri), commands.ROSCORE_WINDOW)
+        self.session.start_programs()
 
     def start_session(self) -> None:
-        """Type the command that launches the robot's programs, or only the keyboard when they run already."""
+        """Connect with the robot's programs, which are brought up first if they do not run."""
         self._attach = Attach.NEVER
-        self._window.show_terminal()
-        if self._link.state.driver:
-            if not self._link.robot.keyboard:
-                self._advise()
-                return
-            self._start_keyboard(self._link.state)
-            self._terminal.take_keyboard()
-            return
-        try:
-            address = commands.parse_address(self._window.address.text())
-        except ValueError as error:
-            self._mark_address(valid=False)
-            self._say(str(error), "bad")
-            return
-        open_to_all = "" if self._sign_in or self._link.robot.by_movement else f" {commands.OPEN_TO_ALL}"
-        self._terminal.type_line(
-            lambda: self._link.robot.session(address, commands.own_address_towards(address.host)) + open_to_all
-        )
-        if self._link.robot.keyboard:
-            self._terminal.take_keyboard()
-
-    def _start_keyboard(self, state: LinkState) -> None:
-        keyboard = self._link.robot.keyboard
-        if not keyboard:
-            return
-        self._terminal.type_line(f"{keyboard} {commands.SECOND_NAME}" if state.keyboard else keyboard)
+        self.session.start_session()
 
     def show_feed(self, wanted: bool) -> None:
         """Show the robot's camera, or stop doing so."""
@@ -185,11 +164,18 @@ class Controller(QObject):
         self._show_links()
         self._advise()
 
+    def _on_feed_click(self, wanted: bool) -> None:
+        """Begin or end the conversation. Only a click does: a tab that comes to the front merely shows its picture."""
+        self.keys.give_to_window()
+        self.conversation.want(wanted)
+        if wanted:
+            self.session.join(start_keyboard=False)
+        self._advise()
+
     def stop(self) -> None:
         """Stop the robot, and what runs in the terminal's session."""
         self.driving.stop()
-        self._terminal.interrupt()
-        self._say("Stopped. Session start brings the programs or the keyboard back.", "warn")
+        self.session.stop()
 
     # --- what the link reports ---
 
@@ -211,8 +197,7 @@ class Controller(QObject):
         if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):
             self._attach = Attach.NEVER
             self._window.feedButton.setChecked(True)
-            if self.access.is_pilot:
-                self._start_keyboard(state)
+            self.session.join(start_keyboard=self.access.is_pilot)
 
     def _on_picture(self, picture: Picture) -> None:
         first = self._window.video.age() == float("inf")
@@ -222,6 +207,7 @@ class Controller(QObject):
             self._say(f"{self._link.feed}: {error}.", "bad")
             return
         if first:
+            self._window.keys.set_wanted(False)
             self._show_links()
             self._advise()
 
@@ -233,30 +219,30 @@ class Controller(QObject):
             self._advise()
 
     def _clear_video(self) -> None:
+        self._window.keys.set_wanted(True)
         state = self._link.state
         if not self._window.feedButton.isChecked():
             text = ("Robot feed is off", "Press Robot feed to see what the robot sees.")
         elif not state.master:
             text = ("No ROS master", f"None answers at {state.master_uri}. Press Roscore start.")
         elif not state.feed:
-            text = ("No camera yet", f"Nobody publishes {self._link.feed}. Press Session start and wait a moment.")
+            text = ("No camera yet", f"Nobody publishes {self._link.feed}. Press Roscore start and wait a moment.")
         else:
             text = ("Waiting for the first picture", self._link.feed)
         self._window.video.clear(*text)
 
     def _advise(self) -> None:
-        """Say what to do next."""
-        state = self._link.state
-        if not state.master:
-            self._say(f"No ROS master answers at {state.master_uri}. Press Roscore start.", "warn")
-        elif not state.driver:
-            press = "Press" if self._link.robot.by_movement else "Type its address and press"
-            self._say(f"The robot's programs are not running. {press} Session start.", "warn")
+        """Say what the buttons have done, and what to do next."""
+        advice = self.session.advice()
+        if advice is not None:
+            waits = "Robot feed waits for the robot. " if self.conversation.text and not self._link.state.driver else ""
+            self._say(f"{waits}{advice[0]}", advice[1])
         elif not self._window.feedButton.isChecked():
-            self._say("The robot's programs are running. Press Robot feed to see its camera.")
+            text, level = self.session.findings()
+            self._say(f"{text} Next: Robot feed.", level)
         else:
-            ways = "keys typed in the terminal" if self._link.robot.keyboard else "the gamepad's cross"
-            self._say(f"Ready. Drive with the pad, or with {ways}.", "good")
+            ways = "W and S, the pad and the gamepad's cross walk" if self._link.robot.by_movement else WAYS
+            self._say(f"Ready: {ways}. {self.conversation.text}".rstrip(), "good")
 
     def _show_links(self) -> None:
         state, set_chip = self._link.state, self._window.status.set_chip
@@ -273,27 +259,6 @@ class Controller(QObject):
         else:
             picture = ("Picture", "good")
         set_chip("picture", *picture, self._link.feed)
-
-    # --- keyboard ---
-
-    def _on_terminal_focus(self, has_keyboard: bool) -> None:
-        if has_keyboard:
-            self._window.pad.release_all()
-        self._show_keys()
-
-    def _show_keys(self) -> None:
-        if self._terminal.has_keyboard:
-            chip, label = ("Keys: terminal", "good"), "has the keyboard"
-        elif self._window.isActiveWindow():
-            chip, label = ("Keys: drive pad", "good"), "click to type here"
-        else:
-            chip, label = ("Keys: elsewhere", "off"), "click to type here"
-        self._window.status.set_chip("keys", *chip, "Click into the terminal, or beside it, to change this")
-        self._window.terminalLabel.setText(label)
-        set_property(self._window.terminalFrame, "active", self._terminal.has_keyboard)
-
-    def _mark_address(self, valid: bool) -> None:
-        set_property(self._window.address, "invalid", not valid)
 
     def _say(self, text: str, level: str = "info") -> None:
         self._window.status.say(text, level)

@@ -39,7 +39,6 @@ class RobotTab(QObject):
         super().__init__()
         self.title = robot.title
         self.terminal = TerminalView("" if alone else robot.name)
-        self.terminal.starts_with_keyboard = bool(robot.keyboard)
         self.window = OperatorWindow(self.terminal)
         self.window.address.setText(address)
         self.link = RosLink(node, robot)

@@ -11,13 +11,14 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 from PyQt5.QtCore import QEvent, QObject, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QKeyEvent
+from PyQt5.QtGui import QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
     QFrame,
     QGridLayout,
+    QLabel,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
@@ -132,6 +133,13 @@ class DrivePad(QFrame):
         stop.setObjectName("padStop")
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
+        self._stop_cap = stop
+        # Covers the moves: a click on it brings the keys back and must not drive at once.
+        self._note = QLabel(self)
+        self._note.setObjectName("padNote")
+        self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._note.setWordWrap(True)
+        self._note.hide()
         self._timer = PeriodicTimer(SEND_PERIOD, self._send, self, precise=True)
         self._bounce = QTimer(self)
         self._bounce.setInterval(BOUNCE)
@@ -188,6 +196,30 @@ class DrivePad(QFrame):
         for cap in self._caps.values():
             set_property(cap, "blocked", bool(reason))
 
+    @property
+    def keys_note(self) -> str:
+        """What the pad says instead of showing its keys; empty while they drive."""
+        return self._note.text()
+
+    def set_keys_note(self, note: str) -> None:
+        """Cover the moves and their keys with this sentence, because keys go elsewhere; show them again when it is
+        empty. The stop stays."""
+        if note == self._note.text():
+            return
+        self._note.setText(note)
+        self._note.setVisible(bool(note))
+        self._stop_cap.setText("Stop" if note else "Stop   Space")
+        self._place_note()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place_note()
+
+    def _place_note(self) -> None:
+        first, last = self._caps["turn_left"].geometry(), self._caps["right"].geometry()
+        self._note.setGeometry(first.united(last))
+        self._note.raise_()
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
         if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
@@ -202,14 +234,14 @@ class DrivePad(QFrame):
         return False
 
     def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:
-        if _wants_letters(now):
+        if wants_letters(now):
             self.release_all()
 
     def _is_for_us(self, watched: QObject) -> bool:
         """Whether a key event is for the pad. Qt filters it for the native window first, then for the widget: here."""
         if not isinstance(watched, QWidget) or watched.window() is not self.window() or not self.isVisible():
             return False
-        return not _wants_letters(QApplication.focusWidget())
+        return not wants_letters(QApplication.focusWidget())
 
     def _take_key(self, event: QKeyEvent) -> bool:
         """Return True when the key is used here, so that no other widget gets it."""
@@ -272,6 +304,6 @@ class DrivePad(QFrame):
         return cap
 
 
-def _wants_letters(widget: QWidget | None) -> bool:
+def wants_letters(widget: QWidget | None) -> bool:
     """Whether this widget needs letters itself."""
     return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(WANTS_LETTERS)))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 STOP_PERIOD = 100
 """[ms] between two commands to stop while the red stop is pressed."""
-NO_SIMULATION = "The simulation does not run. Press Session start."
+NO_SIMULATION = "The simulation does not run. Press Roscore start."
 
 
 class MovementAccess(DriveAccess):

@@ -28,7 +28,7 @@ from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.transforms import Transforms
-from telepresence.station.ros_master import master_proxy
+from telepresence.station.ros_master import ended_nodes, forget_nodes, master_proxy
 
 log = logging.getLogger(__name__)
 
@@ -64,7 +64,7 @@ class RosNode(QObject):
         self.name = f"/{NODE}"
         self.joined = False
         self.links: list[RosLink] = []
-        self._sent_at = -math.inf
+        self._sent_at = self._tidy_until = -math.inf
         self._closing = threading.Event()
         self._wake = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ros-link", daemon=True)
@@ -74,6 +74,11 @@ class RosNode(QObject):
 
     def poll_now(self) -> None:
         """Poll at once: what the window wants to receive has changed."""
+        self._wake.set()
+
+    def tidy_master(self, seconds: float) -> None:
+        """For this long, have the master forget every node whose process has ended without signing off."""
+        self._tidy_until = time.monotonic() + seconds
         self._wake.set()
 
     def note_sent(self) -> None:
@@ -115,7 +120,26 @@ class RosNode(QObject):
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return None
         code, _, graph = reply
-        return [dict(group) for group in graph] if code == 1 else None
+        return self._running([dict(group) for group in graph]) if code == 1 else None
+
+    def _running(self, graph: Graph) -> Graph:
+        """Return the graph without nodes that the master lists although their process has ended."""
+        tidy = time.monotonic() < self._tidy_until
+        topics = {name for link in self.links for name in link.essential}
+        looked_at = {
+            node for group in graph for name, nodes in group.items() if tidy or name in topics for node in nodes
+        } - {self.name, "/rosout"}
+        try:
+            ended = ended_nodes(self.master_uri, looked_at, self.name, POLL_TIMEOUT)
+            if tidy and ended:
+                log.warning("the master still listed nodes that have ended: %s", ", ".join(sorted(ended)))
+                forget_nodes(self.master_uri, ended, self.name, POLL_TIMEOUT)
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
+            log.info("the master does not say which nodes run: %s", error)
+            return graph
+        return [
+            {name: [node for node in nodes if node not in ended] for name, nodes in group.items()} for group in graph
+        ]
 
     def _join(self) -> None:
         # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
@@ -154,6 +178,8 @@ class RosLink(QObject):
 
     state_changed = pyqtSignal(object)
     """The `LinkState` has changed."""
+    looked = pyqtSignal()
+    """The master was asked anew; `state` is what it said."""
     trouble = pyqtSignal(str)
     """A message for the pilot."""
 
@@ -173,6 +199,7 @@ class RosLink(QObject):
         self._unknown: set[str] = set()
         self._transforms = Transforms(robot.namespace, _subscribe_all)
         self._open = True
+        self._found: frozenset[str] = frozenset()
         queued = Qt.ConnectionType.QueuedConnection
         self._polled.connect(self._on_polled, queued)  # type: ignore[call-arg]  # PyQt5's stub
         self._answered.connect(lambda then, answer: then(answer), queued)  # type: ignore[call-arg]  # PyQt5's stub
@@ -194,6 +221,20 @@ class RosLink(QObject):
     def feed(self) -> str:
         """The camera topic."""
         return self._resolve(self.channel("picture").row.topic)
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """The topics by which the window judges whether the robot's programs run."""
+        return self._resolve(self.robot.cmd_vel), self.feed
+
+    @property
+    def found(self) -> frozenset[str]:
+        """The channels that somebody publishes."""
+        return self._found
+
+    def tidy_master(self, seconds: float) -> None:
+        """See `RosNode.tidy_master`."""
+        self._node.tidy_master(seconds)
 
     def channel(self, name: str) -> Channel:
         """Return the incoming channel of this name in the robot's table.
@@ -324,8 +365,12 @@ class RosLink(QObject):
 
     def _state_of(self, graph: Graph | None) -> LinkState:
         if graph is None:
+            self._found = frozenset()
             return LinkState(self._node.master_uri)
         publishers, subscribers, _ = graph
+        self._found = frozenset(
+            name for name, channel in self._channels.items() if publishers.get(self._resolve(channel.row.topic))
+        )
         cmd_vel = self._resolve(self.robot.cmd_vel)
         # A keyboard node also subscribes, to know when another input drives; a driver does not publish.
         drivers = set(subscribers.get(cmd_vel, ())) - set(publishers.get(cmd_vel, ()))
@@ -345,6 +390,7 @@ class RosLink(QObject):
         if state != self.state:
             self.state = state
             self.state_changed.emit(state)
+        self.looked.emit()
 
 
 def _subscribe_all(topic: str, kind: type, callback: Callable, extra: str) -> rospy.Subscriber:

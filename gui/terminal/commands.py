@@ -11,6 +11,8 @@ from urllib.parse import urlparse
 KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
 SECOND_NAME = "name:=window_keyboard"
 """Name of a second keyboard node: ROS ends the older of two nodes with one name."""
+QUIET = "conversation:=false"
+"""Option of a robot's launch file: page and sound wait for Robot feed."""
 OPEN_TO_ALL = "sign_in:=false"
 """Option for a robot that may be driven without signing in."""
 ROSCORE_WINDOW = "roscore"

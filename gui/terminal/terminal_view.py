@@ -1,7 +1,7 @@
 """An xterm with tmux, embedded in the window.
 
-The terminal gets the keyboard by a click into it, the window by a click elsewhere; moving the pointer changes nothing,
-because a held drive key must not end up as text in a terminal.
+The terminal gets the keyboard by a click into it or by F6 and never on its own, the window by a click elsewhere; moving
+the pointer changes nothing, because a held drive key must not end up as text in a terminal.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import queue
 import shutil
 import subprocess
 import threading
+import time
 from collections.abc import Callable
 
 from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, pyqtSignal
@@ -35,6 +36,9 @@ PALETTE = (
 
 _LEAVE_KEY, _STOP_KEY = "F6", "Pause"
 """Keys that the programs in the terminal do not get."""
+END_PATIENCE = 30.0
+"""[s]: roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM, and then kills them."""
+END_PERIOD = 0.2
 SEARCH_PERIOD = 50  # ms between two attempts to find xterm's window
 
 
@@ -47,6 +51,10 @@ class TerminalView(QFrame):
     """A line could not be typed; why, and what to do."""
     typed = pyqtSignal(str)
     """A line has been typed."""
+    busy = pyqtSignal(str)
+    """Nothing was typed because a program runs; what was to be said then."""
+    ended = pyqtSignal(str)
+    """What `end_program` interrupted has ended: empty, or the program that still runs when patience is over."""
     focus_changed = pyqtSignal(bool)
     """Whether keys go to the terminal."""
     stop_typed = pyqtSignal()
@@ -63,8 +71,6 @@ class TerminalView(QFrame):
         self._guest: int | None = None
         self._has_keyboard = False
         self._wants_keyboard = False
-        self.starts_with_keyboard = True
-        """Whether it takes the keyboard when it opens."""
         self._closing = False
         self._denied = ""
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -75,7 +81,7 @@ class TerminalView(QFrame):
         self._container.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
         self._container.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
         self._cover = _Cover()
-        self._cover.clicked.connect(self.start)
+        self._cover.clicked.connect(lambda: self.start(keyboard=True))
         self._layout = QStackedLayout(self)
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
@@ -98,8 +104,12 @@ class TerminalView(QFrame):
         elif self._xterm is not None:
             self._layout.setCurrentWidget(self._container)
 
-    def start(self) -> None:
-        """Open the terminal, or open it again after its shell has ended."""
+    def start(self, keyboard: bool = False) -> None:
+        """Open the terminal, or open it again after its shell has ended.
+
+        Args:
+            keyboard: Give it the keyboard as soon as it is open.
+        """
         if self._xterm is not None or self._denied:
             return
         if QGuiApplication.platformName() != "xcb":
@@ -120,7 +130,7 @@ class TerminalView(QFrame):
             self._host.grab_key(key)
         self._clicks = QSocketNotifier(self._host.connection, QSocketNotifier.Type.Read, self)  # type: ignore[arg-type]
         self._clicks.activated.connect(self._on_x_event)
-        self._wants_keyboard = self.isVisible() and self.starts_with_keyboard
+        self._wants_keyboard = keyboard
         self._reaper = self._reaper or self._tmux.start_reaper()
         self._xterm = QProcess(self)
         self._xterm.setProcessEnvironment(_process_environment())
@@ -130,20 +140,42 @@ class TerminalView(QFrame):
         self._xterm.start(program, arguments)
         self._search.start()
 
-    def type_line(self, line: str | Callable[[], str], window: str = FIRST_WINDOW) -> None:
-        """Type a line into a tmux window when its shell is at the prompt. `line` may be a function that returns the
-        line: it runs on the typing thread, and its ValueError is reported by `refused`."""
+    def type_line(
+        self, line: str | Callable[[], str], window: str = FIRST_WINDOW, otherwise: str | None = None
+    ) -> None:
+        """Type a line into a tmux window when its shell is at the prompt.
+
+        Args:
+            line: May be a function that returns the line: it runs on the typing thread, and its ValueError is reported
+                by `refused`.
+            otherwise: When a program runs in the window, emit `busy` with this sentence instead of `refused`.
+        """
 
         def job() -> None:
+            if otherwise is not None and self._tmux.program(window):
+                self.busy.emit(otherwise)
+                return
             text = line if isinstance(line, str) else line()
             self._tmux.type_line(window, text)
             self.typed.emit(text)
 
         self._jobs.put(job)
 
-    def interrupt(self, window: str = FIRST_WINDOW) -> None:
-        """Type Ctrl-C into a tmux window."""
-        self._jobs.put(lambda: self._tmux.interrupt(window))
+    def end_program(self, window: str = FIRST_WINDOW, patience: float = END_PATIENCE) -> None:
+        """Type Ctrl-C into a tmux window, and emit `ended` when its shell is at the prompt again, or after `patience`
+        seconds. Lines that are to be typed next wait for that."""
+
+        def job() -> None:
+            left = window
+            try:
+                self._tmux.interrupt(window)
+                deadline = time.monotonic() + patience
+                while (left := self._tmux.program(window)) and time.monotonic() < deadline and not self._closing:
+                    time.sleep(END_PERIOD)
+            finally:
+                self.ended.emit(left)
+
+        self._jobs.put(job)
 
     def take_keyboard(self) -> None:
         """Give the keyboard to the terminal."""

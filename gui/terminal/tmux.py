@@ -13,7 +13,8 @@ import subprocess
 import time
 from pathlib import Path
 
-SESSION = "telepresence"
+SESSION = "my_session"
+"""As the report calls it: in the window's terminal `tmux send-keys -t my_session:0 ...` types into this one."""
 FIRST_WINDOW = "session"
 SHELL = "bash"
 TIMEOUT = 5.0  # seconds for one tmux command; they take milliseconds
@@ -82,6 +83,17 @@ class Tmux:
             # A pane that is being scrolled (copy mode) would take the key itself.
             self._call("copy-mode", "-q", "-t", self._target(window))
             self._call("send-keys", "-t", self._target(window), "C-c")
+
+    def program(self, window: str) -> str:
+        """Return the program that runs in `window`; empty when its shell waits for a line, or there is no such window.
+
+        Raises:
+            TmuxError: tmux does not answer.
+        """
+        if not self._has_session() or window not in self.windows():
+            return ""
+        answer = self._call("display-message", "-p", "-t", self._target(window), "#{pane_current_command}")
+        return "" if answer == SHELL else answer
 
     def windows(self) -> list[str]:
         """Return the names of the open windows.

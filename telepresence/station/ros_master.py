@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import http.client
+import socket
 import xmlrpc.client
+from collections.abc import Iterable
 from typing import Any
+from urllib.parse import urlsplit
 
 TIMEOUT = 0.3
 """Seconds within which the master must answer."""
@@ -33,3 +36,54 @@ def master_answers(uri: str, timeout: float = TIMEOUT) -> bool:
         return master.getPid("/master_watch")[0] == 1
     except (OSError, http.client.HTTPException, xmlrpc.client.Error):
         return False
+
+
+def has_ended(node_uri: str, timeout: float = TIMEOUT) -> bool:
+    """Whether the process of a node has ended: nothing listens at its XML-RPC address (http://host:port) any more, and
+    its host says so within `timeout` seconds. A host that is silent proves nothing."""
+    parts = urlsplit(node_uri)
+    try:
+        socket.create_connection((parts.hostname or "", parts.port or 0), timeout).close()
+    except ConnectionRefusedError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+def ended_nodes(uri: str, names: Iterable[str], caller: str, timeout: float = TIMEOUT) -> dict[str, str]:
+    """Return which of these nodes are still listed by the master at `uri` although their process has ended, with the
+    address of each: whoever is killed cannot sign off.
+
+    Raises:
+        OSError, http.client.HTTPException, xmlrpc.client.Error: The master does not answer within `timeout` seconds.
+    """
+    master = master_proxy(uri, timeout)
+    found = {}
+    for name in names:
+        code, _, address = master.lookupNode(caller, name)
+        if code == 1 and has_ended(address, timeout):
+            found[name] = address
+    return found
+
+
+def forget_nodes(uri: str, nodes: dict[str, str], caller: str, timeout: float = TIMEOUT) -> None:
+    """Take nodes (name -> address) off the master's lists, as `rosnode cleanup` does. One that has come back at another
+    address meanwhile stays: the master compares the address.
+
+    Raises:
+        OSError, http.client.HTTPException, xmlrpc.client.Error: The master does not answer within `timeout` seconds.
+    """
+    master = master_proxy(uri, timeout)
+    publishers, subscribers, services = master.getSystemState(caller)[2]
+    for name, address in nodes.items():
+        for topic, names in publishers:
+            if name in names:
+                master.unregisterPublisher(name, topic, address)
+        for topic, names in subscribers:
+            if name in names:
+                master.unregisterSubscriber(name, topic, address)
+        for service, names in services:
+            code, _, service_address = master.lookupService(caller, service) if name in names else (0, "", "")
+            if code == 1:
+                master.unregisterService(name, service, service_address)

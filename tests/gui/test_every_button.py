@@ -21,6 +21,7 @@ from telepresence.station.ros_master import master_answers
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
+LINE = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1"
 CAPS = {
     "pad_forward": (1, 0, 0), "pad_backward": (-1, 0, 0), "pad_left": (0, 1, 0), "pad_right": (0, -1, 0),
     "pad_turn_left": (0, 0, 1), "pad_turn_right": (0, 0, -1),
@@ -144,33 +145,60 @@ def test_signing_in_opens_the_terminal(session):
 
 
 @presses("roscoreButton")
-def test_roscore_start(session, wait_until):
+def test_roscore_start_brings_the_original_programs(session, wait_until):
     session.sign_in()
     desk, station = session.desk, session.station
     if not master_answers(station.master_uri):
         session.start_master()
         wait_until(lambda: "started core service" in desk.window.terminal_text("roscore"), "the terminal shows roscore")
-        wait_until(lambda: "press Session start" in desk.window.output, "the window says what to do next")
+        wait_until(lambda: LINE in desk.window.output, "the report's line is typed")
+        wait_until(lambda: "then press Session start" in desk.window.output, "the window says what to do next")
+    session.start()
     desk.click("roscoreButton")
-    wait_until(lambda: master_answers(station.master_uri), "pressed again, it leaves the master alone")
+    wait_until(lambda: "run already" in desk.window.output, "pressed again, it leaves everything alone")
+    assert {*station.probe("nodes")} >= PROGRAMS
 
 
 @presses("sessionButton")
-def test_session_start_brings_the_original_programs(session, wait_until):
+def test_session_start_connects_and_says_with_what(session, wait_until, album):
+    session.start()
+    desk, station = session.desk, session.station
+    wait_until(lambda: station.probe("newest", "/com_cam/status"), "the page is served")
+    desk.click("sessionButton")
+    wait_until(lambda: "Connected to Pepper: camera, " in desk.window.output, "it says what it has found")
+    if "first picture" not in desk.window.output:
+        assert "on the tablet" not in station.probe("newest", "/com_cam/status")[1][0], "before Robot feed"
+        desk.click("terminalFrame")
+        wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
+        desk.screen.photograph(album / "window_keys.png", desk.window.id)
+        desk.key("F6")
+
+
+@presses("sessionButton")
+def test_session_start_alone_brings_the_programs_up(session, wait_until):
     session.start_robot()
     session.stop()
+    before = session.desk.window.output.count(LINE)
     session.start()
-    wait_until(lambda: "roslaunch pepper_bringup tele_pepper.launch" in session.desk.window.output, "the line is shown")
-    wait_until(lambda: {*session.station.probe("nodes")} >= PROGRAMS, "all programs are in the graph", timeout=60.0)
+    assert session.desk.window.output.count(LINE) == before + 1
+    assert {*session.station.probe("nodes")} >= PROGRAMS
 
 
 @presses("feedButton")
-def test_robot_feed_shows_the_camera_and_hides_it(driving, wait_until):
+def test_robot_feed_shows_the_camera_and_begins_the_conversation(driving, wait_until):
     desk, station = driving.desk, driving.station
+
+    def shown_and_heard():
+        page, sound = (station.probe("newest", topic)[1][0] for topic in ("/com_cam/status", "/voice/state"))
+        return "on the tablet" in page, sound != "no conversation"
+
+    wait_until(lambda: shown_and_heard() == (True, True), "it has begun the conversation")
     desk.click("feedButton")
     wait_until(lambda: FEED not in station.subscriptions("/gui_ros_node"), "nobody asks for pictures")
+    wait_until(lambda: shown_and_heard() == (False, False), "the conversation has ended, too")
     desk.click("feedButton")
     wait_until(lambda: FEED in station.subscriptions("/gui_ros_node"), "it is shown again")
+    wait_until(lambda: shown_and_heard() == (True, True), "and the conversation goes on")
     for keys, other in ((("Down",), "bottom"), (("Down",), "depth"), (("Up", "Up"), "front")):
         choose(desk, "cameraChoice", "terminalPage", *keys)
         wait_until(

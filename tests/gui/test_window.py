@@ -22,15 +22,10 @@ def write_file(window, path, text):
     window.type("Return")
 
 
-def test_appears_without_a_master_and_its_terminal_has_the_keyboard(screen, wait_until, tmp_path):
-    window = screen.open_window()
-    target = tmp_path / "typed"
-    write_file(window, target, "by-hand")
-    wait_until(lambda: target.exists() and target.read_text() == "by-hand\n", "the shell has run the line")
-
-
 def test_keys_go_where_the_last_click_was(screen, wait_until, place, tmp_path):
+    """And to the terminal only after one: no master runs, and the window appears all the same."""
     window = screen.open_window()
+    window.screen.do("type", "not-for-the-shell")
     window.click(place("address"))
     window.screen.do("mousemove", *place("terminalFrame"))
     window.screen.do("type", "not-for-the-shell")
@@ -44,6 +39,7 @@ def test_keys_go_where_the_last_click_was(screen, wait_until, place, tmp_path):
 
 def test_f6_moves_the_keyboard_between_terminal_and_window(screen, wait_until):
     window = screen.open_window()
+    window.enter_terminal()
     window.type("F6")
     wait_until(lambda: not window.terminal_has_keyboard(), "the window has the keyboard")
     window.type("F6")
@@ -54,8 +50,6 @@ def test_keys_go_where_the_last_click_was_under_a_window_manager(screen, wait_un
     run_program("openbox", "--sm-disable", env=screen.environment, stderr=subprocess.DEVNULL)
     window = screen.open_window()
     target = tmp_path / "typed"
-    write_file(window, target, "at-once")
-    wait_until(lambda: target.exists() and target.read_text() == "at-once\n", "the terminal begins with the keyboard")
     geometry = dict(
         line.split("=") for line in screen.do("getwindowgeometry", "--shell", window.id).split("\n") if "=" in line
     )
@@ -66,7 +60,7 @@ def test_keys_go_where_the_last_click_was_under_a_window_manager(screen, wait_un
     window.screen.do("type", "not-for-the-shell")
     window.click(place_in_window("terminalFrame"))
     write_file(window, target, "after-a-click")
-    wait_until(lambda: target.read_text() == "after-a-click\n", "the terminal has the keyboard again")
+    wait_until(lambda: target.exists() and target.read_text() == "after-a-click\n", "the terminal has the keyboard")
     assert "not-for-the-shell" not in window.terminal_text()
 
 
@@ -97,6 +91,7 @@ def test_the_terminal_follows_the_size_of_the_window(screen, wait_until):
 
 def test_a_closed_terminal_opens_again_with_a_click(screen, wait_until, place):
     window = screen.open_window()
+    window.enter_terminal()
     window.screen.do("type", "exit")
     window.type("Return")
     wait_until(lambda: not window.terminal_text(), "the shell has ended")
@@ -111,6 +106,7 @@ def test_a_closed_terminal_opens_again_with_a_click(screen, wait_until, place):
 @pytest.mark.parametrize("request_", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
 def test_nothing_is_left_whatever_ends_the_window(screen, wait_until, place, request_):
     window = screen.open_window()
+    window.enter_terminal()
     window.screen.do("type", "sleep 1000")
     window.type("Return")
     wait_until(lambda: any("sleep" in command(pid) for pid in window.family()), "a program runs in the terminal")
@@ -135,13 +131,17 @@ def test_exit_closes_the_window(screen, wait_until, place):
     wait_until(lambda: not [pid for pid in family if command(pid)], "every process of the window has ended")
 
 
-def test_session_start_types_into_the_terminal(screen, wait_until, place):
-    window = screen.open_window("--robot", "127.0.0.1:9")
-    window.click(place("sessionButton"))
+def test_roscore_start_types_the_reports_line_into_the_terminal(screen, wait_until, place):
+    window = screen.open_window("--robot", "127.0.0.1:9", "--tell")
+    window.click(place("roscoreButton"))
     line = (
-        "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9 sign_in:=false"
+        "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 nao_port:=9 "
+        "conversation:=false sign_in:=false"
     )
     wait_until(lambda: line in window.terminal_text().replace("\n", ""), "the line is typed")
+    assert not window.terminal_has_keyboard(), "a button leaves the keys to the pad"
+    window.click(place("sessionButton"))
+    wait_until(lambda: "this window connects when they answer" in window.output, "it waits for what is being started")
 
 
 def test_the_old_command_line(screen, wait_until):

@@ -9,7 +9,7 @@ from statistics import median
 import pytest
 
 from telepresence.station import processes
-from telepresence.station.ros_master import master_answers
+from telepresence.station.ros_master import master_answers, master_proxy
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
@@ -25,6 +25,7 @@ def robot(ros_master, start_robot):
 def open_attached(screen, wait_until, *arguments):
     window = screen.open_window(*arguments)
     wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
+    window.enter_terminal()
     return window
 
 
@@ -89,17 +90,28 @@ def test_the_drive_pad_takes_over_and_drives_while_a_key_is_held(screen, wait_un
     screen.do("keyup", "q")
 
 
-def test_stop_ends_the_session_in_the_terminal(screen, wait_until, place, robot):
-    window = open_attached(screen, wait_until)
+def test_stop_ends_the_session_in_the_terminal(screen, wait_until, place, robot, ros_environment):
+    window = open_attached(screen, wait_until, "--tell")
     window.type("i")
     wait_until(lambda: robot.velocity() == (0.2, 0.0, 0.0), "the robot drives")
     window.click(place("stopButton"))
     wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the robot stands")
     wait_until(lambda: window.terminal_text().rstrip().endswith("$"), "the terminal is at the prompt")
+    wait_until(lambda: "programs run elsewhere and go on" in window.output, "it says what still runs")
     window.click(place("sessionButton"))
     wait_until(lambda: not window.terminal_text().rstrip().endswith("$"), "the keyboard is started again")
-    window.type("j")
-    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "and drives")
+    assert not window.terminal_has_keyboard(), "a button leaves the keys to the pad"
+    screen.do("keydown", "q")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "whose key drives")
+    screen.do("keyup", "q")
+
+    processes.send(robot.process.pid, signal.SIGKILL)
+    robot.process.wait()
+    master = master_proxy(ros_environment["ROS_MASTER_URI"], 5.0)
+    assert master.lookupNode("/test", "/fake_robot")[0] == 1, "the master has not noticed"
+    window.click(place("stopButton"))
+    wait_until(lambda: "Stopped: the robot's programs have ended" in window.output, "the window knows", timeout=45.0)
+    wait_until(lambda: master.lookupNode("/test", "/fake_robot")[0] != 1, "the master has forgotten it")
 
 
 def test_killing_the_window_leaves_no_program_and_no_command(screen, wait_until, robot):

@@ -20,6 +20,7 @@ class FakeLink(QObject):
     """The signals of RosLink, and what was asked of it."""
 
     state_changed = pyqtSignal(object)
+    looked = pyqtSignal()
     trouble = pyqtSignal(str)
 
     def __init__(self, robot: str = "pepper") -> None:
@@ -37,10 +38,13 @@ class FakeLink(QObject):
         }  # fmt: skip
         self.sent: list[tuple] = []
         self.called: list[tuple] = []
+        self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
+        self.tidied: list[float] = []
 
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
         self.state_changed.emit(self.state)
+        self.looked.emit()
         if self.state.joined and self.state.driver and "lease" in self.channels:
             self.report_lease()
 
@@ -104,6 +108,13 @@ class FakeLink(QObject):
         self.called.append((name, *values))
         then(Answer(True, "", ("session", bytes(NONCE)) if name == "join" else None))
 
+    @property
+    def found(self) -> frozenset[str]:
+        return frozenset(self.published) if self.state.driver else frozenset()
+
+    def tidy_master(self, seconds: float) -> None:
+        self.tidied.append(seconds)
+
     def set_open(self, wanted: bool) -> None:
         self.open = wanted
 
@@ -114,6 +125,8 @@ class FakeTerminal(QFrame):
     ready = pyqtSignal()
     refused = pyqtSignal(str)
     typed = pyqtSignal(str)
+    busy = pyqtSignal(str)
+    ended = pyqtSignal(str)
     focus_changed = pyqtSignal(bool)
     stop_typed = pyqtSignal()
 
@@ -122,6 +135,7 @@ class FakeTerminal(QFrame):
         self.has_keyboard = False
         self.lines: list[tuple[str, str]] = []
         self.interrupted: list[str] = []
+        self.running = ""
         self.denied, self.started = "", False
 
     def start(self) -> None:
@@ -130,14 +144,22 @@ class FakeTerminal(QFrame):
     def deny(self, reason: str) -> None:
         self.denied = reason
 
-    def type_line(self, line: str | Callable[[], str], window: str = "session") -> None:
+    def type_line(self, line: str | Callable[[], str], window: str = "session", otherwise: str | None = None) -> None:
+        if self.running and otherwise is not None:
+            self.busy.emit(otherwise)
+            return
         try:
             self.lines.append((window, line if isinstance(line, str) else line()))
         except ValueError as error:
             self.refused.emit(str(error))
 
-    def interrupt(self, window: str = "session") -> None:
+    def end_program(self, window: str = "session") -> None:
         self.interrupted.append(window)
+
+    def give_keyboard_back(self) -> None:
+        if self.has_keyboard:
+            self.has_keyboard = False
+            self.focus_changed.emit(False)
 
     def take_keyboard(self) -> None:
         self.has_keyboard = True

@@ -9,12 +9,13 @@ import sys
 import tempfile
 import textwrap
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from gui.terminal.tmux import Tmux
+from gui.terminal.tmux import SESSION, Tmux
 from telepresence.station import processes
 from telepresence.station.virtual_display import VirtualDisplay, grab
 
@@ -116,7 +117,16 @@ class Window:
         if not signed_in:
             return
         wait_until(lambda: "$" in self.terminal_text(), "the terminal shows a prompt")
-        wait_until(self.terminal_has_keyboard, "the terminal has the keyboard")
+
+    def enter_terminal(self) -> None:
+        """Give the keyboard to the terminal by F6, if it does not have it."""
+        deadline = time.monotonic() + 20.0
+        while not self.terminal_has_keyboard():
+            assert time.monotonic() < deadline, "F6 does not give the terminal the keyboard"
+            self.type("F6")
+            ends = time.monotonic() + 2.0
+            while time.monotonic() < ends and not self.terminal_has_keyboard():
+                time.sleep(0.02)
 
     def terminal_text(self, window: str = "session") -> str:
         try:
@@ -129,7 +139,7 @@ class Window:
         return self.screen.do("getwindowfocus", "-f") not in ("0", "1", self.id)
 
     def terminal_size(self) -> str:
-        return self.tmux._call("display-message", "-p", "-t", "telepresence", "#{window_width}x#{window_height}")
+        return self.tmux._call("display-message", "-p", "-t", SESSION, "#{window_width}x#{window_height}")
 
     def family(self) -> list[int]:
         """Processes of this window: its descendants, and those of tmux, which leaves the family."""

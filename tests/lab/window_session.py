@@ -1,4 +1,4 @@
-"""A session as a person brings it up in the window, step by step: sign in, Roscore start, Session start, Robot feed."""
+"""A session as the report brings it up in the window: sign in, Roscore start, Session start, Robot feed."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ PROGRAMS = {
     "/pepper_robot/pose/pose_manager", "/pepper_robot/camera/front", "/com_cam", "/teleop_twist_keyboard",
 }  # fmt: skip
 """The eight of the original."""
+STOPPED = "Stopped: the robot's programs have ended"
 FEED = "/pepper_robot/camera/front/image_raw"
 WATCHED = (
     ("/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"]),
@@ -23,6 +24,7 @@ WATCHED = (
     ("/joint_states", "sensor_msgs/JointState", ["name", "position"]),
     ("/voice/settings", "telepresence_msgs/VoiceSettings", SETTINGS),
     ("/voice/state", "std_msgs/String", ["data"]),
+    ("/com_cam/status", "diagnostic_msgs/DiagnosticStatus", ["message"]),
 )
 """Topics whose messages are noted: name, type, fields."""
 
@@ -50,11 +52,18 @@ class Session:
         desk.signed_in = True
 
     def start_master(self) -> None:
-        """Press Roscore start if there is no master."""
+        """Type the robot's address and press Roscore start if there is no master. The programs start, too, and wait for
+        the robot."""
         self.sign_in()
         if not master_answers(self.station.master_uri):
+            self.type_address()
             self.desk.click("roscoreButton")
             self.wait_until(lambda: master_answers(self.station.master_uri), "a master answers")
+
+    def type_address(self) -> None:
+        self.desk.click("address")
+        self.desk.key("ctrl+a")
+        self.desk.screen.do("type", f"127.0.0.1:{self.station.port}")
 
     def start_robot(self) -> None:
         """Start the simulated robot, which stands for the real one, if it does not run."""
@@ -70,24 +79,23 @@ class Session:
                 station.probe("watch", topic, kind, fields)
 
     def start(self) -> None:
-        """Type the robot's address and press Session start, if the session's programs do not run."""
+        """Press Session start if the session's programs do not run: it brings them up, too."""
         self.start_robot()
-        desk = self.desk
-        if {*self.station.probe("nodes")} >= PROGRAMS:
-            return
-        desk.click("address")
-        desk.key("ctrl+a")
-        desk.screen.do("type", f"127.0.0.1:{self.station.port}")
-        desk.click("sessionButton")
+        if not {*self.station.probe("nodes")} & PROGRAMS:
+            self.type_address()
+            self.desk.click("sessionButton")
         self.wait_until(lambda: {*self.station.probe("nodes")} >= PROGRAMS, "all programs run", timeout=60.0)
 
     def stop(self) -> None:
         """Press Stop if a program of the session runs."""
-        if {*self.station.probe("nodes")} & PROGRAMS:
-            self.desk.click("stopButton")
+        if not {*self.station.probe("nodes")} & PROGRAMS:
+            return
+        before = self.desk.window.output.count(STOPPED)
+        self.desk.click("stopButton")
         self.wait_until(
             lambda: not {*self.station.probe("nodes")} & PROGRAMS, "the session's programs have ended", timeout=60.0
         )
+        self.wait_until(lambda: self.desk.window.output.count(STOPPED) > before, "the window says so")
 
     def show_picture(self) -> None:
         """Press Robot feed if the picture is not asked for; Pepper then takes commands, too."""

@@ -33,9 +33,10 @@ def pepper_outgoing() -> tuple[Outgoing, ...]:
 
 
 def pepper_services() -> tuple[Offered, ...]:
-    """Return rows to wake up, to rest, and to mute."""
+    """Return rows to wake up, to rest, to mute, and to show the pilot's page on the tablet."""
     return (
         *sound_services(),
+        Offered("show_page", "com_cam/show_on_tablet", "std_srvs/SetBool", fill_data),
         *(
             Offered(name, f"pepper_robot/pose/{name}", "std_srvs/Empty", read=_read_empty, timeout=POSTURE_TIMEOUT)
             for name in ("wakeup", "rest")
@@ -49,6 +50,6 @@ def careful_services() -> tuple[Offered, ...]:
 
 
 def sound_services() -> tuple[Offered, ...]:
-    """Return rows whose argument true mutes, or holds the microphone open (talk)."""
-    names = ("mute_microphone", "mute_speaker", "talk")
+    """Return rows whose argument true mutes, holds the microphone open (talk), or begins a conversation."""
+    names = ("mute_microphone", "mute_speaker", "talk", "conversation")
     return tuple(Offered(name, f"voice/{name}", "std_srvs/SetBool", fill_data) for name in names)

@@ -22,7 +22,7 @@ from telepresence.station.virtual_display import VirtualDisplay, grab
 
 pytestmark = pytest.mark.ros
 
-ORANGE = (230, 130, 20)
+ORANGE, BLACK = (230, 130, 20), (0, 0, 0)
 
 
 @pytest.fixture

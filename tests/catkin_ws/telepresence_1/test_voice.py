@@ -158,6 +158,12 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
     rig.person_says((0.3 * np.sin(2 * np.pi * 700.0 * np.arange(RATE // 2) / RATE)).astype(np.float32))
     until_true(lambda: probe.newest("/voice/levels")[0][1] > -25.0, "the robot's meter moves")
     assert _tone(rig.at_pilot.between(begin, time.monotonic()), 700.0) < 0.005, "a muted loudspeaker is heard"
+    assert switch("conversation", False) == "no conversation"
+    try:
+        assert heard() < 0.005, "a microphone is heard without a conversation"
+    finally:
+        told = switch("conversation", True)
+    assert told == "you: live; robot: muted", "what was muted before is muted again"
     assert switch("mute_speaker", False) == "you: live; robot: live"
 
 

@@ -1,5 +1,6 @@
 """What the buttons do and the indicators say."""
 
+import itertools
 import time
 
 import numpy as np
@@ -8,13 +9,16 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
 from gui.app.controller import Attach, Controller
+from gui.app.conversation import PERIOD
 from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.ros.picture import Picture
-from gui.terminal.commands import KEYBOARD, SECOND_NAME
+from gui.ros.readings import DriveState
+from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET, SECOND_NAME
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
 
 ZERO = (0.0, 0.0, 0.0)
+LAUNCH = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1"
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
 
 
@@ -42,6 +46,11 @@ def picture(age=0.0, encoding="rgb8", channels=3):
     return Picture(np.full((48, 64, channels), 99, np.uint8), encoding, time.time(), time.monotonic() - age)
 
 
+def begun(link):
+    """What of the conversation was last asked for."""
+    return {name: values[0] for name, *values in link.called if name in ("show_page", "conversation")}
+
+
 def click(button):
     QTest.mouseClick(button, Qt.LeftButton)
 
@@ -53,29 +62,120 @@ def test_without_a_master_the_window_says_what_to_do(open_window):
     assert window.status.chip("master") == ("No ROS master", "bad")
 
 
-def test_roscore_start_types_roscore_into_its_own_window(open_window, terminal):
-    click(open_window().roscoreButton)
-    assert terminal.lines == [("roscore", "roscore")]
-
-
-def test_roscore_start_beside_a_running_master_only_says_so(open_window, terminal, link):
-    window = open_window(Attach.NEVER)
-    link.become(master=True)
-    click(window.roscoreButton)
-    assert terminal.lines == [] and "already" in window.status.message
-
-
-def test_session_start_types_the_launch_with_both_addresses(open_window, terminal):
+def test_roscore_start_types_what_the_report_types(open_window, terminal, link):
     window = open_window()
     window.address.setText("127.0.0.1")
+    click(window.roscoreButton)
+    assert terminal.lines == [("roscore", "roscore")]
+    assert "ROS master is being started" in window.status.message
+    link.become(master=True)
+    assert terminal.lines[1:] == [("session", f"{LAUNCH} {QUIET} {OPEN_TO_ALL}")]
+    assert "starting" in window.status.message and "then press Session start" in window.status.message
+
+
+def test_roscore_start_beside_a_running_master_types_the_launch_alone(open_window, terminal, link):
+    window = open_window(Attach.NEVER)
+    window.address.setText("127.0.0.1")
+    link.become(master=True)
+    click(window.roscoreButton)
+    assert terminal.lines == [("session", f"{LAUNCH} {QUIET} {OPEN_TO_ALL}")]
+
+
+def test_roscore_start_beside_running_programs_only_says_so(open_window, terminal, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.roscoreButton)
+    assert terminal.lines == [] and "run already" in window.status.message
+
+
+@pytest.mark.parametrize(
+    "order", itertools.permutations(("roscoreButton", "sessionButton", "feedButton")), ids="-".join
+)
+def test_the_reports_buttons_bring_everything_up_in_any_order(open_window, terminal, link, order, spin):
+    window = open_window()
+    window.address.setText("127.0.0.1")
+    for name in order:
+        before = window.status.message
+        click(getattr(window, name))
+        assert window.status.message != before or name == "roscoreButton", f"{name} says nothing"
+    link.become(master=True, joined=True)
+    assert terminal.lines[-1] == ("session", f"{LAUNCH} {QUIET} {OPEN_TO_ALL}")
+    terminal.running = "roslaunch"
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    assert link.watching and [line for line in terminal.lines if "roslaunch" in line[1]] == terminal.lines[-1:]
+    assert "Conversation: the picture, you on the robot's tablet, sound." in window.status.message
+
+
+def test_each_button_in_the_reports_order_says_what_it_did(open_window, terminal, link, spin):
+    window = open_window()
+    window.address.setText("127.0.0.1")
+    click(window.roscoreButton)
+    link.become(master=True, joined=True)
+    terminal.running = "roslaunch"
+    link.become(**RUNNING)
+    assert "Press Session start" in window.status.message
     click(window.sessionButton)
-    assert terminal.lines == [
-        (
-            "session",
-            "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1 sign_in:=false",
-        )
-    ]
-    assert terminal.has_keyboard
+    assert window.status.message.startswith(
+        "Connected to Pepper: camera, laser, battery, safety gate, tablet page, sound."
+    )
+    assert begun(link) == {}, "people near the robot are neither seen nor heard before Robot feed"
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": False, "conversation": False}, "and ends")
+
+
+def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.lease.update(pilot="ben", window="/other")
+    link.become(**RUNNING)
+    for _ in range(2):
+        click(window.feedButton)
+        QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}
+
+
+def test_signing_out_ends_the_conversation(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": False}
+
+
+def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: len(begun(link)) == 2, "the conversation begins")
+    link.become(master=True, joined=True)
+    link.called.clear()
+    link.become(**RUNNING)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "it is begun again")
+
+
+def test_a_robot_that_does_not_answer_is_said(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    link.channel("drive_state").arrived.emit(DriveState("robot unreachable: no route", 0.0))
+    click(window.sessionButton)
+    assert "Pepper does not answer" in window.status.message and "no route" in window.status.message
+
+
+def test_session_start_brings_the_programs_up_and_connects(open_window, terminal, link):
+    window = open_window()
+    window.address.setText("127.0.0.1")
+    link.become(master=True)
+    click(window.sessionButton)
+    assert terminal.lines == [("session", f"{LAUNCH} {QUIET} {OPEN_TO_ALL}")]
+    terminal.running = "roslaunch"
+    click(window.sessionButton)
+    assert len(terminal.lines) == 1 and "this window connects when they answer" in window.status.message
+    link.become(**RUNNING)
+    assert "Connected to Pepper" in window.status.message
 
 
 def test_a_wrong_address_is_marked_and_explained(open_window, terminal):
@@ -104,7 +204,7 @@ def test_running_programs_are_left_alone_when_asked(open_window, link, terminal)
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
     assert not link.watching and terminal.lines == []
-    assert "Press Robot feed" in window.status.message
+    assert "Press Session start" in window.status.message
 
 
 def test_attach_needs_only_a_master(open_window, link, terminal):
@@ -115,9 +215,11 @@ def test_attach_needs_only_a_master(open_window, link, terminal):
 
 def test_programs_started_by_the_button_are_not_joined_again(open_window, link, terminal):
     window = open_window()
+    link.become(master=True)
     click(window.sessionButton)
+    terminal.running = "roslaunch"
     link.become(**RUNNING)
-    assert len(terminal.lines) == 1
+    assert len(terminal.lines) == 1 and not link.watching
 
 
 def test_session_start_beside_running_programs_starts_the_keyboard(open_window, link, terminal):
@@ -189,6 +291,41 @@ def test_stop_sends_zero_for_a_while_and_interrupts_the_session(open_window, lin
     assert link.sent.count(("zero",)) == STOP_REPEATS and set(link.driven) == {ZERO}
 
 
+def test_stop_says_when_everything_has_ended(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.stopButton)
+    assert window.status.message.startswith("Stopping") and link.tidied, "the master forgets what had to be killed"
+    terminal.ended.emit("")
+    assert window.status.message.startswith("Stopping"), "a driver is still there"
+    for button in (window.roscoreButton, window.sessionButton):
+        click(button)
+        assert "still ending" in window.status.message and terminal.lines == [], (
+            "programs that end are not connected with"
+        )
+    link.become(master=True, joined=True)
+    assert window.status.message.startswith("Stopped") and "Roscore start" in window.status.message
+
+
+def test_stop_says_what_goes_on_elsewhere(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.stopButton)
+    link.looked.emit()
+    terminal.ended.emit("")
+    link.looked.emit()
+    assert window.status.message.startswith("Stopping"), "this answer may be older than the end"
+    link.looked.emit()
+    assert "run elsewhere and go on" in window.status.message
+
+
+def test_a_program_that_does_not_end_is_said(open_window, link, terminal):
+    window = open_window(Attach.NEVER)
+    click(window.stopButton)
+    terminal.ended.emit("roslaunch")
+    assert "roslaunch still runs" in window.status.message
+
+
 def test_driving_after_stop_is_not_overruled_by_its_zeros(open_window, link):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
@@ -205,7 +342,38 @@ def test_the_terminal_taking_the_keyboard_stops_the_pad(open_window, link, termi
     QTest.keyPress(window, Qt.Key_W)
     terminal.take_keyboard()
     assert link.driven[-1] == ZERO
-    assert window.status.chip("keys") == ("Keys: terminal", "good")
+    assert window.status.chip("keys") == ("Keys: terminal", "warn")
+
+
+def test_no_key_is_shown_as_driving_while_it_does_not(open_window, link, terminal):
+    """One keypress, one meaning: W is either on the pad and drives, or covered by where it goes instead."""
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    assert window.pad.keys_note == "" and window.status.chip("keys") == ("Keys: drive pad", "good")
+    terminal.take_keyboard()
+    assert "terminal" in window.pad.keys_note and "F6" in window.pad.keys_note
+    assert window.terminalLabel.text().startswith("Keys go to the terminal: i j l ,")
+    click(window.sessionButton)
+    assert not terminal.has_keyboard and window.pad.keys_note == "", "whoever presses a button looks at the window"
+    QTest.keyPress(window.focusWidget() or window, Qt.Key_W)
+    assert link.driven[-1] == (0.2, 0.0, 0.0)
+    QTest.keyRelease(window.focusWidget() or window, Qt.Key_W)
+    window.address.setFocus()
+    assert "text field" in window.pad.keys_note and window.status.chip("keys")[0] == "Keys: text field"
+    window.pad.setFocus()
+    assert window.pad.keys_note == ""
+
+
+def test_the_keys_are_pictured_until_the_robot_is(open_window, link, spin):
+    window = open_window()
+    window.setStyleSheet(style_sheet("dark"))
+    window.resize(1280, 720)
+    spin(window.keys.isVisible, "the keys are seen in a window of the usual size")
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    assert not window.keys.isVisible()
+    click(window.feedButton)
+    assert window.keys.isVisible()
 
 
 def test_what_the_terminal_refuses_is_said(open_window, terminal):

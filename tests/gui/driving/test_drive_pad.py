@@ -7,7 +7,7 @@ import pytest
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from gui.driving.drive_pad import MOVES, SPEED, TURN, DrivePad, velocity_of
 
@@ -219,3 +219,20 @@ def test_a_robot_that_cannot_turn_is_not_offered_to(window, qt):
     assert window.sent == []
     shown = {cap.objectName() for cap in window.pad.findChildren(QPushButton) if cap.isVisible()}
     assert shown == {"pad_forward", "pad_backward", "padStop"}
+
+
+def test_a_note_covers_the_keys_and_a_click_on_it_does_not_drive(window, spin):
+    """Whoever reads where keys go instead must not start to drive by clicking there."""
+    assert window.pad.keys_note == ""
+    window.pad.set_keys_note("Keys go to the terminal.")
+    note = next(child for child in window.pad.findChildren(QLabel) if child.text() == "Keys go to the terminal.")
+    spin(note.isVisible, "the note is shown")
+    forward = window.pad.findChild(QPushButton, "pad_forward")
+    assert note.geometry().contains(forward.geometry())
+    QTest.mouseClick(window.pad.childAt(forward.geometry().center()), Qt.LeftButton)
+    assert window.sent == []
+    window.pad.set_keys_note("")
+    assert not note.isVisible()
+    QTest.mousePress(window.pad.childAt(forward.geometry().center()), Qt.LeftButton)
+    assert window.sent[-1] == FORWARD
+    QTest.mouseRelease(forward, Qt.LeftButton)

@@ -52,6 +52,20 @@ def test_a_line_is_typed_at_the_prompt(tmux, wait_until):
     wait_until(lambda: "\n42\n" in tmux.text("session"), "the shell has run the line")
 
 
+def test_the_report_s_line_types_into_it_from_within(tmux, wait_until):
+    """In the window's terminal, tmux knows which server it talks to."""
+    tmux.type_line("session", "tmux send-keys -t my_session:0 'echo $((6 * 9))' Enter")
+    wait_until(lambda: "\n54\n" in tmux.text("session"), "the shell has run the line")
+
+
+def test_a_program_is_told_from_the_prompt(tmux, wait_until):
+    assert tmux.program("roscore") == "", "there is no such window"
+    tmux.type_line("session", "sleep 100")
+    wait_until(lambda: tmux.program("session") == "sleep", "sleep runs")
+    tmux.interrupt("session")
+    wait_until(lambda: tmux.program("session") == "", "the shell is at its prompt")
+
+
 def test_another_window_is_opened_for_another_program(tmux, wait_until):
     tmux.type_line("roscore", "echo there")
     wait_until(lambda: "\nthere" in tmux.text("roscore"), "the shell has run the line")

@@ -1,5 +1,6 @@
 """A node outlives its master, and a roscore that dies comes back with what it knew."""
 
+import socket
 import subprocess
 import sys
 import textwrap
@@ -8,7 +9,7 @@ import pytest
 
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
-from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.ros_master import ended_nodes, forget_nodes, master_answers, master_proxy
 
 pytestmark = pytest.mark.ros
 
@@ -61,6 +62,30 @@ def test_a_node_registers_with_a_new_master(ros_environment, run_program, wait_u
     wait_until(lambda: knows(uri, "/phoenix"), "the new master knows the node")
     answer = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, timeout=60)
     assert answer.stdout.split("\n")[:2] == ["risen", "oak burnt"], answer.stderr
+
+
+def test_a_killed_node_is_found_and_forgotten_and_a_frozen_one_stays(ros_master, run_program):
+    """Whoever is killed cannot sign off, and the master lists it for ever; a frozen one may go on in a moment."""
+    uri = ros_master["ROS_MASTER_URI"]
+    killed = start_node(run_program)
+    master = master_proxy(uri)
+    with socket.create_server(("127.0.0.1", 0)) as listening:  # accepts in the kernel, and nobody ever answers
+        address = f"http://127.0.0.1:{listening.getsockname()[1]}"
+        master.registerSubscriber("/frozen", "/wood", "std_msgs/String", address)
+        processes.send(killed.pid, 9)
+        killed.wait()
+        assert knows(uri, "/phoenix"), "the master has noticed nothing"
+
+        found = ended_nodes(uri, ["/phoenix", "/frozen", "/nobody"], "/test")
+        assert [*found] == ["/phoenix"]
+        forget_nodes(uri, found, "/test")
+        assert not knows(uri, "/phoenix") and knows(uri, "/frozen")
+        listed = {node for group in master.getSystemState("/test")[2] for _, nodes in group for node in nodes}
+        assert "/phoenix" not in listed and "/frozen" in listed
+
+        master.registerPublisher("/phoenix", "/embers", "std_msgs/String", address)
+        forget_nodes(uri, found, "/test")
+        assert knows(uri, "/phoenix"), "one that has come back at another address stays"
 
 
 def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, run_program, wait_until):

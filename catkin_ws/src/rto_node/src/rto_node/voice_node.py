@@ -4,8 +4,8 @@ The robot's end is the sound server that runs on it (`python -m rto_bringup.onbo
 Topics and services: see `telepresence_ros.voice_topics`.
 Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless given; ~microphone, ~speaker ("auto"): see
             `telepresence.audio.devices`; ~push_to_talk (false): start with a muted microphone; ~echo_cancellation
-            (false): by the sound server; ~patience (0): seconds of delay accepted on top, for a busy machine or a poor
-            network.
+            (false): by the sound server; ~conversation (true): sound before voice/conversation is called; ~patience
+            (0): seconds of delay accepted on top, for a busy machine or a poor network.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ class Voice:
         self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
-        self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._topics = VoiceTopics(
+            self, bool(rospy.get_param("~push_to_talk", False)), bool(rospy.get_param("~conversation", True))
+        )
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""

@@ -7,6 +7,7 @@ Parameters:
     ~echo_cancellation (false)
                              by the sound server: the pilot needs no headset
     ~push_to_talk (false)    start with a muted microphone
+    ~conversation (true)     whether there is sound before voice/conversation is called
     ~robot_microphones ("stereo")
                              stereo: 48 kHz, 3 Mbit/s on the robot's Wi-Fi; front: one microphone, 16 kHz, 0.3 Mbit/s
     ~robot_rate (0)          what the robot's loudspeaker plays [Hz]: 16000, 22050, 44100, 48000; 0 leaves it as it is
@@ -74,7 +75,9 @@ class Voice:
             self._microphone_stream.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.01))
             self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience)
-        self._topics = VoiceTopics(self, bool(rospy.get_param("~push_to_talk", False)))
+        self._topics = VoiceTopics(
+            self, bool(rospy.get_param("~push_to_talk", False)), bool(rospy.get_param("~conversation", True))
+        )
 
     def run(self) -> int:
         for part in (self._speaker_stream, self._microphone, self._microphone_stream, self._sender, self._player):

@@ -8,7 +8,7 @@ Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] 
 Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
-            whoever held it is gone.
+            whoever held it is gone. voice/conversation (SetBool): false is silent both ways, whatever else is set.
 """
 
 from __future__ import annotations
@@ -73,14 +73,16 @@ class VoiceTopics:
 
     Args:
         muted: Whether the microphone starts muted.
+        conversation: Whether there is sound before voice/conversation is called.
     """
 
-    def __init__(self, talk: Talk, muted: bool = False) -> None:
+    def __init__(self, talk: Talk, muted: bool = False, conversation: bool = True) -> None:
         self._voice = talk
+        self._conversation = conversation
         self._muted, self._talking, self._talk_since = muted, False, 0.0
         self._speaker_muted = False
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
-        talk.open_microphone(not muted)
+        self._apply()
         self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
         self._state_topic = rospy.Publisher("voice/state", String, queue_size=1, latch=True)
         self._devices_topic = rospy.Publisher("voice/devices", String, queue_size=1, latch=True)
@@ -92,6 +94,7 @@ class VoiceTopics:
             ("mute_microphone", self._mute),
             ("mute_speaker", self._mute_speaker),
             ("talk", self._talk),
+            ("conversation", self._converse),
         ):
             rospy.Service(f"voice/{name}", SetBool, self._answer(action))
 
@@ -120,6 +123,8 @@ class VoiceTopics:
                 self._settings_topic.publish(settings)
 
     def _text(self) -> str:
+        if not self._conversation:
+            return "no conversation"
         pilot, robot = self._voice.describe()
         if pilot == "live" and (self._talking or self._muted):
             pilot = "talking" if self._talking else "muted"
@@ -140,15 +145,23 @@ class VoiceTopics:
 
     def _mute(self, muted: bool) -> None:
         self._muted = muted
-        self._voice.open_microphone(self._talking or not muted)
+        self._apply()
 
     def _mute_speaker(self, muted: bool) -> None:
         self._speaker_muted = muted
-        self._voice.mute_speaker(muted)
+        self._apply()
 
     def _talk(self, talking: bool) -> None:
         self._talking, self._talk_since = talking, time.monotonic()
-        self._voice.open_microphone(talking or not self._muted)
+        self._apply()
+
+    def _converse(self, wanted: bool) -> None:
+        self._conversation = wanted
+        self._apply()
+
+    def _apply(self) -> None:
+        self._voice.open_microphone(self._conversation and (self._talking or not self._muted))
+        self._voice.mute_speaker(self._speaker_muted or not self._conversation)
 
     def _publish_diagnostics(self) -> None:
         silent = [text for text in self._voice.describe() if text not in ("live", "muted")]
