@@ -62,7 +62,8 @@ class RobotSession(QObject):
         """None until what runs in the terminal has ended after Stop."""
         link.state_changed.connect(self._on_state)
         link.looked.connect(self._on_look)
-        link.channel("drive_state").arrived.connect(self._on_drive_state)
+        if link.has("drive_state"):
+            link.channel("drive_state").arrived.connect(self._on_drive_state)
         terminal.ended.connect(self._on_ended)
         terminal.refused.connect(self._on_refused)
         window.address.textChanged.connect(lambda: self._mark_address(valid=True))
