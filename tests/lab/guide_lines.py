@@ -1,7 +1,8 @@
 """The command lines of docs/guides.md, typed into a terminal as a reader of a guide types them.
 
-A table of that page has three columns: the folder to be in, the line, and what it prints. Texts in the last column stand
-in the order in which they come; `…` stands for anything within a line. Words in capitals are the reader's to fill in.
+A table of that page has three columns: the folder to be in, the line, and what it prints. Texts in the last column
+stand in the order in which they come; `…` stands for anything within a line. Words in capitals with an underscore are
+the reader's to fill in.
 """
 
 from __future__ import annotations
@@ -48,15 +49,8 @@ def tables() -> dict[str, list[GuideLine]]:
 class Terminal:
     """A pseudo-terminal with one line in it; its keyboard and its screen."""
 
-    def __init__(self, line: GuideLine, environment: Mapping[str, str], words: Mapping[str, str]) -> None:
-        """Type the line.
-
-        Args:
-            line: Its words in capitals are replaced.
-            environment: Of the shell, which has read env.sh.
-            words: What to put in place of a word in capitals, for example `ROBOT_IP`.
-        """
-        self.line = re.sub(r"\b[A-Z]{2,}_[A-Z_]+\b", lambda word: words.get(word[0], word[0]), line.line)
+    def __init__(self, line: GuideLine, environment: Mapping[str, str], more: str, words: Mapping[str, str]) -> None:
+        self.line = re.sub(r"\b[A-Z]{2,}_[A-Z_]+\b", lambda word: words.get(word[0], word[0]), f"{line.line} {more}")
         self._text = ""
         self._changed = threading.Condition()
         self._keyboard, inside = os.openpty()
@@ -94,7 +88,9 @@ class Terminal:
                 left, over = deadline - time.monotonic(), not self._reader.is_alive()
                 if re.search(pattern, self.text, re.DOTALL):
                     return
-                assert left > 0 and not over, f"{self.line}\n{'ended' if over else 'went on'} without {texts}:\n{self.text}"
+                assert left > 0 and not over, (
+                    f"{self.line}\n{'ended' if over else 'went on'} without {texts}:\n{self.text}"
+                )
                 self._changed.wait(min(left, 0.5))
 
     def close(self) -> None:
@@ -122,9 +118,18 @@ class Terminal:
 
 
 @contextlib.contextmanager
-def typed(line: GuideLine, environment: Mapping[str, str], **words: str) -> Iterator[Terminal]:
-    """Type a line, wait for what the page says that it prints, and end it after the block."""
-    terminal = Terminal(line, environment, words)
+def typed(line: GuideLine, environment: Mapping[str, str], more: str = "", **words: str) -> Iterator[Terminal]:
+    """Type a line, wait for what the page says that it prints, and end it by Ctrl-C after the block.
+
+    Args:
+        line: Its words in capitals are replaced.
+        environment: Of the shell, which has read env.sh.
+        more: Options that only a test needs, such as a free port.
+        words: What to put in place of a word in capitals, for example `ROBOT_IP`.
+    Raises:
+        AssertionError: It does not print that.
+    """
+    terminal = Terminal(line, environment, more, words)
     try:
         terminal.wait_for(*line.prints)
         yield terminal
