@@ -173,8 +173,9 @@ class Controller(QObject):
         self._advise()
 
     def _on_access(self) -> None:
-        """Whoever may drive again no longer sees why they could not."""
-        if self.access.mine and not self._drove:
+        """Say it when this window gets the robot, or nobody has it any more; who takes it is said elsewhere."""
+        lease = self.access.state
+        if self.access.mine != self._drove and (self.access.mine or lease is None or not lease.pilot):
             self._advise()
         self._drove = self.access.mine
 
@@ -225,6 +226,8 @@ class Controller(QObject):
         elif not self._window.feedButton.isChecked():
             text, level = self.session.findings()
             self._say(f"{text} Next: Robot feed.", level)
+        elif self.driving.mux.block:
+            self._say(f"{self.driving.mux.block} {self.conversation.text}".rstrip(), "warn")
         else:
             self._say(f"Ready: W A S D Q E and the pad drive. {self.conversation.text}".rstrip(), "good")
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gui.window import OperatorWindow
 
 TERMINAL_KEYS = "Keys go to the terminal: i j l ,  drive, k stops.  F6 or a click on the picture: W A S D drive."
-IDLE = "Click here or press F6 to type here. Until then W A S D drive."
+IDLE = "Click here or press F6 to type here."
 TIP = "Keys go where the last click was; F6 switches"
 
 

@@ -364,6 +364,17 @@ def test_no_key_is_shown_as_driving_while_it_does_not(open_window, link, termina
     assert window.pad.keys_note == ""
 
 
+def test_it_does_not_say_that_keys_drive_while_nobody_may(open_window, link):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    assert window.status.message.startswith("Ready: W A S D")
+    link.report_lease(pilot="", window="")
+    assert window.status.message == "Nobody drives. Press Take the robot."
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert window.status.message.startswith("Ready: W A S D")
+
+
 def test_the_keys_are_pictured_until_the_robot_is(open_window, link, spin):
     window = open_window()
     window.setStyleSheet(style_sheet("dark"))
