@@ -59,6 +59,7 @@ class KeyboardFocus(QObject):
         window.status.set_chip("keys", *chip, TIP)
         window.pad.set_keys_note(note)
         window.padLabel.setVisible(not note)
+        window.keys.window_keys.show_rows(window.pad.key_rows)
         window.keys.window_keys.set_used(not note)
         window.keys.terminal_keys.set_used(typing)
         window.terminalLabel.setText(TERMINAL_KEYS if typing else IDLE)

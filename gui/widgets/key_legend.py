@@ -54,8 +54,8 @@ class KeyLegend(QFrame):
         layout.addWidget(self._heading, 0, 0, 1, 3)
         self._caps = []
         for row, keys in enumerate(table.rows, start=1):
-            for column, (key, symbol) in enumerate(keys):
-                cap = QLabel(f"<b>{key}</b>&nbsp; {symbol}")
+            for column in range(len(keys)):
+                cap = QLabel()
                 cap.setTextFormat(Qt.TextFormat.RichText)
                 cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
                 cap.setProperty("kind", "legend")
@@ -65,6 +65,13 @@ class KeyLegend(QFrame):
         notes.setProperty("role", "note")
         layout.addWidget(notes, len(table.rows) + 1, 0, 1, 3)
         layout.setRowStretch(len(table.rows) + 2, 1)
+        self.show_rows(table.rows)
+
+    def show_rows(self, rows: tuple[tuple[tuple[str, str], ...], ...]) -> None:
+        """Show other (key, symbol) in the same places; none where the key is an empty string."""
+        for cap, (key, symbol) in zip(self._caps, (pair for row in rows for pair in row), strict=True):
+            cap.setText(f"<b>{key}</b>&nbsp; {symbol}")
+            cap.setVisible(bool(key))
 
     def set_used(self, used: bool) -> None:
         """Highlight these keys, because they are the ones that count now, or dim them."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QLabel, QPushButton
 
 from gui.app.controller import Attach, Controller
 from gui.app.conversation import PERIOD
@@ -14,6 +15,7 @@ from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET, SECOND_NAME
+from gui.widgets.key_legend import IN_WINDOW
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
 
@@ -380,6 +382,11 @@ def test_the_keys_are_pictured_until_the_robot_is(open_window, link, spin):
     window.setStyleSheet(style_sheet("dark"))
     window.resize(1280, 720)
     spin(window.keys.isVisible, "the keys are seen in a window of the usual size")
+    assert window.pad.key_rows == IN_WINDOW.rows, "as on the pad"
+    window.pad.findChild(QPushButton, "pad_left").hide()
+    window.controller.keys.show()
+    legends = [label for label in window.keys.window_keys.findChildren(QLabel) if "<b>A</b>" in label.text()]
+    assert not any(label.isVisible() for label in legends), "a key that does nothing is not pictured"
     link.become(**RUNNING)
     link.picture.emit(picture())
     assert not window.keys.isVisible()
