@@ -125,7 +125,6 @@ class Controller(QObject):
             self.pad_view.keys = DIRECT_KEYS
             for widget in (window.addressLabel, window.address, window.keys.terminal_keys):
                 widget.hide()
-            window.keys.window_keys.limit_to(("W", "S"))
 
     def admit(self, account: Account) -> None:
         """Connect to the robot for somebody who has signed in."""
@@ -188,8 +187,9 @@ class Controller(QObject):
         self._advise()
 
     def _on_access(self) -> None:
-        """Whoever may drive again no longer sees why they could not."""
-        if self.access.mine and not self._drove:
+        """Say it when this window gets the robot, or nobody has it any more; who takes it is said elsewhere."""
+        lease = self.access.state
+        if self.access.mine != self._drove and (self.access.mine or lease is None or not lease.pilot):
             self._advise()
         self._drove = self.access.mine
 
@@ -240,6 +240,8 @@ class Controller(QObject):
         elif not self._window.feedButton.isChecked():
             text, level = self.session.findings()
             self._say(f"{text} Next: Robot feed.", level)
+        elif self.driving.mux.block:
+            self._say(f"{self.driving.mux.block} {self.conversation.text}".rstrip(), "warn")
         else:
             ways = "W and S, the pad and the gamepad's cross walk" if self._link.robot.by_movement else WAYS
             self._say(f"Ready: {ways}. {self.conversation.text}".rstrip(), "good")

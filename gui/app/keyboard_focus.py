@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gui.window import OperatorWindow
 
 TERMINAL_KEYS = "Keys go to the terminal: i j l ,  drive, k stops.  F6 or a click on the picture: W A S D drive."
-IDLE = "Click here or press F6 to type here. Until then W A S D drive."
+IDLE = "Click here or press F6 to type here."
 TIP = "Keys go where the last click was; F6 switches"
 
 
@@ -59,6 +59,7 @@ class KeyboardFocus(QObject):
         window.status.set_chip("keys", *chip, TIP)
         window.pad.set_keys_note(note)
         window.padLabel.setVisible(not note)
+        window.keys.window_keys.show_rows(window.pad.key_rows)
         window.keys.window_keys.set_used(not note)
         window.keys.terminal_keys.set_used(typing)
         window.terminalLabel.setText(TERMINAL_KEYS if typing else IDLE)

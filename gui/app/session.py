@@ -124,7 +124,7 @@ class RobotSession(QObject):
                 return f"The robot's programs are starting, see the terminal; {then}", "info"
             if self._stopped:
                 return "Stopped: the robot's programs have ended. Roscore start brings them back.", "warn"
-            press = "Press" if self._link.robot.by_movement else "Type its address and press"
+            press = "Press" if self._window.address.isHidden() else "Type its address and press"
             return f"The robot's programs are not running. {press} Roscore start.", "warn"
         if not self._connected:
             return "The robot's programs are running. Press Session start to connect.", "info"
@@ -166,9 +166,9 @@ class RobotSession(QObject):
     def _launch(self, address: commands.Address) -> None:
         again = "The robot's programs are being started in the terminal already." if self._starting else None
         self._starting = True
-        options = [commands.QUIET, *([] if self._sign_in else [commands.OPEN_TO_ALL])]
-        if self._link.robot.by_movement:
-            options = []  # the walker has neither sound nor a lease
+        options = [commands.QUIET] if self._link.has("conversation") else []
+        if self._link.has("lease") and not self._sign_in:
+            options.append(commands.OPEN_TO_ALL)
         self._terminal.type_line(
             lambda: " ".join([self._link.robot.session(address, commands.own_address_towards(address.host)), *options]),
             otherwise=again,
@@ -184,10 +184,9 @@ class RobotSession(QObject):
     def _start_keyboard(self) -> None:
         """Start the keyboard program, unless the terminal is in use: by the robot's programs, which include it."""
         keyboard = self._link.robot.keyboard
-        if not keyboard:
-            return
-        line = f"{keyboard} {commands.SECOND_NAME}" if self._link.state.keyboard else keyboard
-        self._terminal.type_line(line, otherwise="")
+        if keyboard:
+            line = f"{keyboard} {commands.SECOND_NAME}" if self._link.state.keyboard else keyboard
+            self._terminal.type_line(line, otherwise="")
 
     # --- what happens ---
 

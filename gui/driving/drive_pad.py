@@ -197,6 +197,15 @@ class DrivePad(QFrame):
             set_property(cap, "blocked", bool(reason))
 
     @property
+    def key_rows(self) -> tuple[tuple[tuple[str, str], ...], ...]:
+        """Rows of (letter, symbol) as on the buttons of the moves; empty strings for one that is not offered."""
+        rows: tuple[list[tuple[str, str]], ...] = ([], [])
+        for name, cap in self._caps.items():
+            symbol, _, letter = cap.text().partition("\n")
+            rows[MOVES[name].row].append(("", "") if cap.isHidden() else (letter, symbol))
+        return tuple(map(tuple, rows))
+
+    @property
     def keys_note(self) -> str:
         """What the pad says instead of showing its keys; empty while they drive."""
         return self._note.text()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import NamedTuple
 
 from PyQt5.QtCore import QEvent, QObject, Qt
@@ -54,25 +53,25 @@ class KeyLegend(QFrame):
         self._heading.setProperty("role", "detail")
         layout.addWidget(self._heading, 0, 0, 1, 3)
         self._caps: list[QLabel] = []
-        self._letters: list[str] = []
         for row, keys in enumerate(table.rows, start=1):
-            for column, (key, symbol) in enumerate(keys):
-                cap = QLabel(f"<b>{key}</b>&nbsp; {symbol}")
+            for column in range(len(keys)):
+                cap = QLabel()
                 cap.setTextFormat(Qt.TextFormat.RichText)
                 cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
                 cap.setProperty("kind", "legend")
                 layout.addWidget(cap, row, column)
                 self._caps.append(cap)
-                self._letters.append(key)
         notes = QLabel(table.notes)
         notes.setProperty("role", "note")
         layout.addWidget(notes, len(table.rows) + 1, 0, 1, 3)
         layout.setRowStretch(len(table.rows) + 2, 1)
+        self.show_rows(table.rows)
 
-    def limit_to(self, letters: Collection[str]) -> None:
-        """Show these keys only: the others move nothing on this robot."""
-        for letter, cap in zip(self._letters, self._caps, strict=True):
-            cap.setVisible(letter in letters)
+    def show_rows(self, rows: tuple[tuple[tuple[str, str], ...], ...]) -> None:
+        """Show other (key, symbol) in the same places; none where the key is an empty string."""
+        for cap, (key, symbol) in zip(self._caps, (pair for row in rows for pair in row), strict=True):
+            cap.setText(f"<b>{key}</b>&nbsp; {symbol}")
+            cap.setVisible(bool(key))
 
     def set_used(self, used: bool) -> None:
         """Highlight these keys, because they are the ones that count now, or dim them."""

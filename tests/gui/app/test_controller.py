@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QLabel, QPushButton
 
 from gui.app.controller import Attach, Controller
 from gui.app.conversation import PERIOD
@@ -14,6 +15,7 @@ from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET, SECOND_NAME
+from gui.widgets.key_legend import IN_WINDOW
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
 
@@ -364,11 +366,27 @@ def test_no_key_is_shown_as_driving_while_it_does_not(open_window, link, termina
     assert window.pad.keys_note == ""
 
 
+def test_it_does_not_say_that_keys_drive_while_nobody_may(open_window, link):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    assert window.status.message.startswith("Ready: W A S D")
+    link.report_lease(pilot="", window="")
+    assert window.status.message == "Nobody drives. Press Take the robot."
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert window.status.message.startswith("Ready: W A S D")
+
+
 def test_the_keys_are_pictured_until_the_robot_is(open_window, link, spin):
     window = open_window()
     window.setStyleSheet(style_sheet("dark"))
     window.resize(1280, 720)
     spin(window.keys.isVisible, "the keys are seen in a window of the usual size")
+    assert window.pad.key_rows == IN_WINDOW.rows, "as on the pad"
+    window.pad.findChild(QPushButton, "pad_left").hide()
+    window.controller.keys.show()
+    legends = [label for label in window.keys.window_keys.findChildren(QLabel) if "<b>A</b>" in label.text()]
+    assert not any(label.isVisible() for label in legends), "a key that does nothing is not pictured"
     link.become(**RUNNING)
     link.picture.emit(picture())
     assert not window.keys.isVisible()
