@@ -117,7 +117,7 @@ def log_to_terminal() -> None:
     handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("gui")
     logger.addHandler(handler)
-    logger.setLevel(logging.INFO)
+    logging.getLogger("gui.driving.gamepad").setLevel(logging.INFO)  # others: warnings only
     logger.propagate = False  # rospy's own handlers would print it a second time
 
 

@@ -70,7 +70,8 @@ class Controller(QObject):
         self.driving = DriveCoordinator(window, link, self.access, self.gamepad, self.controls)
         self._mount()
 
-        self.keys = KeyboardFocus(window, terminal)
+        self.keys = KeyboardFocus(window, terminal, link.robot.by_movement)
+        self.bar.guide_keys_wanted.connect(self.keys.show)
         self.session = RobotSession(window, link, terminal, self.keys, sign_in)
         self.session.said.connect(self._say)
         self.session.changed.connect(self._advise)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 TERMINAL_KEYS = "Keys go to the terminal: i j l ,  drive, k stops.  F6 or a click on the picture: W A S D drive."
 IDLE = "Click here or press F6 to type here."
+NO_PROGRAM = "Keys go to the terminal, where no program drives.  F6 or a click on the picture: W and S walk."
 TIP = "Keys go where the last click was; F6 switches"
 
 
@@ -27,10 +28,12 @@ class KeyboardFocus(QObject):
 
     Args:
         window, terminal: The two that may have the keyboard.
+        by_movement: The robot only walks forward and backward, and no keyboard program drives it.
     """
 
-    def __init__(self, window: OperatorWindow, terminal: TerminalView) -> None:
+    def __init__(self, window: OperatorWindow, terminal: TerminalView, by_movement: bool = False) -> None:
         super().__init__(window)
+        self._typing = NO_PROGRAM if by_movement else TERMINAL_KEYS
         self._window, self._terminal = window, terminal
         terminal.focus_changed.connect(self._on_terminal_focus)
         window.activation_changed.connect(self.show)
@@ -62,7 +65,7 @@ class KeyboardFocus(QObject):
         window.keys.window_keys.show_rows(window.pad.key_rows)
         window.keys.window_keys.set_used(not note)
         window.keys.terminal_keys.set_used(typing)
-        window.terminalLabel.setText(TERMINAL_KEYS if typing else IDLE)
+        window.terminalLabel.setText(self._typing if typing else IDLE)
         set_property(window.terminalLabel, "level", "warn" if typing else "off")
         set_property(window.terminalFrame, "active", typing)
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 FOUND = {
     "picture": "camera", "laser": "laser", "sonar_front": "sonar", "infrared": "infrared", "bumper": "bumpers",
     "battery": "battery", "safety": "safety gate", "page": "tablet page", "voice_state": "sound",
+    "true_pose": "body state",
 }  # fmt: skip
 """Channels that a person misses when they are not there, and what they are called."""
 TIDY_TIME = 40.0

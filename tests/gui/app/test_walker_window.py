@@ -7,6 +7,7 @@ import pytest
 from fake_window_parts import FakeLink
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QLabel
 
 from gui.app.controller import Attach, Controller
 from gui.robots import ROBOTS
@@ -54,6 +55,12 @@ def hold(window, spin, key):
     return window.link.movements
 
 
+def legend(window):
+    """The letters in the picture of the window's keys."""
+    caps = window.keys.window_keys.findChildren(QLabel)
+    return [cap.text()[3] for cap in caps if cap.text().startswith("<b>") and not cap.isHidden()]
+
+
 def test_what_the_walker_lacks_is_not_there(window, terminal):
     controls = window.controller.controls
     lacking = (window.around, window.gate, window.address, controls.speedSlider, controls.speedTitle)
@@ -61,6 +68,7 @@ def test_what_the_walker_lacks_is_not_there(window, terminal):
     assert controls.restartButton.isVisible() and window.bodyPanel.isVisible()
     assert [window.deck.tabText(index) for index in range(window.deck.count())] == ["Terminal", "Gamepad"]
     assert terminal.lines == [], "there is no keyboard program for it"
+    assert window.keys.terminal_keys.isHidden() and legend(window) == ["W", "S"]
     assert window.link.watching, "the picture is shown"
 
 
@@ -148,6 +156,7 @@ def test_keys_as_in_the_guide_are_chosen_in_the_menu_with_its_speeds(open_window
     controls.set_speed(0.15)
     bar.set_guide_keys(True)
     assert (controls.speed, controls.turn) == pytest.approx((0.05, 0.05))
+    assert legend(window) == ["E", "W", "Q", "A", "S", "D"]
     QTest.keyPress(window, Qt.Key_Q)
     assert window.link.driven[-1] == pytest.approx((0.0, 0.0, -0.05))
     QTest.keyRelease(window, Qt.Key_Q)
