@@ -19,15 +19,19 @@ from std_msgs.msg import Int32
 
 
 class Probe:
-    """Eyes and hands of a test, in a process that is a rospy node already. What it returns can be written as JSON."""
+    """Eyes and hands of a test, in a process that is a rospy node already. What it returns can be written as JSON.
 
-    def __init__(self) -> None:
+    Args:
+        drive_topic: Where `drive` publishes. A node that both publishes there and listens counts as a keyboard.
+    """
+
+    def __init__(self, drive_topic: str = "/cmd_vel") -> None:
         self._seen: dict[str, list[tuple[float, list[Any]]]] = {}
         self._publishers: dict[str, rospy.Publisher] = {}
         self._transforms: tf2_ros.Buffer | None = None
         self._twist: Twist | None = None
         self._last_command = 0.0
-        self._cmd_vel = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
+        self._cmd_vel = rospy.Publisher(drive_topic, Twist, queue_size=1)
         threading.Thread(target=self._repeat, daemon=True).start()
 
     def watch(self, topic: str, kind: str, fields: list[str]) -> None:
