@@ -1,4 +1,6 @@
-"""A virtual X display (Xvfb), and its picture.
+"""A virtual X display (Xvfb), and its picture. As a program it runs another one on a display of its own:
+
+    python3 -m telepresence.station.virtual_display WIDTHxHEIGHT COMMAND ...
 
 Xvfb writes its screen into a memory-mapped file (option -fbdir) in the XWD format of X11/XWDFile.h: 25 big-endian
 32-bit words of header, the window's name, a colour map of 12 bytes per entry, then the rows.
@@ -8,9 +10,11 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import socket
 import struct
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -88,3 +92,20 @@ def display_answers(name: str | None) -> bool:
     except OSError:
         return False
     return True
+
+
+def main() -> int:
+    """Run a command on a display of its own, which is gone when it has ended; return its exit code."""
+    width, height = map(int, sys.argv[1].split("x"))
+    # roslaunch interrupts us and the command alike; the display stays until the command has ended.
+    for request in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(request, lambda *_: None)
+    display = VirtualDisplay(width, height)
+    try:
+        return subprocess.run(sys.argv[2:], env={**os.environ, "DISPLAY": display.name}).returncode
+    finally:
+        display.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -2,12 +2,14 @@
 window.
 
 What a package uses is read from its Python files (`import`, and message types in strings such as "nav_msgs/Odometry"),
-its launch files (`pkg=`, `$(find ...)`) and its messages. `gui` belongs to avatar_gui, which starts it.
+its launch files (`pkg=`, `$(find ...)`) and its messages. `gui` belongs to avatar_gui, which starts it. What only its
+rostests in the folder `test` use may stand under test_depend.
 """
 
 from __future__ import annotations
 
 import ast
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
@@ -50,8 +52,9 @@ def python_files(folder: Path) -> list[Path]:
 
 
 def files_of(package: str) -> list[Path]:
+    """Its Python files but those of its rostests."""
     window = python_files(ROOT / "gui") if package == "avatar_gui" else []
-    return python_files(PACKAGES[package]) + window
+    return [path for path in python_files(PACKAGES[package]) if path.parent.name != "test"] + window
 
 
 @cache
@@ -96,28 +99,46 @@ def launch_files(package: str) -> list[Path]:
 
 
 def uses(package: str) -> dict[str, str]:
-    """ROS packages that this one uses -> a file that does."""
+    """ROS packages that this one uses when it runs -> a file that does."""
+    found = used_by(package, files_of(package), launch_files(package))
+    for pattern in INTERFACES:
+        for path in PACKAGES[package].rglob(pattern):
+            words = set(re.findall(r"^(\w+)/\w+", path.read_text(), re.MULTILINE))
+            words |= {"std_msgs"} if re.search(r"^Header ", path.read_text(), re.MULTILINE) else set()
+            found.update({name: str(path.relative_to(ROOT)) for name in words - {package} - {*found}})
+    return found
+
+
+def rostests(package: str) -> list[Path]:
+    """Its .test files."""
+    return sorted((PACKAGES[package] / "test").glob("*.test"))
+
+
+def uses_in_tests(package: str) -> dict[str, str]:
+    """ROS packages that its rostests use -> a file that does."""
+    return {
+        **used_by(package, python_files(PACKAGES[package] / "test"), rostests(package)),
+        **({"rostest": "add_rostest"} if rostests(package) else {}),
+    }
+
+
+def used_by(package: str, programs: list[Path], launches: list[Path]) -> dict[str, str]:
+    """ROS packages that these files of a package use -> one of them."""
     found: dict[str, str] = {}
 
     def note(name: str | None, path: Path) -> None:
         if name and name != package:
             found.setdefault(name, str(path.relative_to(ROOT)))
 
-    for path in files_of(package):
+    for path in programs:
         for module in imports(path):
             note(ros_package(module), path)
         for text in strings(path):
             if match := re.fullmatch(r"([a-z]\w+)/[A-Z]\w+", text):
                 note(ros_package(match[1]), path)
-    for path in launch_files(package):
+    for path in launches:
         for match in re.finditer(r'pkg="(\w+)"|\$\(find (\w+)\)', path.read_text()):
             note(match[1] or match[2], path)
-    for pattern in INTERFACES:
-        for path in PACKAGES[package].rglob(pattern):
-            for match in re.finditer(r"^(\w+)/\w+", path.read_text(), re.MULTILINE):
-                note(match[1], path)
-            if re.search(r"^Header ", path.read_text(), re.MULTILINE):
-                note("std_msgs", path)
     return found
 
 
@@ -128,6 +149,11 @@ def manifest(package: str) -> ElementTree.Element:
 def declared(package: str) -> set[str]:
     """What the package needs when it runs."""
     return {str(element.text) for tag in ("depend", "exec_depend") for element in manifest(package).iter(tag)}
+
+
+def declared_for_tests(package: str) -> set[str]:
+    """What only its rostests need."""
+    return {str(element.text) for element in manifest(package).iter("test_depend")}
 
 
 def test_the_packages_and_ros_itself_are_found():
@@ -143,6 +169,29 @@ def test_a_package_declares_what_it_uses(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_declares_what_its_rostests_use_and_no_more(package):
+    assert declared_for_tests(package) == set(uses_in_tests(package)) - declared(package)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_catkin_knows_every_rostest(package):
+    recipe = (PACKAGES[package] / "CMakeLists.txt").read_text()
+    registered = re.findall(r"add_rostest\((\S+)\)", recipe)
+    assert sorted(registered) == [f"test/{path.name}" for path in rostests(package)]
+    assert not registered or "if(CATKIN_ENABLE_TESTING)" in recipe
+
+
+@pytest.mark.parametrize(
+    "path", [path for package in PACKAGES for path in rostests(package)], ids=lambda path: path.stem
+)
+def test_a_rostest_launches_once_and_its_program_can_be_run(path):
+    """rostest starts everything anew for each `<test>`."""
+    (program,) = ElementTree.parse(path).getroot().iter("test")
+    assert program.get("pkg") == path.parents[1].name
+    assert os.access(path.parent / str(program.get("type")), os.X_OK)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
 def test_a_package_declares_nothing_in_vain(package):
     named = {word for path in files_of(package) for text in strings(path) for word in re.findall(r"\w+", text)}
     tools = {"roslaunch"} if launch_files(package) else set()
@@ -154,7 +203,7 @@ def test_a_package_declares_nothing_in_vain(package):
 
 def test_there_are_no_circles():
     for graph in (
-        {package: declared(package) & set(PACKAGES) for package in PACKAGES},
+        {package: (declared(package) | declared_for_tests(package)) & set(PACKAGES) for package in PACKAGES},
         {package: set(uses(package)) & set(PACKAGES) for package in PACKAGES},
     ):
         try:

@@ -3,8 +3,6 @@
 import signal
 import subprocess
 import time
-from itertools import pairwise
-from statistics import median
 
 import pytest
 
@@ -38,32 +36,6 @@ def halves(place):
 def shows_picture(screen, place):
     (red, _, _), (_, _, blue) = (screen.colour(*point) for point in halves(place))
     return red > 200 and blue > 200
-
-
-def test_a_running_robot_is_shown_and_driven_from_the_terminal(screen, wait_until, place, robot, tmp_path):
-    shot = tmp_path / "window.png"
-    window = open_attached(screen, wait_until, "--screenshot", str(shot))
-    wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
-
-    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "the window takes the robot, which stands")
-    robot.heard.clear()
-
-    def press():
-        if robot.velocity() is None:
-            window.type("i")
-        return robot.velocity()
-
-    wait_until(press, "the robot hears the key")
-    wait_until(lambda: len(robot.heard) >= 20, "the command is repeated")
-    assert {heard[1:] for heard in robot.heard} == {(0.2, 0.0, 0.0)}
-    assert 0.08 < median(after[0] - before[0] for before, after in pairwise(robot.heard[1:])) < 0.12
-    window.type("k")
-    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.0), "k stops")
-    wait_until(lambda: [heard[1:] for heard in robot.heard].count((0.0, 0.0, 0.0)) >= 5, "zero is repeated")
-    last = robot.heard[-1][0]
-    with pytest.raises(pytest.fail.Exception):
-        wait_until(lambda: robot.heard[-1][0] > last + 0.5, "the topic is quiet", timeout=1.5)
-    wait_until(lambda: shot.exists() and shot.stat().st_size > 10_000, "the screenshot is saved")
 
 
 def test_the_drive_pad_takes_over_and_drives_while_a_key_is_held(screen, wait_until, place, robot):
@@ -145,13 +117,3 @@ def test_pictures_come_back_after_a_restart_of_master_and_robot(
     wait_until(lambda: master_answers(uri), "a new master answers")
     start_robot()
     wait_until(lambda: shows_picture(screen, place), "the picture is back")
-
-
-def test_starts_as_a_node_and_ends_like_one(screen, wait_until, robot):
-    window = screen.open_window(
-        program=("rosrun", "avatar_gui", "avatar_gui", "--no-sign-in", "__name:=gui_ros_node", "__log:=/dev/null")
-    )
-    wait_until(lambda: READY in window.terminal_text(), "the keyboard runs in the terminal")
-    subprocess.run(["rosnode", "kill", "/gui_ros_node"], check=True, capture_output=True, timeout=20)
-    assert window.process.wait(15) == 0
-    wait_until(lambda: "ROS ended this window" in window.output, "it says why")

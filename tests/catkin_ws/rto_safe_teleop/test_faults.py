@@ -30,10 +30,14 @@ class Station(GatedStation):
         self.driver = self.start("rto_node", "rto_node")
         self.start("rto_node", "rto_odometry_node")
         self.gate = self.start("rto_safe_teleop", "safe_omni_drive")
-        super().__init__(graph.probe("/cmd_vel:=/rto3/safe_cmd_vel"), until, "/rto3", "y")
-        self.pilot.watch("/rto3/careful", "std_msgs/String", ["data"])
+        self.join(until)
         until(lambda: self.careful() == "on by default", "the careful scan is on unless somebody chooses")
         self.switch_careful(False)  # speeds along one axis are measured here
+
+    def join(self, until) -> None:
+        """Have a pilot on the graph."""
+        super().__init__(self.graph.probe("/cmd_vel:=/rto3/safe_cmd_vel"), until, "/rto3", "y")
+        self.pilot.watch("/rto3/careful", "std_msgs/String", ["data"])
 
     def start(self, package: str, program: str, *parameters: str):
         node = str(self.graph.workspace / "lib" / package / program)
@@ -212,3 +216,16 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     assert abs(station.speed()) < 0.11
     assert station.trigger("reset_bumper")["success"]
     station.until(lambda: station.speed() / -station.way > 0.9, "let go")
+
+
+def test_a_master_that_dies_is_a_standing_robot_and_its_successor_knows_everybody(station, until_true):
+    station.cruise()
+    station.graph.master.kill()
+    died = time.time()
+    assert station.time_to_stand(died) < STOP_WITHIN
+    station.driver.wait_for("stopped: the ROS master does not answer")
+    station.pilot.silence()
+    station.graph.start_master()
+    station.join(until_true)
+    station.until(lambda: station.drive_state.startswith("stopped"), "the driver is registered again")
+    station.cruise()

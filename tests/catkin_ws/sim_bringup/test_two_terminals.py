@@ -40,9 +40,9 @@ class Hand:
     def button(self, number: int, pressed: bool) -> None:
         os.write(self._file, EVENT.pack(0, int(pressed), BUTTON, number))
 
-    def cross(self, up: bool) -> None:
-        """The cross of keys; up is negative in the kernel's events."""
-        os.write(self._file, EVENT.pack(0, -FULL if up else 0, AXIS, HAT_Y))
+    def cross(self, where: int) -> None:
+        """The cross of keys: 1 up, 0 released, -1 down; up is negative in the kernel's events."""
+        os.write(self._file, EVENT.pack(0, -FULL * where, AXIS, HAT_Y))
 
     def close(self) -> None:
         os.close(self._file)
@@ -93,13 +93,16 @@ def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, 
         probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
         start = probe.latest("/truth")
 
-        hand.cross(up=True)
+        hand.cross(1)
         until_true(lambda: math.dist(probe.latest("/truth"), start) > 0.05, "up on the cross walks")
         x, y = probe.latest("/truth")
         assert x - start[0] > 0.04 and abs(y - start[1]) < 0.03, "forward"
         with ThreadPoolExecutor(AT_ONCE) as hands:
             list(hands.map(type_it, others))
-        hand.cross(up=False)
+        farthest = probe.latest("/truth")
+        hand.cross(-1)
+        until_true(lambda: math.dist(probe.latest("/truth"), farthest) > 0.05, "down walks back")
+        hand.cross(0)
         until_true(lambda: math.dist(probe.latest("/truth"), probe.latest("/truth")) < STILL, "released, it stops")
 
         hand.button(RESTART, True)

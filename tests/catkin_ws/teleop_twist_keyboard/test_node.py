@@ -4,8 +4,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-from itertools import pairwise
-from statistics import median
 
 import pytest
 
@@ -43,33 +41,6 @@ def start(open_terminal, wait_until, listener, *argv):
 
     wait_until(press, "the listener hears the node")
     return terminal
-
-
-def test_a_key_drives_until_k_and_then_the_topic_is_quiet(open_terminal, wait_until, listener):
-    """Below roslaunch, which puts the node into a session without a terminal of its own."""
-    terminal = start(open_terminal, wait_until, listener, *LAUNCH)
-    wait_until(lambda: len(listener.heard) >= 20, "the command is repeated")
-    driven = listener.heard[:20]
-    assert {(command.vx, command.vy, command.wz) for command in driven} == {(0.2, 0.0, 0.0)}
-    periods = [after.at - before.at for before, after in pairwise(driven[1:])]
-    assert 0.08 < median(periods) < 0.12
-
-    terminal.type("k")
-    wait_until(lambda: listener.heard[-1].is_zero, "k stops")
-    terminal.type("j")
-    wait_until(lambda: listener.heard[-1].wz == 0.5, "j turns")
-    terminal.type("k")
-    wait_until(lambda: listener.heard[-1].is_zero, "k stops again")
-    stopped_at = listener.heard[-1].at
-    wait_until(lambda: listener.heard[-1].at > stopped_at + 0.3, "zero is repeated")
-    last = listener.heard[-1].at
-    with pytest.raises(pytest.fail.Exception):
-        wait_until(lambda: listener.heard[-1].at > last + 0.5, "the topic is quiet", timeout=1.5)
-
-    assert "\r\nforward\r\n" in terminal.seen and "\n" not in terminal.seen.replace("\r\n", "")
-    terminal.type("\x03")
-    terminal.process.wait(20)
-    assert terminal.echoes() and terminal.takes_lines()
 
 
 def test_without_a_terminal_it_lives_and_publishes_nothing(ros_master, run_program, wait_until, listener):

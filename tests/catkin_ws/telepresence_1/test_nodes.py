@@ -154,32 +154,6 @@ def test_main_shows_any_page_until_ended(
     assert life.focus == ""
 
 
-def test_the_launch_file_starts_what_it_promises(
-    graph,
-    naoqi,
-    tablet: Tablet,
-    source: str,
-    free_port: Callable,
-    monkeypatch: pytest.MonkeyPatch,
-    wait_until: Callable,
-) -> None:
-    monkeypatch.setitem(graph.environment, "DISPLAY", "")
-    port, image_port = free_port(), free_port()
-    launch = graph.run(
-        *("roslaunch", "telepresence_1", "telepresence_ros.launch", "nao_ip:=127.0.0.1", f"nao_port:={naoqi.port}"),
-        *("roscore_ip:=127.0.0.1", f"source:={source}", f"page_port:={port}", "image:=/camera"),
-        f"image_page_port:={image_port}",
-    )
-    wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
-    launch.wait_for(f"look at http://127.0.0.1:{image_port}/ instead")
-    nodes = graph.run("rosnode", "list")
-    assert nodes.process.wait(30) == 0
-    assert {"/com_cam", "/rob_cam", "/teleop_twist_keyboard"} <= set(nodes.output.split())
-    launch.signal(signal.SIGINT)
-    assert launch.process.wait(30) == 0
-    assert "escalating to SIGTERM" not in launch.output and "Traceback" not in launch.output
-
-
 PUBLISHER = """
 import rospy, numpy
 from sensor_msgs.msg import Image

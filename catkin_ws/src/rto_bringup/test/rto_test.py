@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""The whole pilot's side of a Robotino against the simulated robot, which dies and comes back."""
+
+import math
+import os
+import signal
+import subprocess
+
+import rostest
+from telepresence_ros.launch_test import LaunchTest
+
+STANDING = 0.005
+"""Slower than this the robot stands [m/s]."""
+TOPICS = {
+    "/rto3/distance_sensors": "sensor_msgs/PointCloud",
+    "/rto3/distance_sensors_scan": "sensor_msgs/LaserScan",
+    "/rto3/bumper": "std_msgs/Bool",
+    "/rto3/odom": "nav_msgs/Odometry",
+    "/rto3/joint_states": "sensor_msgs/JointState",
+    "/rto3/power_readings": "rto_msgs/PowerReadings",
+    "/rto3/analog_readings": "rto_msgs/AnalogReadings",
+    "/rto3/digital_readings": "rto_msgs/DigitalReadings",
+    "/rto3/image_raw": "sensor_msgs/Image",
+    "/rto3/camera_info": "sensor_msgs/CameraInfo",
+    "/rto3/drive_state": "std_msgs/String",
+    "/rto3/safety_state": "std_msgs/String",
+}
+
+
+class Rto(LaunchTest):
+    nodes = (
+        "/robot_control_node",
+        "/rto3/rto_core",
+        "/rto3/rto_odometry",
+        "/rto3/rto_camera",
+        "/rto3/rto_camera_receiver",
+        "/rto3/safe_omni_drive",
+        "/rto3/drive_lease",
+    )
+
+    def prepare(self):
+        pose = ["pose.pose.position.x", "pose.pose.position.y", "twist.twist.linear.x"]
+        self.probe.watch("/rto3/odom", "nav_msgs/Odometry", [*pose, "header.frame_id", "child_frame_id"])
+        self.probe.watch("/rto3/drive_state", "std_msgs/String", ["data"])
+        self.until(lambda: self.state().startswith("stopped"), "the driver has the robot")
+
+    def setUp(self):
+        super().setUp()
+        self.until(self.stands, "the robot stands")
+
+    def test_everything_is_published_under_the_guides_names(self):
+        self.expect_topics(TOPICS)
+
+    def test_readings_have_the_guides_and_the_true_geometry(self):
+        probe = self.probe
+        probe.watch("/rto3/distance_sensors", "sensor_msgs/PointCloud", ["len(points)", "header.frame_id"])
+        probe.watch("/rto3/distance_sensors_scan", "sensor_msgs/LaserScan", ["angle_min", "angle_max", "range_max"])
+        probe.watch("/rto3/joint_states", "sensor_msgs/JointState", ["name"])
+        probe.watch("/rto3/power_readings", "rto_msgs/PowerReadings", ["voltage"])
+        probe.watch("/rto3/image_raw", "sensor_msgs/Image", ["width", "encoding", "header.frame_id"])
+        self.assertEqual(self.latest("/rto3/distance_sensors"), [9, "base_link"])
+        measured = self.latest("/rto3/distance_sensors_scan")
+        for value, wanted in zip(measured, [math.radians(-160), math.radians(160), 0.6364], strict=True):
+            self.assertAlmostEqual(value, wanted, delta=1e-4)
+        self.assertEqual(self.latest("/rto3/joint_states")[0], ["wheel0_joint", "wheel1_joint", "wheel2_joint"])
+        self.assertTrue(15.0 < self.newest("/rto3/power_readings")[0] < 30.0)
+        self.assertEqual(self.latest("/rto3/image_raw"), [320, "bgr8", "camera_optical_frame"])
+        self.assertEqual(self.newest("/rto3/odom")[3:], ["odom", "base_link"])
+        self.until(lambda: probe.transform("odom", "infrared0_link"), "the body hangs on odom")
+
+    def test_drives_through_the_safety_gate_and_stops_when_commands_cease(self):
+        pilot = self.pilot(0.2)
+        self.until(lambda: self.latest("/rto3/odom")[2] > 0.15, "the robot drives")
+        self.assertEqual(self.state(), "driving")
+        pilot.kill()
+        self.until(self.stands, "the robot stands")
+        self.until(lambda: self.state().startswith("stopped"), "the driver says so")
+
+    def test_refuses_nonsense(self):
+        self.pilot(".nan", topic="/rto3/cmd_vel")
+        self.until(lambda: "refused" in self.state(), "the driver refuses")
+        self.assertTrue(self.stands())
+
+    def test_robot_that_goes_away_and_comes_back(self):
+        """Odometry is reset on our side, and goes on there when the robot is back."""
+        answer = self.probe.call("/rto3/reset_odometry", "rto_msgs/ResetOdometry", {"x": 1.0, "y": 2.0, "phi": 0.5})
+        self.assertIs(answer[0], True, answer)
+        for value, wanted in zip(self.latest("/rto3/odom")[:2], [1.0, 2.0], strict=True):
+            self.assertAlmostEqual(value, wanted, delta=0.02)
+        os.kill(self.probe.pid("/robot_control_node"), signal.SIGKILL)
+        self.until(lambda: "unreachable" in self.state(), "the driver says that the robot is gone")
+        self.assertIn(":8080", self.state())
+        self.until(lambda: self.state().startswith("stopped"), "the driver has the robot back")
+        self.pilot(0.0, 0.1)
+        self.until(lambda: self.latest("/rto3/odom")[1] > 2.1, "the robot drives again, odometry goes on")
+
+    def pilot(self, vx, vy=0.0, topic="/rto3/safe_cmd_vel") -> subprocess.Popen:
+        """Somebody who drives ten times a second until killed."""
+        return self.start(
+            *("rostopic", "pub", "-r", "10", topic, "geometry_msgs/Twist", f"{{linear: {{x: {vx}, y: {vy}}}}}"),
+            stdout=subprocess.DEVNULL,
+        )
+
+    def stands(self):
+        return abs(self.latest("/rto3/odom")[2]) < STANDING
+
+    def state(self):
+        return self.newest("/rto3/drive_state")[0]
+
+
+if __name__ == "__main__":
+    rostest.rosrun("rto_bringup", "rto", Rto)

@@ -1,0 +1,28 @@
+#!/usr/bin/env python3
+"""keyboard.launch in a terminal: a held key drives, zeros follow, and Ctrl-C ends it."""
+
+import rostest
+from telepresence_ros.launch_test import LaunchTest
+
+ZERO = [0.0, 0.0, 0.0]
+
+
+class Keyboard(LaunchTest):
+    def test_a_held_key_drives_and_ctrl_c_ends_it(self):
+        self.watch_velocities("/rto3/cmd_vel")
+        terminal = self.open_terminal("roslaunch", "rto_teleop", "keyboard.launch", "scale_linear:=2.0")
+        self.until(lambda: "0.100 m/s" in terminal.seen, "it says how fast it drives")
+        self.until(
+            lambda: terminal.type("w") or [0.1, 0.0, 0.0] in self.velocities("/rto3/cmd_vel"), "W drives forward"
+        )
+        self.until(lambda: self.velocities("/rto3/cmd_vel")[-1] == ZERO, "zeros follow")
+        self.until(lambda: terminal.type("q") or self.velocities("/rto3/cmd_vel")[-1] != ZERO, "Q turns")
+        self.assertEqual(self.velocities("/rto3/cmd_vel")[-1], [0.0, 0.0, 0.5])
+        self.until(lambda: self.velocities("/rto3/cmd_vel")[-1] == ZERO, "zeros follow again")
+        terminal.type("\x03")
+        self.assertEqual(terminal.process.wait(30), 0)
+        self.assertTrue(terminal.echoes() and terminal.takes_lines())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("rto_teleop", "keyboard", Keyboard)
