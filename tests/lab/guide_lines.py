@@ -8,15 +8,15 @@ the reader's to fill in.
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 import signal
 import subprocess
-import threading
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
+
+from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station import processes
 
@@ -24,6 +24,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "guides.md"
 PATIENCE = 40.0
 """Seconds after which a text counts as never coming; generous, because the machines are shared."""
+
+WORD = re.compile(r"\b[A-Z]+_[A-Z_]+\b")
+COLOURS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 
 
 class GuideLine(NamedTuple):
@@ -46,75 +49,22 @@ def tables() -> dict[str, list[GuideLine]]:
     return found
 
 
-class Terminal:
-    """A pseudo-terminal with one line in it; its keyboard and its screen."""
+def wait_for(terminal: Terminal, *texts: str, timeout: float = PATIENCE) -> None:
+    """Return when a terminal has shown these texts in this order.
 
-    def __init__(self, line: GuideLine, environment: Mapping[str, str], more: str, words: Mapping[str, str]) -> None:
-        self.line = re.sub(r"\b[A-Z]{2,}_[A-Z_]+\b", lambda word: words.get(word[0], word[0]), f"{line.line} {more}")
-        self._text = ""
-        self._changed = threading.Condition()
-        self._keyboard, inside = os.openpty()
-        self._process = processes.start(
-            ["setsid", "--ctty", "--wait", "bash", "-c", self.line],
-            cwd=ROOT / line.folder.lstrip("/"),
-            env={**environment, "TERM": "xterm", "PYTHONUNBUFFERED": "1"},
-            stdin=inside,
-            stdout=inside,
-            stderr=inside,
-        )
-        os.close(inside)
-        self._reader = threading.Thread(target=self._read, name="terminal", daemon=True)
-        self._reader.start()
-
-    @property
-    def text(self) -> str:
-        """What the screen shows, without colours."""
-        return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", self._text).replace("\r", "")
-
-    def press(self, keys: str) -> None:
-        """Type keys."""
-        os.write(self._keyboard, keys.encode())
-
-    def wait_for(self, *texts: str, timeout: float = PATIENCE) -> None:
-        """Return when the screen has shown these texts in this order.
-
-        Raises:
-            AssertionError: One has not come within `timeout` seconds, or the line has ended without it.
-        """
-        pattern = ".*".join(r"[^\n]*".join(map(re.escape, text.split("…"))) for text in texts)
-        deadline = time.monotonic() + timeout
-        with self._changed:
-            while True:
-                left, over = deadline - time.monotonic(), not self._reader.is_alive()
-                if re.search(pattern, self.text, re.DOTALL):
-                    return
-                assert left > 0 and not over, (
-                    f"{self.line}\n{'ended' if over else 'went on'} without {texts}:\n{self.text}"
-                )
-                self._changed.wait(min(left, 0.5))
-
-    def close(self) -> None:
-        """Press Ctrl-C, and end what does not end by that."""
-        with contextlib.suppress(OSError):
-            self.press("\x03")
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(20.0)
-        for pid in (*processes.descendants(self._process.pid), self._process.pid):
-            processes.send(pid, signal.SIGKILL)
-        self._process.wait(10.0)
-        os.close(self._keyboard)
-
-    def _read(self) -> None:
-        while True:
-            try:
-                data = os.read(self._keyboard, 65536)
-            except OSError:
-                data = b""
-            with self._changed:
-                self._text += data.decode(errors="replace")
-                self._changed.notify_all()
-            if not data:
-                return
+    Raises:
+        AssertionError: One has not come within `timeout` seconds, or the program has ended without it.
+    """
+    pattern = re.compile(".*".join(r"[^\n]*".join(map(re.escape, text.split("…"))) for text in texts), re.DOTALL)
+    deadline = time.monotonic() + timeout
+    while True:
+        left, over = deadline - time.monotonic(), terminal.process.poll() is not None
+        shown = COLOURS.sub("", terminal.seen).replace("\r", "")
+        if pattern.search(shown):
+            return
+        line = terminal.process.args
+        assert left > 0 and not over, f"{line} {'ended' if over else 'went on'} without {texts}:\n{shown}"
+        time.sleep(0.05)
 
 
 @contextlib.contextmanager
@@ -129,9 +79,22 @@ def typed(line: GuideLine, environment: Mapping[str, str], more: str = "", **wor
     Raises:
         AssertionError: It does not print that.
     """
-    terminal = Terminal(line, environment, more, words)
+    text = WORD.sub(lambda word: words.get(word[0], word[0]), f"{line.line} {more}")
+    terminal = Terminal(
+        "bash", "-c", text, cwd=ROOT / line.folder.lstrip("/"), env={**environment, "PYTHONUNBUFFERED": "1"}
+    )
     try:
-        terminal.wait_for(*line.prints)
+        wait_for(terminal, *line.prints)
         yield terminal
     finally:
-        terminal.close()
+        _end(terminal)
+
+
+def _end(terminal: Terminal) -> None:
+    """Press Ctrl-C, and end what does not end by that."""
+    terminal.type("\x03")
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        terminal.process.wait(20.0)
+    for pid in processes.descendants(terminal.process.pid):
+        processes.send(pid, signal.SIGKILL)
+    terminal.close()

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from guide_lines import GuideLine, tables, typed
+from guide_lines import GuideLine, tables, typed, wait_for
 
 from telepresence.station.ros_master import master_answers
 from telepresence.station.virtual_display import VirtualDisplay
@@ -88,7 +88,7 @@ def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, 
         xdotool(desk, "windowfocus", "--sync", found.split()[0])
         for words in (("key", "ctrl+a"), ("type", "anna"), ("key", "Return"), ("type", PASSWORD), ("key", "Return")):
             xdotool(desk, *words)
-        second.wait_for("first picture")
+        wait_for(second, "first picture")
         probe = graph.probe()
         probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y"])
         start = probe.latest("/truth")
@@ -106,7 +106,7 @@ def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, 
         until_true(lambda: math.dist(probe.latest("/truth"), probe.latest("/truth")) < STILL, "released, it stops")
 
         hand.button(RESTART, True)
-        second.wait_for("Button 0 pressed")
+        wait_for(second, "Button 0 pressed")
         until_true(lambda: math.dist(probe.latest("/truth"), start) < 0.01, "button 0 puts it back to the start")
-    assert "Traceback" not in first.text + second.text
+    assert "Traceback" not in first.seen + second.seen
     assert not master_answers(graph.uri)

@@ -9,14 +9,20 @@ import select
 import subprocess
 import termios
 import threading
+from typing import Any
 
 from telepresence.station import processes
 
 
 class Terminal:
-    """A program in a new terminal, as its controlling one: what a person types and sees there."""
+    """A program in a new terminal, as its controlling one: what a person types and sees there.
 
-    def __init__(self, *argv: str) -> None:
+    Args:
+        argv: The program.
+        popen: Further arguments of `subprocess.Popen`, such as the environment.
+    """
+
+    def __init__(self, *argv: str, **popen: Any) -> None:
         self.master, self.slave = pty.openpty()
         self.seen = ""
         self.process = subprocess.Popen(
@@ -26,6 +32,7 @@ class Terminal:
             stderr=self.slave,
             start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+            **popen,
         )
         self._closing = threading.Event()
         self._reader = threading.Thread(target=self._read, name="terminal-reader", daemon=True)
