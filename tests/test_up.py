@@ -13,10 +13,12 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from guide_lines import GuideLine, tables, typed
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -42,11 +44,12 @@ PROGRAMS = {
 class Station:
     """A running `./stack up pepper` and what a person in front of it can see and do."""
 
-    def __init__(self, environment: dict[str, str], ports: list[str]) -> None:
+    def __init__(self, environment: dict[str, str], ports: dict[str, int]) -> None:
         self.environment = environment
+        self.nao_port = str(ports["nao_port"])
         self.lines: list[str] = []
         self.process = processes.start(
-            [str(ROOT / "stack"), "up", "pepper", *ports, "source:=test"],
+            [str(ROOT / "stack"), "up", "pepper", *(f"{name}:={port}" for name, port in ports.items()), "source:=test"],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -132,8 +135,7 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
         "ROS_IP": "127.0.0.1",
     }
     environment.pop("DISPLAY", None)
-    ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port", "screen_port")]
-    station = Station(environment, ports)
+    station = Station(environment, {name: free_port() for name in ("nao_port", "page_port", "screen_port")})
     try:
         wait_until(lambda: station.said("first picture"), "the window shows the first picture", timeout=120.0)
         yield station
@@ -157,40 +159,18 @@ def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
 
 
-def test_the_simulation_guides_debugging_commands_answer_as_the_guide_says(station):
-    """Every command of its debugging section, in the spelling of ROS 1."""
-    rate = subprocess.Popen(
-        ["rostopic", "hz", "/robot_camera", "/body_state"],
-        env={**station.environment, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert {"/robot_control_node", "/gui_ros_node"} <= set(station.run("rosnode", "list").split())
-    topics = station.run("rostopic", "list").split()
-    assert {"/robot_camera", "/body_state", "/movement_command"} <= set(topics)
-    camera = station.run("rostopic", "info", "/robot_camera")
-    assert "Type: sensor_msgs/Image" in camera and "/robot_control_node" in camera.partition("Subscribers")[0]
-    assert "std_msgs/Float32MultiArray" in station.run("rostopic", "info", "/body_state")
-    command = station.run("rostopic", "info", "/movement_command")
-    assert "Type: std_msgs/Int32" in command and "/robot_control_node" in command.partition("Subscribers")[2]
-    state = station.run("rostopic", "echo", "-n1", "/body_state/data")
-    assert len(re.findall(r"-?\d+\.\d+(?:e-?\d+)?", state)) == 6
-    header = station.run("rostopic", "echo", "-n1", "--noarr", "/robot_camera")
-    for line in ("height: 480", "width: 640", 'encoding: "rgb8"', 'frame_id: "robot_camera"'):
-        assert line in header
-    assert "/restart_simulation" in station.run("rosservice", "list").split()
-    assert "std_srvs/Trigger" in station.run("rosservice", "info", "/restart_simulation")
-    answer = station.run("rosservice", "call", "/restart_simulation")
-    assert "success: True" in answer and re.search(r'message: "\w', answer)
-    rates: dict[str, float] = {}
-    expected = {"/robot_camera": pytest.approx(10.0, abs=1.5), "/body_state": pytest.approx(10.0, abs=1.5)}
-    deadline = time.monotonic() + 30.0
-    while rates != expected and time.monotonic() < deadline:
-        for name, value in re.findall(r"^(/robot_camera|/body_state)\s+(\d+\.\d+)", rate.stdout.readline()):
-            rates[name] = float(value)
-    processes.end(rate)
-    rate.stdout.close()
-    assert rates == expected
+def test_the_reports_lines_print_what_the_page_of_the_guides_says(station):
+    """Typed side by side; the keyboards have other names, so that none takes the place of the station's own."""
+
+    def type_it(numbered: tuple[int, GuideLine]) -> None:
+        number, line = numbered
+        more = f"__name:=typed_{number}" if "rosrun" in line.line else ""
+        robot = "127.0.0.1" if "ROBOT_PORT" in line.line else f"127.0.0.1:{station.nao_port}"
+        with typed(line, station.environment, more, ROBOT_IP=robot, ROBOT_PORT=station.nao_port):
+            pass
+
+    with ThreadPoolExecutor(2) as hands:
+        list(hands.map(type_it, enumerate(tables()["The report: beside `./stack up`"])))
 
 
 def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):

@@ -36,6 +36,7 @@ def _rows() -> list[Row]:
 
 
 ROWS = _rows()
+LINES = tables()
 
 
 def test_every_thing_has_a_row_in_the_guides_order():
@@ -83,7 +84,20 @@ def test_a_row_without_a_place_is_about_the_systems_own_programs():
     assert all("ROS 1 spells" in row.reason or "ROS 1 knows" in row.reason for row in ROWS if not row.where)
 
 
-@pytest.mark.parametrize("line", tables()["Anywhere, with nothing running"], ids=lambda line: line.line)
+@pytest.mark.parametrize("line", LINES["Anywhere, with nothing running"], ids=lambda line: line.line)
 def test_a_line_that_needs_nothing_prints_what_the_page_says(line: GuideLine):
-    with typed(line, os.environ):
+    environment = {name: value for name, value in os.environ.items() if name != "NAO_IP"}
+    with typed(line, environment):
         pass
+
+
+@pytest.mark.parametrize("line", LINES["The launch files, which rostest runs whole"], ids=lambda line: line.line)
+def test_a_launch_line_has_the_nodes_that_the_page_says(line: GuideLine):
+    with typed(line, os.environ, "--nodes", ROBOT_IP="127.0.0.1", MY_IP="127.0.0.1"):
+        pass
+
+
+def test_every_table_of_lines_is_typed_by_a_test():
+    """This file and those that have a robot running."""
+    tests = "".join(path.read_text() for path in ROOT.glob("tests/**/test_*.py"))
+    assert LINES and [heading for heading in LINES if f'["{heading}"]' not in tests] == []
