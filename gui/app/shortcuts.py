@@ -9,7 +9,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QMainWindow, QShortcut
 
-from gui.widgets.help_overlay import HelpOverlay
+from gui.widgets.help_overlay import HelpOverlay, Section, sections
 
 if TYPE_CHECKING:
     from gui.app.robot_tab import RobotTab
@@ -32,7 +32,11 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
         front().window.show_terminal()
         front().terminal.take_keyboard()
 
-    help_overlay = HelpOverlay(window)
+    def help_contents() -> tuple[tuple[Section, ...], bool]:
+        robot = front().link.robot
+        return sections(robot.by_movement, front().controller.bar.guide_keys), bool(robot.keyboard)
+
+    help_overlay = HelpOverlay(window, help_contents)
     for keys, action in (
         ("Esc", stop_all),
         ("Pause", stop_all),

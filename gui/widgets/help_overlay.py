@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
@@ -10,18 +12,22 @@ from gui import theme
 from gui.driving.drive_pad import WANTS_LETTERS
 from gui.widgets.key_legend import KeyLegend
 
-SECTIONS = (
+Section = tuple[str, tuple[tuple[str, str], ...]]
+"""A heading, and rows of (keys, what they do)."""
+USUAL_TURNS = (("Q  E   ←  →", "turn left, turn right"),)
+GUIDE_TURNS = (("←  →", "turn left, turn right"), ("Q  E", "as in the guide: turn right, turn left"))
+WALKER: tuple[Section, ...] = (
+    ("Walk: hold", (("W  S   ↑  ↓", "forward, backward"), ("Space", "stop"))),
     (
-        "Drive: hold",
+        "Gamepad",
         (
-            ("W  S   ↑  ↓", "forward, backward"),
-            ("A  D", "left, right, without turning"),
-            ("Q  E   ←  →", "turn left, turn right"),
-            ("Space", "stop"),
-            ("PgUp  PgDn", "faster, slower"),
-            ("picture", "hold the mouse on the floor: drive there"),
+            ("cross, left stick", "up and down: forward, backward"),
+            ("B", "stop"),
+            ("button 0", "restart the simulation"),
         ),
     ),
+)
+GENERAL: tuple[Section, ...] = (
     (
         "Stop and go",
         (
@@ -30,17 +36,6 @@ SECTIONS = (
             ("F3", "take, ask for or hand over the robot"),
             ("Shift+F3", "keep it when somebody asks"),
             ("F2", "who is here; hand over; sign out"),
-        ),
-    ),
-    (
-        "Gamepad",
-        (
-            ("LB", "hold to drive"),
-            ("left stick, cross", "drive; the cross creeps"),
-            ("right stick", "turn"),
-            ("RB", "fast"),
-            ("B", "stop"),
-            ("button 0", "hold 1 s: restart the simulation"),
         ),
     ),
     (
@@ -54,32 +49,55 @@ SECTIONS = (
         ),
     ),
 )
+GAMEPAD: Section = (
+    "Gamepad",
+    (
+        ("LB", "hold to drive"),
+        ("left stick, cross", "drive; the cross creeps"),
+        ("right stick", "turn"),
+        ("RB", "fast"),
+        ("B", "stop"),
+        ("button 0", "hold 1 s: restart the simulation"),
+    ),
+)
+
+
+def sections(by_movement: bool, guide_keys: bool) -> tuple[Section, ...]:
+    """Return what the page lists: two sections for its first column, two for its second.
+
+    Args:
+        by_movement: The robot walks forward and backward only.
+        guide_keys: Q and E turn as in the Robotino guide.
+    """
+    if by_movement:
+        return WALKER[0], GENERAL[0], WALKER[1], GENERAL[1]
+    drive = (
+        ("W  S   ↑  ↓", "forward, backward"),
+        ("A  D", "left, right, without turning"),
+        *(GUIDE_TURNS if guide_keys else USUAL_TURNS),
+        ("Space", "stop"),
+        ("PgUp  PgDn", "faster, slower"),
+        ("picture", "hold the mouse on the floor: drive there"),
+    )
+    return ("Drive: hold", drive), GENERAL[0], GAMEPAD, GENERAL[1]
 
 
 class HelpOverlay(QFrame):
-    """Covers its parent until a key or a click closes it. It has the focus meanwhile, so no key drives."""
+    """Covers its parent until a key or a click closes it. It has the focus meanwhile, so no key drives.
 
-    def __init__(self, parent: QWidget) -> None:
+    Args:
+        parent: The window.
+        contents: Returns what to list when the page is opened, and whether keys typed in the terminal drive.
+    """
+
+    def __init__(self, parent: QWidget, contents: Callable[[], tuple[tuple[Section, ...], bool]]) -> None:
         super().__init__(parent)
-        self._covered = parent
+        self._covered, self._contents = parent, contents
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Keys and help")
         self.setProperty(WANTS_LETTERS, True)
-        card = QFrame()
-        card.setProperty("kind", "card")
-        columns = QHBoxLayout(card)
-        columns.setContentsMargins(28, 24, 28, 24)
-        columns.setSpacing(40)
-        for pair in (SECTIONS[:2], SECTIONS[2:]):
-            column = QVBoxLayout()
-            column.setSpacing(14)
-            for title, rows in pair:
-                column.addLayout(_section(title, rows))
-            column.addStretch(1)
-            columns.addLayout(column)
-        columns.addWidget(KeyLegend(), 0, Qt.AlignmentFlag.AlignTop)
-        around = QVBoxLayout(self)
-        around.addWidget(card, 0, Qt.AlignmentFlag.AlignCenter)
+        self._around = QVBoxLayout(self)
+        self._card: QFrame | None = None
         self._before: QWidget | None = None
         parent.installEventFilter(self)
         self.hide()
@@ -88,10 +106,34 @@ class HelpOverlay(QFrame):
         """Show it over all of the parent."""
         window = self.window()
         self._before = window.focusWidget() if window is not None else None
+        self._fill()
         self.setGeometry(self._covered.rect())
         self.show()
         self.raise_()
         self.setFocus()
+
+    def _fill(self) -> None:
+        """Make the card anew: what the keys do may have changed."""
+        if self._card is not None:
+            self._around.removeWidget(self._card)
+            self._card.hide()
+            self._card.deleteLater()
+        listed, with_terminal = self._contents()
+        self._card = card = QFrame()
+        card.setProperty("kind", "card")
+        columns = QHBoxLayout(card)
+        columns.setContentsMargins(28, 24, 28, 24)
+        columns.setSpacing(40)
+        for pair in (listed[:2], listed[2:]):
+            column = QVBoxLayout()
+            column.setSpacing(14)
+            for title, rows in pair:
+                column.addLayout(_section(title, rows))
+            column.addStretch(1)
+            columns.addLayout(column)
+        if with_terminal:
+            columns.addWidget(KeyLegend(), 0, Qt.AlignmentFlag.AlignTop)
+        self._around.addWidget(card, 0, Qt.AlignmentFlag.AlignCenter)
 
     def shut(self) -> None:
         """Hide the page and return the focus."""

@@ -32,8 +32,8 @@ WATCH_PERIOD = 0.05
 """Seconds between two looks at which keys are held, where that can be seen."""
 REMINDER = 5.0
 """Seconds between two sentences about why keys move nothing."""
-PARTING_TIME = 0.1
-"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
+PARTING_TIME = 0.3
+"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own, late on a busy machine."""
 
 
 def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
