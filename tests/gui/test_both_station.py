@@ -314,6 +314,7 @@ def test_a_session_is_recorded_while_the_safety_gate_slows_the_robot(
 ):
     window.click(place("recordButton"))
     wait_until(lambda: list(station.kept.glob("*.bag.active")), "the recording has begun")
+    wait_until(lambda: list(station.kept.glob("*.mp4")), "the film has begun")
     window.click(place("cameraTitle"))
     set_speed(screen, FAST)
     screen.do("keydown", "w")

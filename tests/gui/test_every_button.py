@@ -167,7 +167,7 @@ def test_session_start_connects_and_says_with_what(session, wait_until, album):
     desk.click("sessionButton")
     wait_until(lambda: "Connected to Pepper: camera, " in desk.window.output, "it says what it has found")
     if "first picture" not in desk.window.output:
-        assert "on the tablet" not in station.probe("newest", "/com_cam/status")[1][0], "before Robot feed"
+        assert station.probe("newest", "/com_cam/status")[1] == ["Live; not on the tablet: switched off"], "not yet"
         desk.click("terminalFrame")
         wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
         desk.screen.photograph(album / "window_keys.png", desk.window.id)
@@ -190,7 +190,7 @@ def test_robot_feed_shows_the_camera_and_begins_the_conversation(driving, wait_u
 
     def shown_and_heard():
         page, sound = (station.probe("newest", topic)[1][0] for topic in ("/com_cam/status", "/voice/state"))
-        return "on the tablet" in page, sound != "no conversation"
+        return page.startswith("Live; on the tablet"), sound != "no conversation"
 
     wait_until(lambda: shown_and_heard() == (True, True), "it has begun the conversation")
     desk.click("feedButton")

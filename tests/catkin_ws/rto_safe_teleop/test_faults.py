@@ -202,6 +202,19 @@ def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):
     station.cruise()
 
 
+def test_a_master_that_dies_is_a_standing_robot_and_its_successor_knows_everybody(station, until_true):
+    station.cruise()
+    station.graph.master.kill()
+    died = time.time()
+    assert station.time_to_stand(died) < STOP_WITHIN
+    station.driver.wait_for("stopped: the ROS master does not answer")
+    station.pilot.silence()
+    station.graph.start_master()
+    station.join(until_true)
+    station.until(lambda: station.drive_state.startswith("stopped"), "the driver is registered again")
+    station.cruise()
+
+
 def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     station.cruise()
     station.proxy.spoil["/data/bumper"] = lambda _: b'{"value": true}'
@@ -216,16 +229,3 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     assert abs(station.speed()) < 0.11
     assert station.trigger("reset_bumper")["success"]
     station.until(lambda: station.speed() / -station.way > 0.9, "let go")
-
-
-def test_a_master_that_dies_is_a_standing_robot_and_its_successor_knows_everybody(station, until_true):
-    station.cruise()
-    station.graph.master.kill()
-    died = time.time()
-    assert station.time_to_stand(died) < STOP_WITHIN
-    station.driver.wait_for("stopped: the ROS master does not answer")
-    station.pilot.silence()
-    station.graph.start_master()
-    station.join(until_true)
-    station.until(lambda: station.drive_state.startswith("stopped"), "the driver is registered again")
-    station.cruise()

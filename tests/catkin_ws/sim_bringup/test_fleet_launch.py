@@ -7,7 +7,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from sim import scaling_figures
+from simulation import scaling_figures
 
 from telepresence.sim.simulation import parse_robots
 

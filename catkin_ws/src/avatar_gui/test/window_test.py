@@ -50,8 +50,10 @@ class Window(LaunchTest):
 
     def test_a_running_robot_is_shown_and_driven_from_the_terminal_until_the_node_is_ended(self):
         self.until(lambda: READY in self.terminal_text(), "the keyboard runs in the terminal")
-        self.until(self.terminal_has_keyboard, "the terminal has the keyboard")
         self.until(self.shows_picture, "the picture is on the screen")
+        self.assertFalse(self.terminal_has_keyboard(), "keys drive until somebody asks for the terminal")
+        self.xdotool("key", "F6")
+        self.until(self.terminal_has_keyboard, "the terminal has the keyboard")
 
         self.until(lambda: self.last_command() == ZERO, "the window takes the robot, which stands")
         self.probe.forget("/cmd_vel")

@@ -2,7 +2,7 @@
 
 FILE is docs/measured/scaling.json. Then:
 
-    python tests/bench/sim/scaling_figures.py
+    python tests/bench/simulation/scaling_figures.py
 
 What stands between `<!-- NAME -->` and `<!-- end -->` is replaced.
 """
