@@ -13,12 +13,10 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from guide_lines import GuideLine, tables, typed
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -46,7 +44,6 @@ class Station:
 
     def __init__(self, environment: dict[str, str], ports: dict[str, int]) -> None:
         self.environment = environment
-        self.nao_port = str(ports["nao_port"])
         self.lines: list[str] = []
         self.process = processes.start(
             [str(ROOT / "stack"), "up", "pepper", *(f"{name}:={port}" for name, port in ports.items()), "source:=test"],
@@ -157,20 +154,6 @@ def test_the_window_shows_the_robots_camera(station, wait_until):
 def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     wait_until(lambda: PROGRAMS <= station.nodes(), "all programs are registered")
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
-
-
-def test_the_reports_lines_print_what_the_page_of_the_guides_says(station):
-    """Typed side by side; the keyboards have other names, so that none takes the place of the station's own."""
-
-    def type_it(numbered: tuple[int, GuideLine]) -> None:
-        number, line = numbered
-        more = f"__name:=typed_{number}" if "rosrun" in line.line else ""
-        robot = "127.0.0.1" if "ROBOT_PORT" in line.line else f"127.0.0.1:{station.nao_port}"
-        with typed(line, station.environment, more, ROBOT_IP=robot, ROBOT_PORT=station.nao_port):
-            pass
-
-    with ThreadPoolExecutor(2) as hands:
-        list(hands.map(type_it, enumerate(tables()["The report: beside `./stack up`"])))
 
 
 def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):

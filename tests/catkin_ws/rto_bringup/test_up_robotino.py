@@ -14,12 +14,10 @@ import signal
 import subprocess
 import urllib.request
 import uuid
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from guide_lines import GuideLine, tables, typed
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_proxy
@@ -101,15 +99,6 @@ def test_the_pictures_age_is_measured_on_demand(station, graph, until_true):
     )  # fmt: skip
     assert 0.0 < station.probe.newest("/picture_age")[0] < 2.0
     assert node.end() == 0
-
-
-def test_the_guides_lines_print_what_the_page_of_the_guides_says(station):
-    def type_it(line: GuideLine) -> None:
-        with typed(line, station.environment):
-            pass
-
-    with ThreadPoolExecutor(2) as hands:
-        list(hands.map(type_it, tables()["The Robotino guide: beside `./stack up robotino`"]))
 
 
 def test_w_drives_and_its_release_stops(station, until_true):

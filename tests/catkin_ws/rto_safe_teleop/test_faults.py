@@ -8,16 +8,20 @@ import signal
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from corrupting_proxy import CorruptingProxy
 from gated_station import STOP_WITHIN, GatedStation
+from guide_lines import GuideLine, tables, typed
 
 pytestmark = [pytest.mark.ros]
 
 SPEED = 0.15
 DISTANCES = "/data/distancesensorarray"
 NOTHING = 0.41
+AT_ONCE = 3
+"""Command lines that are typed side by side."""
 
 
 class Station(GatedStation):
@@ -186,6 +190,17 @@ def test_a_killed_gate_is_a_standing_robot_and_its_successor_drives_on(station):
     station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
     station.under_way()
     assert station.careful() == "off"
+
+
+def test_the_guides_lines_print_what_the_page_of_the_guides_says(station):
+    """Not about a fault, but a driver and a gate are here."""
+
+    def type_it(line: GuideLine) -> None:
+        with typed(line, station.graph.environment):
+            pass
+
+    with ThreadPoolExecutor(AT_ONCE) as hands:
+        list(hands.map(type_it, tables()["The Robotino guide: beside the robot"]))
 
 
 def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):

@@ -1,5 +1,5 @@
 """The simulation guide's programs as a person types them in the project's folder, with any python3 and no ROS master:
-`python3 sim.py --terrain flat`, `python3 custom_controller.py`, and the guide's other examples."""
+`python3 sim.py --terrain flat` and `python3 custom_controller.py`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from telepresence.station.ros_master import master_answers
 pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).resolve().parents[3]
-EXAMPLES = ("rosrun", "sim_bringup")
 
 
 @pytest.fixture
@@ -45,7 +44,6 @@ def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph,
     another = graph.run(*plain_python, "sim.py", "--port", "0")
     assert another.process.wait(30.0) == 1 and "a simulation runs already" in another.output
 
-    camera = graph.run(*EXAMPLES, "camera_subscriber.py")
     probe = graph.probe()
     probe.watch("/body_state", "std_msgs/Float32MultiArray", [f"data.{i}" for i in range(6)])
     start = probe.latest("/body_state")
@@ -58,13 +56,7 @@ def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph,
         lambda: math.dist(probe.latest("/body_state"), probe.latest("/body_state")) < 0.002, "it stops at Ctrl-C"
     )
 
-    restart = graph.run(*EXAMPLES, "restart_client.py")
-    assert restart.process.wait(20.0) == 0
-    assert restart.output == "Restart successful: Simulation restart requested\n"
-    until_true(lambda: math.dist(probe.latest("/body_state")[:2], start[:2]) < 0.001, "it is back at the start")
-    camera.wait_for("Received image: 640x480")
-
     simulation.signal(signal.SIGINT)
     assert simulation.process.wait(20.0) == 0, simulation.output
     assert not master_answers(graph.uri), "the ROS master that it brought ends with it"
-    assert "Traceback" not in simulation.output + controller.output + camera.output
+    assert "Traceback" not in simulation.output + controller.output
