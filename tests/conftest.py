@@ -94,8 +94,8 @@ class Turns:
 
 TURNS = pytest.StashKey[Turns]()
 FIRST_WORKER, BEHIND = "gw0", 5
-"""The worker that has the stations: what it waits for goes on in real time at the cost of the processors, so the sooner it
-gets them the less it costs. The others wait for it by this niceness, and need no more for being late."""
+"""The worker that has the stations, and the niceness of the others. Stations run in real time, so the sooner this
+worker gets the processors, the less they cost."""
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -46,7 +46,14 @@ class Station:
         self.environment = environment
         self.lines: list[str] = []
         self.process = processes.start(
-            [str(ROOT / "stack"), "up", "pepper", *(f"{name}:={port}" for name, port in ports.items()), "source:=test"],
+            [
+                str(ROOT / "stack"),
+                "up",
+                "pepper",
+                *(f"{name}:={port}" for name, port in ports.items()),
+                "source:=test",
+                "front_frame_rate:=8",
+            ],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -154,26 +161,6 @@ def test_the_window_shows_the_robots_camera(station, wait_until):
 def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     wait_until(lambda: PROGRAMS <= station.nodes(), "all programs are registered")
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
-
-
-def test_keys_typed_in_the_windows_terminal_drive(station, wait_until):
-    begin = station.truth()
-    station.type_in_terminal("i")
-    wait_until(lambda: np.linalg.norm(station.truth() - begin) > 0.2, "Pepper drives forward")
-    station.type_in_terminal("k")
-    wait_until(lambda: station.speed() < 0.01, "Pepper stands")
-
-
-def test_the_tablet_shows_the_pilot(station):
-    code = (
-        "import rospy; from sensor_msgs.msg import Image; from telepresence.video.images import read_image_message;"
-        "rospy.init_node('look', anonymous=True);"
-        "p = read_image_message(rospy.wait_for_message('/tablet/image_raw', Image, timeout=30));"
-        "print(p.shape[0], p.shape[1], p.std())"
-    )
-    height, width, contrast = station.run("python3", "-c", code).split()
-    assert (int(height), int(width)) == (400, 640)
-    assert float(contrast) > 20, "the tablet is dark"
 
 
 def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):

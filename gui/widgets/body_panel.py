@@ -67,7 +67,7 @@ class BodyPanel(QFrame):
             ]
         if body is None:
             return [(name, "–") for name in ("roll, pitch", "x, y", "heading", "speed", "turning")]
-        truth = [] if true is None else [("true x, y", f"{_signed(true.x, 2)} {_signed(true.y, 2)}")]
+        truth = [] if true is None else [("truth", f"{_signed(true.x, 2)} {_signed(true.y, 2)}")]
         return [
             ("roll, pitch", f"{_signed(math.degrees(body.roll), 0)}° {_signed(math.degrees(body.pitch), 0)}°"),
             ("x, y", f"{_signed(body.x, 2)} {_signed(body.y, 2)}"),

@@ -48,7 +48,7 @@ class BothStation(Station):
         ports = [f"{name}:={free_port()}" for name in names]
         self.launch = self.start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
-            "sign_in:=true", "voice:=false", *ports,
+            "front_frame_rate:=8", "sign_in:=true", "voice:=false", *ports,
         )  # fmt: skip
 
     def watch(self):

@@ -33,7 +33,16 @@ def station(tmp_path_factory, free_port, wait_until):
         station.start_master()
         ports = [f"{name}:={free_port()}" for name in ("nao_port", "page_port")]
         launch = str(ROOT / "launch" / "pepper.launch")
-        station.start("roslaunch", launch, "gui:=false", "terrain:=flat", "source:=test", "sign_in:=true", *ports)
+        station.start(
+            "roslaunch",
+            launch,
+            "gui:=false",
+            "terrain:=flat",
+            "source:=test",
+            "front_frame_rate:=8",
+            "sign_in:=true",
+            *ports,
+        )
         station.start_tracking()
         station.origin = station.place()
         yield station

@@ -78,10 +78,18 @@ def test_whole_numbers_have_no_decimal_point(client):
 
 
 def test_sequence_rises_by_one_per_reading(client, wait_until):
-    first = client.get("/data/odometry")[6]
-    seen = {first}
-    wait_until(lambda: seen.add(client.get("/data/odometry")[6]) or len(seen) > 5, "five new readings")
-    assert sorted(seen) == list(range(first, first + len(seen)))
+    """A client that a busy machine holds up misses some; it asks until it has missed none for a while."""
+    seen = [client.get("/data/odometry")[6]]
+
+    def next_without_gap() -> bool:
+        newest = client.get("/data/odometry")[6]
+        if newest > seen[-1] + 1:
+            seen.clear()
+        if not seen or newest > seen[-1]:
+            seen.append(newest)
+        return len(seen) > 5
+
+    wait_until(next_without_gap, "five new readings, each by one more than the one before")
 
 
 @pytest.mark.parametrize("path", ["/data/festoolcharger", "/data/scan0"])
