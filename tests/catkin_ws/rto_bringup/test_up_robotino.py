@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_proxy
@@ -122,22 +123,16 @@ def test_w_drives_and_its_release_stops(station, until_true):
 
 def test_rto_teleop_drives_through_the_gate_on_the_robot(station, graph, until_true):
     """As the guide types it: `rosrun rto_teleop rto_teleop_keyboard`."""
-    keys, slave = os.openpty()
-    program = processes.start(
-        [str(graph.workspace / "lib/rto_teleop/rto_teleop_keyboard"), "_scale_linear:=4"], env=station.environment,
-        stdin=slave, stdout=slave, stderr=slave,
-    )  # fmt: skip
-    os.close(slave)
+    keyboard = graph.workspace / "lib/rto_teleop/rto_teleop_keyboard"
+    terminal = Terminal(str(keyboard), "_scale_linear:=4", env=station.environment)
     try:
-        shown = ""
-        while "Hold a key" not in shown:
-            shown += os.read(keys, 4096).decode()
-        assert "through the safety gate of /rto3/rto_drive_link" in shown
+        until_true(lambda: "Hold a key" in terminal.seen, "it says what the keys do")
+        assert "through the safety gate of /rto3/rto_drive_link" in terminal.seen
         begin = station.place()
-        until_true(lambda: os.write(keys, b"s") and math.dist(station.place(), begin) > 0.1, "a held key drives")
+        until_true(lambda: terminal.type("s") or math.dist(station.place(), begin) > 0.1, "a held key drives")
+        processes.end(terminal.process, patience=10.0)
     finally:
-        processes.end(program, patience=10.0)
-        os.close(keys)
+        terminal.close()
     until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 
