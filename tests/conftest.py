@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import itertools
 import os
 import subprocess
@@ -119,6 +120,12 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         # The station of a file stays up between its tests.
         if not (alone and nextitem is not None and nextitem.path == item.path):
             turns.leave()
+
+
+def pytest_runtest_logfinish() -> None:
+    """Collect garbage between tests, and so on Qt's thread, where tests with widgets have ended Python's own way."""
+    if not gc.isenabled():
+        gc.collect(1)
 
 
 @pytest.fixture(name="wait_until", scope="session")

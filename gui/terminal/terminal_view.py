@@ -74,8 +74,7 @@ class TerminalView(QFrame):
         self._closing = False
         self._denied = ""
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._worker = threading.Thread(target=self._work, name="terminal-typing", daemon=True)
-        self._worker.start()
+        self._worker: threading.Thread | None = None
 
         self._container = QWidget()
         self._container.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
@@ -159,7 +158,7 @@ class TerminalView(QFrame):
             self._tmux.type_line(window, text)
             self.typed.emit(text)
 
-        self._jobs.put(job)
+        self._do(job)
 
     def end_program(self, window: str = FIRST_WINDOW, patience: float = END_PATIENCE) -> None:
         """Type Ctrl-C into a tmux window, and emit `ended` when its shell is at the prompt again, or after `patience`
@@ -175,7 +174,7 @@ class TerminalView(QFrame):
             finally:
                 self.ended.emit(left)
 
-        self._jobs.put(job)
+        self._do(job)
 
     def take_keyboard(self) -> None:
         """Give the keyboard to the terminal."""
@@ -193,8 +192,9 @@ class TerminalView(QFrame):
         """End xterm, tmux and everything in it; takes a few seconds at most."""
         self._closing = True
         self._search.stop()
-        self._jobs.put(None)
-        self._worker.join(timeout=6.0)
+        if self._worker is not None:
+            self._jobs.put(None)
+            self._worker.join(timeout=6.0)
         if self._reaper is None:
             return
         assert self._reaper.stdin is not None  # `start_reaper` asks for a pipe
@@ -296,6 +296,13 @@ class TerminalView(QFrame):
         self._set_keyboard(False)
         self._cover.say("The terminal was closed. Click here to open it again.")
         self._layout.setCurrentWidget(self._cover)
+
+    def _do(self, job: Callable[[], None]) -> None:
+        """Have the typing thread do it. A terminal into which nothing is typed has no such thread."""
+        if self._worker is None:
+            self._worker = threading.Thread(target=self._work, name="terminal-typing", daemon=True)
+            self._worker.start()
+        self._jobs.put(job)
 
     def _work(self) -> None:
         while (job := self._jobs.get()) is not None:

@@ -47,12 +47,13 @@ def qt() -> QApplication:
 
 @pytest.fixture(autouse=True)
 def gc_on_qts_thread(qt: QApplication) -> Iterator[None]:
-    """Collect garbage as gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of the next one."""
+    """Collect garbage as gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of a later one,
+    whatever file that is in; tests/conftest.py collects from now on."""
     gc.disable()
     yield
     QApplication.sendPostedEvents(None, QEvent.DeferredDelete)
     gc.collect()
-    gc.enable()
+    gc.disable()  # some tests enable it
 
 
 @pytest.fixture
