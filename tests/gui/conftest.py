@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from fake_window_parts import FakeLink, FakeTerminal
+from offscreen_qt import application
 from PyQt5.QtCore import QEvent, QPoint
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QWidget
 from window_input import FakeRobot, Screen
@@ -41,8 +42,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Itera
 def qt() -> QApplication:
     # What is there by now stays: looking through it after every test took a fifth of a second each time.
     gc.freeze()
-    # Not by QT_QPA_PLATFORM: programs that other tests start would inherit it.
-    return QApplication.instance() or QApplication(["tests", "-platform", "offscreen"])
+    return application()
 
 
 @pytest.fixture(autouse=True)

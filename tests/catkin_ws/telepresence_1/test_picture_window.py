@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from offscreen_qt import application
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -20,8 +21,7 @@ ORANGE = (240, 120, 20)
 
 @pytest.fixture(scope="session")
 def qt() -> QApplication:
-    # Not by QT_QPA_PLATFORM: programs that other tests start would inherit it.
-    return QApplication.instance() or QApplication(["tests", "-platform", "offscreen"])
+    return application()
 
 
 @pytest.fixture
