@@ -11,8 +11,6 @@ and services: telepresence_msgs/msg and telepresence_msgs/srv.
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import math
 import secrets
 import struct
@@ -22,7 +20,9 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
+from telepresence.teleop import signing
 from telepresence.teleop.command_timeout import ZEROS_TIME
+from telepresence.teleop.signing import NONCE, Check, Received
 
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
@@ -38,8 +38,6 @@ OTHER_TIME = 0.5
 FORGOTTEN = 30.0
 """Seconds of silence after which a window is forgotten."""
 MOST_WINDOWS = 32
-NONCE = 16
-"""Length of a random number and of a proof [bytes]."""
 PILOT, WATCHER = "pilot", "watcher"
 
 
@@ -92,20 +90,22 @@ class Joined(NamedTuple):
 
 def session_key(account_key: bytes, window_nonce: bytes, lease_nonce: bytes) -> bytes:
     """Return the key with which a window signs from now on."""
-    return hmac.digest(account_key, b"telepresence drive lease" + window_nonce + lease_nonce, hashlib.sha256)
+    return signing.session_key(account_key, "drive lease", window_nonce, lease_nonce)
 
 
 def sign_command(key: bytes, command: Command) -> bytes:
     """Return the proof that belongs into the command."""
-    velocity = command.velocity or ZERO
-    body = struct.pack("<Id?3d", command.number, command.sent, command.velocity is not None, *velocity)
-    return hmac.digest(key, b"command" + body + command.hold.encode(), hashlib.sha256)[:NONCE]
+    return signing.sign(key, "command", command.number, *_parts(command))
 
 
 def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
     """Return the proof for `DriveLease.ask`."""
-    body = struct.pack("<I", number) + action.encode() + b"\0" + to.encode()
-    return hmac.digest(key, b"request" + body, hashlib.sha256)[:NONCE]
+    return signing.sign(key, "request", number, action.encode(), to.encode())
+
+
+def _parts(command: Command) -> tuple[bytes, bytes]:
+    velocity = command.velocity or ZERO
+    return struct.pack("<d?3d", command.sent, command.velocity is not None, *velocity), command.hold.encode()
 
 
 @dataclass(eq=False)
@@ -115,11 +115,9 @@ class _Window:
     session: str
     account: Account
     node: str
-    key: bytes = field(repr=False)
+    received: Received = field(repr=False)
+    """Commands and requests are counted on their own, because the two use different channels."""
     last_message: float
-    number: int = 0
-    """Number of its last command; `asked` is that of its last request, because the two use different channels."""
-    asked: int = 0
     offset: float = math.inf
     """Least difference seen between our clock and its own [s]."""
     measured: float = 0.0
@@ -184,8 +182,8 @@ class DriveLease:
         if len(self._windows) >= MOST_WINDOWS:
             return Joined("", b"", f"There are {MOST_WINDOWS} windows already. Close one and wait {FORGOTTEN:.0f} s.")
         session, own_nonce = secrets.token_hex(8), secrets.token_bytes(NONCE)
-        key = session_key(account.key, nonce, own_nonce)
-        self._windows[session] = _Window(session, account, node, key, now)
+        received = Received(session_key(account.key, nonce, own_nonce))
+        self._windows[session] = _Window(session, account, node, received, now)
         return Joined(session, own_nonce)
 
     def receive(self, session: str, command: Command, now: float) -> Velocity | None:
@@ -216,14 +214,14 @@ class DriveLease:
         window = self._windows.get(session)
         if window is None:
             return Reply(False, "This robot does not know this window any more; it joins again by itself.")
-        genuine = hmac.compare_digest(proof, sign_request(window.key, number, action, to))
-        if not genuine:
+        check = window.received.check(proof, "request", number, action.encode(), to.encode())
+        if check is Check.FORGED:
             self.refused += 1
             return Reply(False, f"The robot knows another password for {window.account.name}. Sign in again.")
-        if number <= window.asked:
+        if check is Check.REPEATED:
             self.refused += 1
             return Reply(False, "A later request was here first. Ask again.")
-        window.asked, window.last_message, window.proven = number, now, True
+        window.last_message, window.proven = now, True
         actions = {
             "take": lambda: self._take(window, now),
             "release": lambda: self._release(window, now),
@@ -347,13 +345,11 @@ class DriveLease:
     # --- checks and transitions ---
 
     def _is_genuine(self, window: _Window, command: Command, now: float) -> bool:
-        if command.number <= window.number:
-            return False
-        if not hmac.compare_digest(command.proof, sign_command(window.key, command)):
+        if window.received.check(command.proof, "command", command.number, *_parts(command)) is not Check.GOOD:
             return False
         if not all(map(math.isfinite, (command.sent, *(command.velocity or ZERO)))):
             return False
-        window.number, window.proven = command.number, True
+        window.proven = True
         drift = DRIFT * max(0.0, now - window.measured)
         window.offset, window.measured = min(window.offset + drift, now - command.sent), now
         if now - command.sent - window.offset > LATE:
