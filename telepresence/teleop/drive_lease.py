@@ -151,6 +151,13 @@ class State:
     windows: tuple[str, ...] = ()
 
 
+def _outranks(account: Account, other: Account) -> bool:
+    """Whether what one person has done may be undone by another: any pilot ranks above a watcher."""
+    if account.role != other.role:
+        return account.role == PILOT
+    return account.rank > other.rank
+
+
 class DriveLease:
     """Decides which window's commands reach the robot.
 
@@ -163,7 +170,7 @@ class DriveLease:
         self._windows: dict[str, _Window] = {}
         self._pilot: _Window | None = None
         self._asking: _Window | None = None
-        self._stopped_by = ""
+        self._stopper: Account | None = None
         self._velocity, self._velocity_at = ZERO, -math.inf
         self._zeros_until = -math.inf
         self._other, self._other_at = "", -math.inf
@@ -198,7 +205,7 @@ class DriveLease:
         self._held = bool(self._pilot is not None and self._pilot.hold)
         if command.velocity is None:
             return None
-        if window is not self._pilot or self._stopped_by or (self._held and any(command.velocity)):
+        if window is not self._pilot or self._stopper or (self._held and any(command.velocity)):
             self.refused += 1
             return None
         self._zeros_until = -math.inf
@@ -273,7 +280,7 @@ class DriveLease:
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
             asking=asking.account.name if asking and now - asking.last_message <= LEASE else "",
-            stopped_by=self._stopped_by,
+            stopped_by=self._stopper.name if self._stopper else "",
             hold=self._hold_reason(),
             other=self._other if now - self._other_at <= OTHER_TIME else "",
             velocity=self._velocity,
@@ -320,18 +327,25 @@ class DriveLease:
         return Reply(True)
 
     def _stop(self, window: _Window, now: float) -> Reply:
-        self._stopped_by = self._stopped_by or window.account.name
+        if self._stopper is None or _outranks(window.account, self._stopper):
+            self._stopper = window.account
         self._velocity, self._velocity_at = ZERO, now
         self._zeros_until = now + ZEROS_TIME
         return Reply(True)
 
     def _reset_stop(self, window: _Window) -> Reply:
-        pilot = self._pilot
-        if window.account.role != PILOT:
-            return Reply(False, f"{window.account.name} may stop the robot; only a pilot lets it go again.")
-        if pilot is not None and pilot is not window and window.account.rank <= pilot.account.rank:
-            return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
-        self._stopped_by = ""
+        """Reset a stop for who pressed it, in whatever session, or for a higher rank; a watcher's for the pilot too."""
+        account, stopper, pilot = window.account, self._stopper, self._pilot
+        if account.role != PILOT:
+            return Reply(False, f"{account.name} may stop the robot; only a pilot lets it go again.")
+        if stopper is not None and stopper.name != account.name:
+            if not _outranks(account, stopper):
+                return Reply(
+                    False, f"{stopper.name} has pressed the red stop: {stopper.name} or a higher rank resets it."
+                )
+            if pilot is not None and pilot.account.name != account.name and not _outranks(account, pilot.account):
+                return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
+        self._stopper = None
         return Reply(True)
 
     def _leave(self, window: _Window, now: float) -> Reply:
@@ -368,8 +382,8 @@ class DriveLease:
         return velocity
 
     def _hold_reason(self) -> str:
-        if self._stopped_by:
-            return f"{self._stopped_by} has pressed the red stop."
+        if self._stopper is not None:
+            return f"{self._stopper.name} has pressed the red stop."
         return self._pilot.hold if self._pilot is not None else ""
 
     def _forget(self, now: float) -> None:
