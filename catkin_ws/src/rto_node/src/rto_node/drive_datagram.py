@@ -79,8 +79,7 @@ class Report(NamedTuple):
 
 def encode(**fields: Any) -> bytes:
     """A body of these fields. Infinity goes as null."""
-    sendable = {name: _sendable(value) for name, value in fields.items()}
-    return json.dumps(sendable, separators=(",", ":"), ensure_ascii=False).encode()
+    return _ENCODER.encode({name: _sendable(value) for name, value in fields.items()}).encode()
 
 
 def encode_report(report: Report) -> bytes:
@@ -103,7 +102,7 @@ def decode(body: bytes) -> dict[str, Any]:
     if len(body) > MAX_DATAGRAM:
         raise BadMessage(f"longer than {MAX_DATAGRAM} bytes")
     try:
-        fields = json.loads(body, parse_constant=_refuse_constant)
+        fields = _DECODER.decode(body.decode())
     except (ValueError, RecursionError) as error:
         raise BadMessage(str(error) if isinstance(error, BadMessage) else "not JSON") from None
     if not isinstance(fields, dict) or not isinstance(fields.get("type"), str):
@@ -157,13 +156,15 @@ def parse_report(fields: dict[str, Any]) -> Report:
 
 def printable(text: str) -> str:
     """Text of the other side for a terminal or a window: control characters and the like become blanks."""
-    return "".join(letter if letter.isprintable() else " " for letter in text)
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 def short(text: str) -> str:
     """As much of a printable text as takes at most `MAX_TEXT` bytes on the wire."""
     text = printable(text[:MAX_TEXT])
-    while len(json.dumps(text, ensure_ascii=False).encode()) > MAX_TEXT + 2:
+    if text.isascii() and len(text) <= MAX_TEXT // 2:  # a quotation mark takes two
+        return text
+    while len(_ENCODER.encode(text).encode()) > MAX_TEXT + 2:
         text = text[: len(text) * 9 // 10]
     return text
 
@@ -177,6 +178,11 @@ def _sector(fields: dict[str, Any]) -> int:
 
 def _refuse_constant(name: str) -> float:
     raise BadMessage(f"{name} is not a number that can be used")
+
+
+# Made once: json.dumps and json.loads with options make a new one each time.
+_ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False)
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
 
 
 def _sendable(value: Any) -> Any:
