@@ -8,6 +8,7 @@ write, read or tighten what they choose.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import pwd
 import stat
@@ -25,14 +26,10 @@ class NotPrivate(PermissionError):
     """A file or folder is not ours alone; the text says why and what to do."""
 
     def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(None, f"{path} {reason}", str(path))
-        self.text = f"{path} {reason}"
+        super().__init__(errno.EPERM, f"it {reason}", str(path))
 
     def __str__(self) -> str:
-        return self.text
-
-    def __reduce__(self) -> tuple:
-        return PermissionError, (None, self.text, self.filename)
+        return f"{self.filename}: {self.strerror}"
 
 
 def restrict_new_files() -> None:
