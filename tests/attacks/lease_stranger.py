@@ -50,7 +50,7 @@ class Window:
         self.node = f"/window_{next(stranger.count)}"
         self.session, self.key, self.reason = "", b"", ""
         self.number = self.asked = 0
-        self.velocity = None
+        self.velocity, self.hold = None, ""
         if OLD:
             nonce = secrets.token_bytes(16)
             answer = stranger.join(name, self.node, nonce)
@@ -76,11 +76,8 @@ class Window:
     def send(self):
         self.number += 1
         velocity = None if self.velocity is None else drive_lease.Velocity(*self.velocity)
-        command = drive_lease.Command(self.number, time.monotonic(), velocity, "")
+        command = drive_lease.Command(self.number, time.monotonic(), velocity, self.hold)
         command = dataclasses.replace(command, proof=sign_command(self.key, command))
-        self.publish(command)
-
-    def publish(self, command):
         message = DriveCommand(session=self.session, number=command.number, sent=command.sent, hold=command.hold)
         message.driving, message.proof = command.velocity is not None, command.proof
         message.vx, message.vy, message.wz = command.velocity or (0.0, 0.0, 0.0)
@@ -165,10 +162,8 @@ class Stranger:
 
     def do_garble(self, who):
         window = self.windows[who]
-        for hold in ("\x1b]0;x\x07", "x" * 1_000_000):
-            window.number += 1
-            command = drive_lease.Command(window.number, time.monotonic(), None, hold)
-            window.publish(dataclasses.replace(command, proof=sign_command(window.key, command)))
+        for window.hold in ("\x1b]0;x\x07", "x" * 1_000_000, ""):
+            time.sleep(0.3)  # `repeat` sends it
 
     def do_moved(self):
         return self.velocity

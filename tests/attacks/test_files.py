@@ -77,8 +77,11 @@ def victim(tmp_path):
     path = tmp_path / "victim"
     path.write_text(SECRET)
     path.chmod(0o644)
-    yield path
-    assert path.read_text() == SECRET and mode(path) == 0o644
+    return path
+
+
+def untouched(victim):
+    return victim.read_text() == SECRET and mode(victim) == 0o644
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +145,7 @@ def test_a_film_is_written_through_a_link(graph, recorded, victim, tmp_path, run
     (tmp_path / "film.mp4").symlink_to(victim)
     film = run_program(str(NODES / "avatar_gui" / "record_film"), "/camera", tmp_path / "film.mp4", env=graph)
     wait_until(lambda: film.poll() is not None or victim.stat().st_size != len(SECRET), "it has given up, or written")
+    assert untouched(victim)
 
 
 def test_a_report_is_written_through_a_link(recorded, victim, tmp_path):
@@ -149,6 +153,7 @@ def test_a_report_is_written_through_a_link(recorded, victim, tmp_path):
     shutil.copy(recorded / "session.bag", tmp_path / "copy.bag")
     (tmp_path / "copy.html").symlink_to(victim)
     run(sys.executable, "-m", "gui.session_report", tmp_path / "copy.bag")
+    assert untouched(victim)
 
 
 def test_another_user_reads_accounts_that_were_left_readable(tmp_path):
@@ -193,6 +198,7 @@ def test_settings_are_written_through_a_link(tmp_path, victim):
     """A link at the place of the settings is not followed."""
     (tmp_path / "window.ini").symlink_to(victim)
     run(sys.executable, "-c", REMEMBER, tmp_path / "window.ini")
+    assert untouched(victim)
 
 
 def test_the_note_about_the_tablets_page_is_written_through_a_link(tmp_path, victim, monkeypatch):
@@ -204,7 +210,7 @@ def test_the_note_about_the_tablets_page_is_written_through_a_link(tmp_path, vic
     (tmp_path / f"com_cam_127.0.0.1_9559.{os.getpid()}").symlink_to(victim)
     robot = Address("tcp://127.0.0.1:9559")
     PageRecord("http://127.0.0.1/?k=key", True, os.getpid()).write(robot)
-    assert read_record(robot).url.endswith("key")
+    assert read_record(robot).url.endswith("key") and untouched(victim)
 
 
 def test_a_sound_recording_of_the_simulated_robot_is_readable_or_follows_a_link(tmp_path, victim):
@@ -220,5 +226,6 @@ def test_a_sound_recording_of_the_simulated_robot_is_readable_or_follows_a_link(
         (tmp_path / "link.wav").symlink_to(victim)
         with pytest.raises(OSError), LoudspeakerOutput(Track(), record=tmp_path / "link.wav"):
             pass
+        assert untouched(victim)
     finally:
         os.umask(before)
