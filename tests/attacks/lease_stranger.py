@@ -11,7 +11,7 @@ commands, one JSON list a line; each is answered by one JSON value:
   ["probe", name]                    what a join without a password is told: a list of answers
   ["flood", name, count]             join so often and prove nothing
   ["garble", who]                    send genuine commands whose text is none: control characters, a megabyte
-  ["moved"], ["state"]               newest velocity on cmd_vel; newest drive/state as {"pilot", "stopped_by", "alive"}
+  ["moved"], ["state"]               newest velocity on cmd_vel; newest drive/state: {"pilot", "stopped_by", "epoch", …}
   ["worst_hold"]                     the beginning of a reason in drive/state that was long or not printable
 """
 
@@ -175,6 +175,8 @@ class Stranger:
         state = self.newest
         return {
             "pilot": state.pilot if state else None,
+            "epoch": state.epoch if state else None,
+            "sign_in": state.sign_in if state else None,
             "stopped_by": state.stopped_by if state else None,
             "alive": time.monotonic() - self.heard < 0.6,
         }

@@ -14,7 +14,7 @@ import pytest
 from endings import end_together
 
 from telepresence.station import processes
-from telepresence.station.ros_master import master_answers
+from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.teleop.accounts import UserError, Users
 
 pytestmark = pytest.mark.ros
@@ -44,8 +44,10 @@ class Graph:
         self._programs = [processes.start(["rosmaster", "--core", "-p", str(port)], **quiet)]
         wait_until(lambda: master_answers(environment["ROS_MASTER_URI"]), "the ROS master answers")
         lease = [str(ROOT / "catkin_ws/devel/lib/avatar_gui/drive_lease"), f"_users:={self.users.path}"]
-        self._programs.append(processes.start(lease, **quiet))
+        self._start_lease = lambda: processes.start(lease, **quiet)
+        self._programs.append(self._start_lease())
         self.lease = self._programs[-1]
+        self.master = master_proxy(environment["ROS_MASTER_URI"], 5.0)
         self._stranger = processes.start(
             [sys.executable, str(Path(__file__).with_name("lease_stranger.py")), str(self.users.path)],
             env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -65,6 +67,12 @@ class Graph:
         line = self._stranger.stdout.readline()
         assert line, "the attacking program has ended"
         return json.loads(line)
+
+    def restart_lease(self) -> None:
+        """End drive_lease and start it again, as roslaunch does when it ends."""
+        processes.end(self.lease, patience=5.0)
+        self._programs.append(self._start_lease())
+        self.lease = self._programs[-1]
 
     def close(self) -> None:
         end_together(self._programs)
@@ -166,3 +174,12 @@ def test_a_window_shows_others_control_characters_or_a_megabyte(graph, wait_unti
     assert graph.worst_hold() == ""
     graph.drive("ben")
     assert graph.ask("ben", "leave")[0] and graph.lease.poll() is None
+
+
+def test_signing_in_is_turned_off_by_a_parameter(graph, wait_until):
+    """Anybody on the graph sets parameters and ends nodes, which roslaunch starts again."""
+    before = graph.state()["epoch"]
+    graph.master.setParam("/stranger", "/drive_lease/sign_in", False)
+    graph.restart_lease()
+    wait_until(lambda: graph.state()["epoch"] != before, "the lease is back")
+    assert graph.state()["sign_in"]

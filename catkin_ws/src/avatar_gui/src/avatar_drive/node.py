@@ -7,13 +7,14 @@ Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and
             latched): why nobody may drive now, for keyboard programs; empty when they may.
 Services:   drive/join (telepresence_msgs/DriveJoin), drive/ask (telepresence_msgs/DriveAsk).
 Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety gate, with the red stop.
-Parameters: ~sign_in (true): check names against the accounts of telepresence.teleop.accounts; false: everybody who
-            asks is a pilot.
-            ~users: file of the accounts; default TELEPRESENCE_USERS, else gui/users.db.
+Arguments:  --sign-in true: check names against the accounts of telepresence.teleop.accounts; false: everybody who asks
+            is a pilot. --users FILE: the accounts; default TELEPRESENCE_USERS, else gui/users.db. Also _sign_in:= and
+            _users:=, but only from the command line: anybody on the graph can set parameters.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 import secrets
 import sys
@@ -54,17 +55,21 @@ ACCOUNTS_PERIOD = 0.25
 ACCOUNTS_PATIENCE = 1.0
 """Seconds for which accounts may be unreadable, while somebody writes them for example."""
 _CALLER = re.compile(r"[A-Za-z0-9_/]{1,200}")
+_OWN = re.compile(r"_(sign_in|users):=")
 _GATE_SERVICES = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
 class LeaseNode:
-    """Joins the lease, which decides who drives, and the topics."""
+    """Joins the lease, which decides who drives, and the topics.
 
-    def __init__(self) -> None:
+    Args:
+        sign_in: Whether names are checked; otherwise everybody is a pilot.
+        users: The accounts.
+    """
+
+    def __init__(self, sign_in: bool, users: Users) -> None:
         self._node = Node("drive_lease")
-        self._sign_in = bool(rospy.get_param("~sign_in", True))
-        path = str(rospy.get_param("~users", ""))
-        self._users = Users(Path(path) if path else None)
+        self._sign_in, self._users = sign_in, users
         self._lease = DriveLease(self._find_account, self._users.of_lease()[0] if self._sign_in else EVERYBODY)
         self._epoch = secrets.token_hex(4)
         self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
@@ -228,10 +233,27 @@ class LeaseNode:
             self._states.publish(message)
 
 
+def parse(argv: list[str]) -> argparse.Namespace:
+    """Return `sign_in` and `users` of a command line, in which ROS's own spelling for parameters counts too."""
+    parser = argparse.ArgumentParser(prog="drive_lease", description="Which window drives.")
+    parser.add_argument("--sign-in", type=_switch, default=True, metavar="true|false", help="check names; default true")
+    parser.add_argument("--users", default="", metavar="FILE", help="default TELEPRESENCE_USERS, else gui/users.db")
+    words = [f"--{word[1:].replace('sign_in', 'sign-in', 1).replace(':=', '=', 1)}" if _OWN.match(word) else word
+             for word in argv]  # fmt: skip
+    return parser.parse_args([word for word in words if ":=" not in word])
+
+
+def _switch(word: str) -> bool:
+    if word.lower() not in ("true", "1", "false", "0"):
+        raise argparse.ArgumentTypeError(f"true or false, not {word!r}")
+    return word.lower() in ("true", "1")
+
+
 def main() -> int:
     """Run the node; the exit code."""
+    arguments = parse(sys.argv[1:])
     try:
-        return LeaseNode().run()
+        return LeaseNode(arguments.sign_in, Users(Path(arguments.users) if arguments.users else None)).run()
     except UserError as error:
         print(f"drive_lease: {error}", file=sys.stderr)
         return 1
