@@ -1,6 +1,7 @@
 """Signing in, the lease seen from the window, and what the window then shows and does."""
 
 import dataclasses
+import threading
 
 import pytest
 from PyQt5.QtCore import Qt
@@ -11,7 +12,7 @@ from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
 from gui.driving.lease_client import SILENCE
 from gui.window import OperatorWindow
-from telepresence.teleop.accounts import Users
+from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import DriveLease
 from telepresence.teleop.lease_messages import Reply, sign_command
 from telepresence.teleop.password_key import CHEAP
@@ -100,6 +101,36 @@ def test_a_wrong_password_is_said_and_the_name_stays(window, link, spin):
     sign_in(window, spin, "anna", "wrong")
     assert "Wrong name or password" in window.page.signInMessage.text() and window.page.isVisible()
     assert window.page.nameField.text() == "anna" and window.page.passwordField.text() == ""
+
+
+def test_what_is_typed_while_a_password_is_checked_is_checked_next(window, spin, users, monkeypatch):
+    checks, check = [], users.check
+    go_on = threading.Event()
+
+    def slow_check(name, password, **more):
+        checks.append(password)
+        go_on.wait(30.0)
+        return check(name, password, **more)
+
+    monkeypatch.setattr(users, "check", slow_check)
+    for password in ("wrong", SECRET):
+        window.page.nameField.setText("anna")
+        window.page.passwordField.setText(password)
+        QTest.keyClick(window.page.passwordField, Qt.Key_Return)
+    go_on.set()
+    spin(lambda: window.authorization.account is not None, "the second password was checked")
+    assert checks == ["wrong", SECRET] and window.page.passwordField.text() == ""
+
+
+def test_the_page_says_that_a_try_waits(window, spin, users):
+    for _ in range(5):
+        with pytest.raises(UserError):
+            users.check("anna", "wrong")
+    said = []
+    window.page._waits.connect(lambda seconds: said.append(window.page.signInMessage.text()))
+    sign_in(window, spin, "anna")
+    spin(lambda: said, "it says so")
+    assert "waits for 1 s" in said[0] and window.authorization.account.name == "anna"
 
 
 def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
