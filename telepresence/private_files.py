@@ -59,11 +59,12 @@ def make_folder(path: Path) -> Path:
     return path
 
 
-def open_file(path: Path, flags: int = os.O_RDONLY) -> int:
+def open_file(path: Path, flags: int = os.O_RDONLY, tighten: bool = True) -> int:
     """Open a file, and tighten it if others may read it; return the descriptor.
 
     Args:
         flags: As for os.open, O_CREAT for example.
+        tighten: Otherwise what others may read is refused: a key that they have read is of no use any more.
     Raises:
         NotPrivate: It is a symbolic link, no regular file, belongs to somebody else, or has a second name.
         OSError: It cannot be opened.
@@ -73,10 +74,12 @@ def open_file(path: Path, flags: int = os.O_RDONLY) -> int:
     try:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
-            raise NotPrivate(path, "is no regular file")
+            raise NotPrivate(path, "is no file")
         if status.st_nlink > 1:
             raise NotPrivate(path, "has a second name (a hard link), which other users may read; remove one of the two")
         if status.st_mode & _OTHERS:
+            if not tighten:
+                raise NotPrivate(path, f"can be read or changed by others: type  chmod 600 {path}")
             os.fchmod(descriptor, FILE_MODE)
             _say(f"{path} was readable for other users; only its owner can read it now.")
         if flags & os.O_TRUNC:

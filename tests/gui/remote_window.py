@@ -5,7 +5,7 @@ usage: python remote_window.py ACCOUNTS NAME PASSWORD
 commands, one JSON list a line; each is answered by one JSON value:
   ["drive", vx, vy, wz]   repeat this velocity 20 times a second; ["drive"] ends that
   ["ask", action, to]     ["steal", session]   send under another window's session from now on
-  ["state"]               {"pilot", "mine", "obstacle", "stopped_by", "session", "refused"}
+  ["state"]               {"pilot", "mine", "obstacle", "stopped_by", "session", "refused", "ended"}
 """
 
 import json
@@ -30,6 +30,8 @@ class Remote(QObject):
         self.access = LeaseClient(RosLink(self.node, ROBOTS["pepper"]))
         self.refused = []
         self.access.refused.connect(self.refused.append)
+        self.ended = []
+        self.access.ended.connect(self.ended.append)
         self.access.sign_in(Users(Path(accounts)).check(name, password))
         self.velocity = None
         self.timer = QTimer(self, interval=50)
@@ -64,6 +66,7 @@ class Remote(QObject):
                 "obstacle": self.access.obstacle(),
                 "session": self.access._session,
                 "refused": self.refused,
+                "ended": self.ended,
             }
         print(json.dumps(answer), flush=True)
 

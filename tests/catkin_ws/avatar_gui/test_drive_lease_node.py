@@ -118,3 +118,18 @@ def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, p
     until_true(lambda: again.state("mine"), "and is free for the next")
     again.process.stdin.close()
     processes.end(again.process, patience=5.0)
+
+
+def test_a_removed_accounts_window_loses_the_robot_and_learns_why(graph, accounts, probe, until_true):
+    users = Users(accounts)
+    users.add("mallory", PASSWORD, "pilot")
+    window = Remote(graph, accounts, "mallory")
+    until_true(lambda: window.state("mine"), "it has the robot")
+    window.ask("drive", *AHEAD)
+    until_true(lambda: heard(probe)[-1] == AHEAD, "it drives")
+    users.remove("mallory")
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    until_true(lambda: window.state("ended") == ["The account of mallory was removed from this robot."], "and says why")
+    assert not window.state("session") and window.state("obstacle") == "Sign in to drive."
+    window.process.stdin.close()
+    processes.end(window.process, patience=5.0)
