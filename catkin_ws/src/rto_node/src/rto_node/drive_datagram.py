@@ -79,15 +79,15 @@ class Report(NamedTuple):
 
 def encode(**fields: Any) -> bytes:
     """A body of these fields. Infinity goes as null."""
-    sendable = {name: _sendable(value) for name, value in fields.items()}
-    return json.dumps(sendable, separators=(",", ":"), ensure_ascii=False).encode()
+    return _ENCODER.encode({name: _sendable(value) for name, value in fields.items()}).encode()
 
 
 def encode_report(report: Report) -> bytes:
     """A report's body; it always fits a datagram."""
     fields = report._asdict()
     fields["reason"] = short(report.reason)
-    fields["allowed"] = [round(speed, 2) for speed in report.allowed]
+    # In whole cm/s: written in a third of the time that it takes to write floats.
+    fields["allowed"] = [round(speed * 100.0) for speed in report.allowed]
     fields["given"] = [round(part, 4) for part in report.given]
     for name in ("gap", "command_age"):
         fields[name] = round(fields[name], 3) if math.isfinite(fields[name]) else None
@@ -103,7 +103,7 @@ def decode(body: bytes) -> dict[str, Any]:
     if len(body) > MAX_DATAGRAM:
         raise BadMessage(f"longer than {MAX_DATAGRAM} bytes")
     try:
-        fields = json.loads(body, parse_constant=_refuse_constant)
+        fields = _DECODER.decode(body.decode())
     except (ValueError, RecursionError) as error:
         raise BadMessage(str(error) if isinstance(error, BadMessage) else "not JSON") from None
     if not isinstance(fields, dict) or not isinstance(fields.get("type"), str):
@@ -147,7 +147,7 @@ def parse_report(fields: dict[str, Any]) -> Report:
         printable(_text(fields, "state")),
         printable(_text(fields, "reason")),
         _velocity(fields, "given"),
-        _numbers(fields, "allowed", SECTORS),
+        tuple(speed / 100.0 for speed in _numbers(fields, "allowed", SECTORS)),
         math.inf if fields.get("gap") is None else _number(fields, "gap"),
         _sector(fields),
         math.inf if fields.get("command_age") is None else _number(fields, "command_age"),
@@ -157,13 +157,15 @@ def parse_report(fields: dict[str, Any]) -> Report:
 
 def printable(text: str) -> str:
     """Text of the other side for a terminal or a window: control characters and the like become blanks."""
-    return "".join(letter if letter.isprintable() else " " for letter in text)
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 def short(text: str) -> str:
     """As much of a printable text as takes at most `MAX_TEXT` bytes on the wire."""
     text = printable(text[:MAX_TEXT])
-    while len(json.dumps(text, ensure_ascii=False).encode()) > MAX_TEXT + 2:
+    if text.isascii() and len(text) <= MAX_TEXT // 2:  # a quotation mark takes two
+        return text
+    while len(_ENCODER.encode(text).encode()) > MAX_TEXT + 2:
         text = text[: len(text) * 9 // 10]
     return text
 
@@ -177,6 +179,11 @@ def _sector(fields: dict[str, Any]) -> int:
 
 def _refuse_constant(name: str) -> float:
     raise BadMessage(f"{name} is not a number that can be used")
+
+
+# Made once: json.dumps and json.loads with options make a new one each time.
+_ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False)
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
 
 
 def _sendable(value: Any) -> Any:
