@@ -26,12 +26,14 @@ from gui.app.gc_on_qt_thread import GcOnQtThread
 from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
+from gui.recording.folder import save_picture
 from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
 from gui.window import OperatorWindow, themes
+from telepresence.private_files import restrict_new_files
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
@@ -49,6 +51,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"gui: {problem}", file=sys.stderr)
         return 2
     log_to_terminal()
+    restrict_new_files()
     # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
     scale = f"{arguments.scale or usual_scale(os.environ):g}"
@@ -212,10 +215,12 @@ def save_screenshot(window: QMainWindow, path: Path) -> None:
     screen = window.screen()
     assert screen is not None  # the window is shown on it
     picture = screen.grabWindow(int(window.winId()))  # type: ignore[arg-type]
-    if picture.save(str(path)):
-        print(f"Saved a picture of the window as {path}", flush=True)
+    try:
+        save_picture(picture, path)
+    except (OSError, ValueError) as error:
+        print(f"gui: {path} cannot be written: {error}", file=sys.stderr)
     else:
-        print(f"gui: {path} cannot be written; is the folder there, and the ending .png or .jpg?", file=sys.stderr)
+        print(f"Saved a picture of the window as {path}", flush=True)
 
 
 def leave(code: int) -> NoReturn:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from PyQt5.QtCore import QByteArray, QSettings
 from PyQt5.QtWidgets import QMainWindow, QSplitter
+
+from telepresence import private_files
+from telepresence.private_files import NotPrivate
 
 NOTHING = "none"
 """Value of TELEPRESENCE_SETTINGS with which nothing is remembered."""
@@ -22,6 +26,20 @@ def default_file() -> Path | None:
     return Path(named) if named else Path(base, "telepresence", "window.ini")
 
 
+def _make_private(path: Path) -> bool:
+    """Keep a file of settings, robots' addresses and names among them, to its owner; return whether it can be used."""
+    try:
+        if not path.parent.exists():
+            private_files.make_folder(path.parent)
+        os.close(private_files.open_file(path, os.O_RDWR | os.O_CREAT))
+    except NotPrivate as error:
+        print(f"gui: nothing is remembered: {error}", file=sys.stderr)
+        return False
+    except OSError:  # read-only, for example
+        return path.exists()
+    return True
+
+
 class Settings:
     """Settings by name. An invalid one counts as missing, and a file that cannot be written is ignored: neither is a
     reason not to drive.
@@ -31,7 +49,8 @@ class Settings:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._settings = QSettings(str(path), QSettings.Format.IniFormat) if path is not None else None
+        usable = path is not None and _make_private(path)
+        self._settings = QSettings(str(path), QSettings.Format.IniFormat) if usable else None
 
     def text(self, name: str, otherwise: str = "") -> str:
         """Return what was saved under this name; `otherwise` when nothing was."""

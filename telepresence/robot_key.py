@@ -14,9 +14,10 @@ import os
 import re
 import secrets
 import socket
-import stat
 from pathlib import Path
 
+from telepresence import private_files
+from telepresence.private_files import NotPrivate
 from telepresence.teleop import signing
 
 SIZE = 32
@@ -70,8 +71,11 @@ class RobotKey:
             OSError: It cannot be written.
         """
         key = cls(secrets.token_bytes(SIZE))
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        key._write_new(path)
+        if not path.parent.exists():
+            private_files.make_folder(path.parent)
+        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+        with open(file, "wb") as opened:
+            opened.write(key._line)
         return key
 
     @classmethod
@@ -83,21 +87,14 @@ class RobotKey:
             OSError: It cannot be read.
         """
         try:
-            file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK)
+            file = private_files.open_file(path, tighten=False)
         except FileNotFoundError:
             raise FileNotFoundError(f"there is no key at {path}: make_bundle.py makes one (docs/robotino.md)") from None
+        except NotPrivate as error:
+            raise ValueError(f"the key at {error}") from None
         except OSError as error:
-            if path.is_symlink():
-                raise ValueError(f"{path} is a symbolic link: name the key's own file") from None
             raise OSError(error.errno, f"the key at {path} cannot be read: {error.strerror}") from error
         try:
-            status = os.fstat(file)
-            if not stat.S_ISREG(status.st_mode):
-                raise ValueError(f"{path} is no file")
-            if status.st_mode & 0o077:
-                raise ValueError(f"others can read the key at {path}: type  chmod 600 {path}")
-            if status.st_uid not in (0, os.geteuid()):
-                raise ValueError(f"the key at {path} belongs to another user: give it to the one who runs this program")
             text = os.read(file, MOST_TEXT + 1)
         finally:
             os.close(file)
@@ -146,21 +143,14 @@ class RobotKey:
             OSError: It cannot be written.
         """
         path = path_of(robot_address)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.parent.chmod(0o700)
-        scratch = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
-        try:
-            self._write_new(scratch)
-            scratch.replace(path)
-        finally:
-            scratch.unlink(missing_ok=True)
+        private_files.make_folder(path.parent)
+        private_files.write(path, self._line)
         return path
 
-    def _write_new(self, path: Path) -> None:
-        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
-        with open(file, "w", encoding="ascii") as opened:
-            os.fchmod(file, 0o600)
-            opened.write(f"{self.text}\n")
+    @property
+    def _line(self) -> bytes:
+        """What stands in its file."""
+        return f"{self.text}\n".encode("ascii")
 
 
 def store_folder() -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from datetime import datetime
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
+from gui.recording.folder import open_folder, save_picture
 from gui.recording.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -36,6 +38,9 @@ class Capture(QObject):
         super().__init__(window)
         self._window, self._link, self._folder = window, link, folder
         self._since = 0.0
+        if folder.exists():
+            with contextlib.suppress(OSError):  # said when something is to be saved there
+                open_folder(folder)
         self.recorder = Recorder(folder, self)
         self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
         self.recorder.finished.connect(self._on_finished)
@@ -54,14 +59,12 @@ class Capture(QObject):
             return
         target = self._folder / f"{self._name()}.png"
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            self.said.emit(f"Nothing can be saved in {self._folder}: {error.strerror}.", "bad")
-            return
-        if image.save(str(target)):
-            self.said.emit(f"Saved {target}", "good")
+            save_picture(image, open_folder(self._folder) / target.name)
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            self.said.emit(f"Nothing can be saved in {self._folder}: {reason}.", "bad")
         else:
-            self.said.emit(f"{target} cannot be written. Is there room on the disk?", "bad")
+            self.said.emit(f"Saved {target}", "good")
 
     def _on_record(self, wanted: bool) -> None:
         if not wanted:

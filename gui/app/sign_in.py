@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from pathlib import Path
 
 from PyQt5 import uic
@@ -20,7 +21,8 @@ NO_ACCOUNTS = (
 
 
 class SignInPage(QWidget):
-    """Asks for name and password. The check takes a tenth of a second and runs on a thread of its own.
+    """Asks for name and password. The check takes a tenth of a second, or seconds after many wrong passwords, and runs
+    on a thread of its own; what is typed meanwhile is checked after it.
 
     Args:
         users: The accounts.
@@ -30,6 +32,7 @@ class SignInPage(QWidget):
     """Account, with its key."""
 
     _checked = pyqtSignal(object)
+    _waits = pyqtSignal(float)
 
     nameField: QLineEdit
     passwordField: QLineEdit
@@ -44,17 +47,22 @@ class SignInPage(QWidget):
         self.nameField.returnPressed.connect(self.passwordField.setFocus)
         self.passwordField.returnPressed.connect(self.try_sign_in)
         self.signInButton.clicked.connect(self.try_sign_in)
+        self._again = False
         self._checked.connect(self._on_checked)
+        self._waits.connect(lambda seconds: self.say(f"After many wrong passwords this one waits for {seconds:.0f} s."))
 
     def try_sign_in(self) -> None:
         """Check the name and password in the fields."""
         name, password = self.nameField.text(), self.passwordField.text()
         if not self.signInButton.isEnabled():
+            self._again = True
             return
         if not name.strip() or not password:
             self.say("Type your name and your password.")
             return
         self.signInButton.setEnabled(False)
+        self.passwordField.clear()
+        self._again = False
         threading.Thread(target=self._check, args=(name, password), name="sign-in", daemon=True).start()
 
     def say(self, text: str) -> None:
@@ -73,16 +81,23 @@ class SignInPage(QWidget):
 
     def _check(self, name: str, password: str) -> None:
         try:
-            self._checked.emit(self._users.check(name, password))
+            self._checked.emit(self._users.check(name, password, sleep=self._wait))
         except UserError as error:
             self._checked.emit(error)
 
     def _on_checked(self, result: Account | UserError) -> None:
         self.signInButton.setEnabled(True)
-        self.passwordField.clear()
         if isinstance(result, Account):
+            self.passwordField.clear()
             self.say("")
             self.signed_in.emit(result)
         else:
             self.say(str(result))
             self.passwordField.setFocus()
+            if self._again and self.passwordField.text():
+                self.try_sign_in()
+
+    def _wait(self, seconds: float) -> None:
+        """Wait for this try's turn; on the thread of the check."""
+        self._waits.emit(seconds)
+        time.sleep(seconds)

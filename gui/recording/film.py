@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from fractions import Fraction
 from pathlib import Path
 
 import av
 import numpy as np
+
+from telepresence import private_files
 
 TIME_BASE = Fraction(1, 1000)
 """Unit of the time stamps in the file [s]."""
@@ -67,6 +70,8 @@ class Film:
     def _open(self, width: int, height: int, stamp: float) -> None:
         if width < 2 or height < 2:
             raise ValueError(f"a film needs pictures of at least 2x2 pixels, got {width}x{height}")
+        # Made here, so that nobody else can read it, and no link at its place is followed.
+        os.close(private_files.open_file(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC))
         self._container = av.open(
             str(self.path), "w", format="mp4",
             options={"movflags": "frag_keyframe+empty_moov+default_base_moof", "fflags": "+flush_packets"},

@@ -15,6 +15,8 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject, QProcess, pyqtSignal
 
+from gui.recording.folder import open_folder
+
 PATIENCE = 8000
 """[ms] that the recorder may take to close its bag when the window is closed."""
 LEAST_FREE = 500e6
@@ -23,6 +25,8 @@ BUFFER = "64"
 """[MB] of memory in which messages wait for the disk."""
 TIED = ("--pdeathsig", "INT")
 """Words for setpriv: the kernel interrupts the program when this process ends, however that happens."""
+PRIVATE = ("sh", "-c", 'umask 077; exec "$@"', "sh")
+"""Words that start a program whose files nobody else can read: faces are on them."""
 
 
 class Recorder(QObject):
@@ -60,7 +64,7 @@ class Recorder(QObject):
         if self.recording:
             return
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            open_folder(self._folder)
             free = shutil.disk_usage(self._folder).free
         except OSError as error:
             self.failed.emit(f"Nothing can be recorded into {self._folder}: {error.strerror}.")
@@ -77,7 +81,7 @@ class Recorder(QObject):
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
         process.errorOccurred.connect(lambda error: self._on_error(process, error))
         words = ["rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
-        process.start("setpriv", [*TIED, "rosrun", *words, "-O", str(bag), *topics])
+        _start(process, ["rosrun", *words, "-O", str(bag), *topics])
         if film:
             self._start_film(film, bag.with_suffix(".mp4"))
         self.started.emit(str(bag))
@@ -128,7 +132,7 @@ class Recorder(QObject):
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda code: self._on_filmed(process, code, path))
         # Below the drivers, which wait for nobody's film.
-        process.start("setpriv", [*TIED, "nice", "rosrun", "avatar_gui", "record_film", topic, str(path)])
+        _start(process, ["nice", "rosrun", "avatar_gui", "record_film", topic, str(path)])
 
     def _on_filmed(self, process: QProcess, code: int, path: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
@@ -157,6 +161,10 @@ class Recorder(QObject):
         else:
             reason = said.splitlines()[-1] if said else f"exit code {code}"
             self.failed.emit(f"{bag.name} is recorded, but its report failed: {reason}")
+
+
+def _start(process: QProcess, words: list[str]) -> None:
+    process.start("setpriv", [*TIED, *PRIVATE, *words])
 
 
 def _interrupt(process: QProcess) -> None:

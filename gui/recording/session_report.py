@@ -13,6 +13,7 @@ import numpy as np
 
 from gui.recording.report_plots import path_plot, time_plot
 from gui.recording.session import Session
+from telepresence import private_files
 
 HALTS = frozenset({"stopped", "fault", "sensor stale", "bumped", "blocked"})
 """States of the safety gate in which it passes nothing of a command, or next to nothing."""
@@ -54,7 +55,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         text = report(read_session(bag), bag.name)
         target = bag.with_suffix(".html")
-        target.write_text(text, encoding="utf-8")
+        private_files.write(target, text.encode())
     except (ValueError, OSError) as error:
         print(f"session_report: {error}", file=sys.stderr)
         return 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import threading
 import time
 import wave
@@ -12,6 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from pepper_sim.sound.room import FULL_SCALE, Track
+from telepresence import private_files
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +96,9 @@ class LoudspeakerOutput:
 def _open(path: Path) -> tuple[BinaryIO, wave.Wave_write]:
     path.parent.mkdir(parents=True, exist_ok=True)
     # Unbuffered: a reader finds everything but the last few milliseconds, even after this process was killed.
-    stream = path.open("wb", buffering=0)
+    # Conversations are on it: for its owner only.
+    descriptor = private_files.open_file(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    stream = open(descriptor, "wb", buffering=0)
     file = wave.open(stream, "wb")
     file.setnchannels(1)
     file.setsampwidth(2)

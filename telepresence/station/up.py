@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from telepresence.private_files import restrict_new_files
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -56,6 +57,7 @@ def main(argv: list[str] | None = None) -> int:
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()
+    restrict_new_files()  # logs, in which stands what was said, too
     try:
         return run(arguments, stop)
     except RuntimeError as error:

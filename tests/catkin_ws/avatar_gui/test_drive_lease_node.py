@@ -15,6 +15,7 @@ from telepresence.teleop.accounts import Users
 pytestmark = pytest.mark.ros
 
 REMOTE = Path(__file__).resolve().parents[2] / "gui" / "remote_window.py"
+PASSWORD = "correct horse"
 AHEAD = [0.2, 0.0, 0.0]
 ZERO = [0.0, 0.0, 0.0]
 
@@ -24,7 +25,7 @@ class Remote:
 
     def __init__(self, graph, accounts, name):
         self.process = processes.start(
-            [sys.executable, str(REMOTE), str(accounts), name],
+            [sys.executable, str(REMOTE), str(accounts), name, PASSWORD],
             env=graph.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
 
@@ -40,8 +41,8 @@ class Remote:
 @pytest.fixture(scope="module")
 def accounts(tmp_path_factory):
     users = Users(tmp_path_factory.mktemp("users") / "users.db")
-    users.add("anna", "correct horse", "pilot")
-    users.add("will", "correct horse", "watcher")
+    users.add("anna", PASSWORD, "pilot")
+    users.add("will", PASSWORD, "watcher")
     return users.path
 
 
@@ -87,7 +88,7 @@ def test_a_watcher_moves_nothing(anna, graph, accounts, probe, until_true):
     until_true(lambda: "may watch" in str(will.state("refused")), "the watcher is refused")
     will.ask("steal", anna.state("session"))
     will.ask("ask", "stop", "")
-    until_true(lambda: "another password" in str(will.state("refused")), "another's name is of no use")
+    until_true(lambda: "not signed by" in str(will.state("refused")), "another's name is of no use")
     assert AHEAD not in heard(probe)
     will.process.stdin.close()
     processes.end(will.process, patience=5.0)
@@ -117,3 +118,18 @@ def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, p
     until_true(lambda: again.state("mine"), "and is free for the next")
     again.process.stdin.close()
     processes.end(again.process, patience=5.0)
+
+
+def test_a_removed_accounts_window_loses_the_robot_and_learns_why(graph, accounts, probe, until_true):
+    users = Users(accounts)
+    users.add("mallory", PASSWORD, "pilot")
+    window = Remote(graph, accounts, "mallory")
+    until_true(lambda: window.state("mine"), "it has the robot")
+    window.ask("drive", *AHEAD)
+    until_true(lambda: heard(probe)[-1] == AHEAD, "it drives")
+    users.remove("mallory")
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    until_true(lambda: window.state("ended") == ["The account of mallory was removed from this robot."], "and says why")
+    assert not window.state("session") and window.state("obstacle") == "Sign in to drive."
+    window.process.stdin.close()
+    processes.end(window.process, patience=5.0)

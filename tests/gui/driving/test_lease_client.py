@@ -1,6 +1,7 @@
 """Signing in, the lease seen from the window, and what the window then shows and does."""
 
 import dataclasses
+import threading
 
 import pytest
 from PyQt5.QtCore import Qt
@@ -11,8 +12,10 @@ from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
 from gui.driving.lease_client import SILENCE
 from gui.window import OperatorWindow
-from telepresence.teleop.accounts import _COST, Users
-from telepresence.teleop.drive_lease import session_key, sign_command
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.drive_lease import DriveLease
+from telepresence.teleop.lease_messages import Reply, sign_command
+from telepresence.teleop.password_key import CHEAP
 
 SECRET = "correct horse"
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
@@ -20,11 +23,11 @@ OTHER = {"pilot": "ben", "window": "/gui_ros_node_2"}
 
 
 @pytest.fixture
-def users(tmp_path, monkeypatch):
-    monkeypatch.setitem(_COST, "n", 1 << 8)
-    users = Users(tmp_path / "users.db")
+def users(tmp_path, link):
+    users = Users(tmp_path / "users.db", CHEAP)
     users.add("anna", SECRET, "pilot")
     users.add("will", SECRET, "watcher")
+    link.drive_lease = DriveLease(users.find, users.of_lease()[0])
     return users
 
 
@@ -100,6 +103,36 @@ def test_a_wrong_password_is_said_and_the_name_stays(window, link, spin):
     assert window.page.nameField.text() == "anna" and window.page.passwordField.text() == ""
 
 
+def test_what_is_typed_while_a_password_is_checked_is_checked_next(window, spin, users, monkeypatch):
+    checks, check = [], users.check
+    go_on = threading.Event()
+
+    def slow_check(name, password, **more):
+        checks.append(password)
+        go_on.wait(30.0)
+        return check(name, password, **more)
+
+    monkeypatch.setattr(users, "check", slow_check)
+    for password in ("wrong", SECRET):
+        window.page.nameField.setText("anna")
+        window.page.passwordField.setText(password)
+        QTest.keyClick(window.page.passwordField, Qt.Key_Return)
+    go_on.set()
+    spin(lambda: window.authorization.account is not None, "the second password was checked")
+    assert checks == ["wrong", SECRET] and window.page.passwordField.text() == ""
+
+
+def test_the_page_says_that_a_try_waits(window, spin, users):
+    for _ in range(5):
+        with pytest.raises(UserError):
+            users.check("anna", "wrong")
+    said = []
+    window.page._waits.connect(lambda seconds: said.append(window.page.signInMessage.text()))
+    sign_in(window, spin, "anna")
+    spin(lambda: said, "it says so")
+    assert "waits for 1 s" in said[0] and window.authorization.account.name == "anna"
+
+
 def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
     page = SignInPage(Users(tmp_path / "none.db"))
     page.show()
@@ -109,16 +142,38 @@ def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
     page.close()
 
 
-def test_commands_carry_the_proof_of_the_account(window, link, spin, users):
+def test_commands_carry_the_proof_of_the_session(window, link, spin):
     sign_in(window, spin, "anna")
     link.become(**RUNNING)
     press(window, Qt.Key_W)
-    (_, name, node, nonce), *_ = (call for call in link.called if call[0] == "join")
+    (_, claim, *_), *_ = (call for call in link.called if call[0] == "join")
     _, session, command = next(sent for sent in reversed(link.sent) if sent[0] == "command")
-    key = session_key(users.find("anna").key, nonce, bytes(16))
     unsigned = dataclasses.replace(command, proof=b"")
-    assert (name, node, session) == ("anna", link.node_name, "session")
-    assert command.proof == sign_command(key, unsigned)
+    assert (claim.name, claim.node) == ("anna", link.node_name)
+    assert command.proof == sign_command(link.windows[session].key, unsigned)
+
+
+def test_a_drive_lease_that_cannot_prove_itself_is_said_and_sent_nothing(window, link, spin, monkeypatch):
+    monkeypatch.setattr("fake_window_parts.sign_joined", lambda key: bytes(16))
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    press(window, Qt.Key_W)
+    assert link.driven == [] and "cannot prove" in window.controller.access.obstacle()
+
+
+def test_a_removed_account_is_signed_out_and_told_why(pilot, link, spin):
+    link.replies["present"] = Reply(False, "The account of anna was removed from this robot.", ended=True)
+    link.lease["present"] = ()
+    spin(lambda: link.report_lease() or pilot.page.isVisible(), "the window asks why it is missing")
+    assert "was removed" in pilot.page.signInMessage.text() and not pilot.video.isVisible()
+    assert not link.open and pilot.controller.access.account is None
+
+
+def test_an_answer_that_is_not_signed_makes_the_window_join_anew(pilot, link):
+    before = pilot.controller.access._session
+    del link.windows[before]
+    pilot.controller.access.ask("present")
+    assert pilot.controller.access._session not in ("", before)
 
 
 @pytest.fixture
@@ -202,7 +257,7 @@ def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatc
 
 def test_a_new_arbiter_is_joined_again(pilot, link):
     link.report_lease(epoch="2", pilot="", window="")
-    assert [call[0] for call in link.called] == ["join", "ask"] and link.asked == ["take"]
+    assert [call[0] for call in link.called] == ["join", "join", "ask"] and link.asked == ["take"]
 
 
 def test_the_speed_limit_reaches_the_pad(pilot, link):

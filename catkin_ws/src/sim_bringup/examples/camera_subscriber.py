@@ -2,7 +2,7 @@
 """Receive the simulated robot's pictures as arrays, as the simulation guide's camera subscriber does:
 
     rosrun sim_bringup camera_subscriber.py
-    rosrun sim_bringup camera_subscriber.py _save:=/tmp/robot.png
+    rosrun sim_bringup camera_subscriber.py _save:=robot.png
 
 It works with `robot_camera` of every simulation; with several robots in one world say which: `__ns:=/rto3`. The guide
 converts with cv_bridge, which Debian's ROS lacks; `telepresence.video.images.read_image_message` does the same.

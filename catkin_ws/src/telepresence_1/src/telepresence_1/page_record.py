@@ -16,6 +16,7 @@ from pathlib import Path
 
 from naoqi_driver.connection import Address
 
+from telepresence import private_files
 from telepresence_1.network import host_of
 
 
@@ -40,17 +41,15 @@ class PageRecord:
             OSError: The file cannot be written.
         """
         path = _path(robot)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        new = path.with_suffix(f".{self.pid}")
-        with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-            json.dump(asdict(self), file)
-        new.replace(path)
+        if not path.parent.exists():
+            private_files.make_folder(path.parent)
+        private_files.write(path, json.dumps(asdict(self)).encode())
 
 
 def read_record(robot: Address) -> PageRecord | None:
     """Return the note for this robot; None if there is none, or its com_cam has ended."""
     try:
-        record = PageRecord(**json.loads(_path(robot).read_text()))
+        record = PageRecord(**json.loads(private_files.read(_path(robot))))
         os.kill(record.pid, 0)
     except (OSError, ValueError, TypeError):  # none, half of one, one of another version, or its process is gone
         return None

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
+import sys
 from pathlib import Path
+
+import rospkg
+
+from telepresence import private_files
 
 
 def our_packages() -> set[str]:
@@ -21,6 +26,14 @@ def our_packages() -> set[str]:
     # In catkin's devel and install spaces all packages of the workspace lie side by side.
     workspace = Path(str(telepresence_ros.__file__)).parents[1]
     return names | {init.parent.name for init in workspace.glob("*/__init__.py")}
+
+
+def close_log_folder() -> None:
+    """Close the folder of ROS logs, in which stands what was said, to other users. Call it before `rospy.init_node`."""
+    try:
+        private_files.make_folder(Path(rospkg.get_log_dir()))
+    except OSError as error:
+        print(f"telepresence: other users may read what is logged: {error}", file=sys.stderr)
 
 
 def route_logs_to_ros() -> None:

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator
 
 import rospy
 
+from telepresence.private_files import restrict_new_files
 from telepresence.stop_signals import stop_on
-from telepresence_ros.logs import route_logs_to_ros
+from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 
 SHUTDOWN_TIMEOUT = 2.0
@@ -39,6 +40,8 @@ class Node:
         stop: threading.Event | None = None,
         master_timeout: float = START_TIMEOUT,
     ) -> None:
+        restrict_new_files()
+        close_log_folder()
         wait_for_master(master_timeout, stop)
         rospy.init_node(name, disable_signals=stop is not None)
         route_logs_to_ros()

@@ -1,0 +1,38 @@
+"""The folder of snapshots and recordings, in which faces are: nobody but its owner enters it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PyQt5.QtCore import QBuffer, QIODevice
+from PyQt5.QtGui import QImage, QPixmap
+
+from telepresence import private_files
+
+ENDINGS = (".bag", ".active", ".mp4", ".html", ".png", ".jpg")
+"""Of what versions before 0.4 have left readable for others."""
+
+
+def open_folder(folder: Path) -> Path:
+    """Return the folder, made if necessary, closed to other users with all that is in it.
+
+    Raises:
+        OSError: It cannot be made, or belongs to others too; see `telepresence.private_files`.
+    """
+    private_files.make_folder(folder)
+    private_files.tighten(folder, *ENDINGS)
+    return folder
+
+
+def save_picture(picture: QImage | QPixmap, path: Path) -> None:
+    """Save a picture that only its owner can read, in the format that the ending of the name says.
+
+    Raises:
+        OSError: It cannot be written.
+        ValueError: There is no such format, or no picture.
+    """
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, path.suffix[1:]):
+        raise ValueError(f"'{path.suffix}' is no ending of a picture; .png and .jpg are")
+    private_files.write(path, bytes(buffer.data()))
