@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Sequence
 
 MAX_SDP = 64 * 1024
 """Characters."""
@@ -13,12 +14,12 @@ MAX_CANDIDATES = 32
 KINDS = ("audio", "video")
 
 
-def checked(sdp: str, address: str | None = None) -> str:
+def checked(sdp: str, *addresses: str) -> str:
     """Return a description that may be handed to aiortc.
 
     Args:
-        address: Where the other end is: candidates (ICE) at any other address are left out, so that nobody makes this
-            machine send something elsewhere; None keeps them all.
+        addresses: Where the other end may be: candidates (ICE) elsewhere are left out, so that nobody makes this
+            machine send something to somebody else; without any, all are kept.
     Raises:
         ValueError: It is too large, or holds something else than sound and pictures.
     """
@@ -35,7 +36,7 @@ def checked(sdp: str, address: str | None = None) -> str:
     candidates = [line for line in lines if line.startswith("a=candidate:")]
     if len(candidates) > MAX_CANDIDATES:
         raise ValueError(f"the description names {len(candidates)} addresses, and {MAX_CANDIDATES} are the limit")
-    strangers = {line for line in candidates if address is not None and not _is_at(line, address)}
+    strangers = {line for line in candidates if addresses and not _is_at(line, addresses)}
     if not strangers:
         return sdp
     # Without the line that ends them, the other end's own packets may still show where it is.
@@ -43,9 +44,9 @@ def checked(sdp: str, address: str | None = None) -> str:
     return "".join(f"{line}\r\n" for line in kept)
 
 
-def _is_at(candidate: str, address: str) -> bool:
+def _is_at(candidate: str, addresses: Sequence[str]) -> bool:
     words = candidate.split()
     try:
-        return len(words) > 4 and ipaddress.ip_address(words[4]) == ipaddress.ip_address(address)
+        return len(words) > 4 and ipaddress.ip_address(words[4]) in map(ipaddress.ip_address, addresses)
     except ValueError:  # a name, which would have to be looked up
         return False

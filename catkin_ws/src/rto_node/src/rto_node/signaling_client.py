@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 import re
+import socket
 from collections.abc import Callable
 from typing import TypeVar
 from urllib.parse import urlsplit
@@ -73,16 +73,18 @@ class SignalingClient:
             Refused: The robot will not, or there is no key, or the answer is not from who has it.
             OSError, TimeoutError, aiohttp.ClientError: The robot does not answer.
         """
-        own, key = await self._in_thread(lambda: (address_towards(self._host, self._port), self._key()))
+        own, robot, key = await self._in_thread(
+            lambda: (address_towards(self._host, self._port), self._robot(), self._key())
+        )
         with on_address(own):
             await peer.setLocalDescription(await peer.createOffer())
         offer = peer.localDescription.sdp.encode()
         url = yarl.URL(self._url).update_query(query or {})
-        answer, robot = await self._ask(session, key, "POST", url, offer)
+        answer = await self._ask(session, key, "POST", url, offer)
         if answer.status != 201:
             raise Refused(f"the {self._what} at {self._url} refuses: {_plain(answer.body)}")
         try:
-            description = checked(answer.body.decode(errors="replace"), robot)
+            description = checked(answer.body.decode(errors="replace"), *robot)
             await peer.setRemoteDescription(RTCSessionDescription(description, "answer"))
         except Exception as error:  # aiortc parses with asserts and indices
             raise Refused(f"the answer of the {self._what} at {self._url} is none: {error!r}"[:MAX_REASON]) from error
@@ -96,6 +98,10 @@ class SignalingClient:
             key = await self._in_thread(self._key)
             await self._ask(session, key, "DELETE", yarl.URL(self._url).with_path(location))
 
+    def _robot(self) -> set[str]:
+        """The addresses of the robot's name."""
+        return {str(found[4][0]).partition("%")[0] for found in socket.getaddrinfo(self._host, self._port)}
+
     def _key(self) -> RobotKey | None:
         """The robot's key. Raises Refused where one is needed."""
         try:
@@ -108,8 +114,8 @@ class SignalingClient:
 
     async def _ask(
         self, session: aiohttp.ClientSession, key: RobotKey | None, method: str, url: yarl.URL, body: bytes = b""
-    ) -> tuple[Answer, str | None]:
-        """The answer, and the address from which it came."""
+    ) -> Answer:
+        """Make a request; the answer, which is the robot's where there is a key."""
         request = Request(method, url.raw_path_qs, SDP if body else "", body)
         headers, proof = {"Content-Type": SDP} if body else {}, b""
         if key is not None:
@@ -117,7 +123,6 @@ class SignalingClient:
         async with session.request(
             method, url, data=body or None, headers=headers, allow_redirects=False, skip_auto_headers=["Content-Type"]
         ) as response:
-            robot = _peer(response)
             location, kind = (response.headers.get(name, "") for name in ("Location", "Content-Type"))
             answer = Answer(response.status, location, kind, await _read(response))
             if key is None and response.status == 401:
@@ -131,7 +136,7 @@ class SignalingClient:
                     f"what answers at {self._url} does not prove that it is the robot: if the robot has a new key, "
                     f"./stack pair {self._host}"
                 )
-            return answer, robot
+            return answer
 
     async def _challenge(self, session: aiohttp.ClientSession, url: yarl.URL) -> str:
         async with session.get(url.with_query(None), allow_redirects=False) as response:
@@ -155,15 +160,6 @@ async def _read(response: aiohttp.ClientResponse) -> bytes:
         if len(body) > MAX_ANSWER:
             raise Refused(f"the answer of {response.url} is longer than {MAX_ANSWER} bytes")
     return bytes(body)
-
-
-def _peer(response: aiohttp.ClientResponse) -> str | None:
-    transport = response.connection.transport if response.connection else None
-    name = transport.get_extra_info("peername") if transport else None
-    if not name:
-        return None
-    address = ipaddress.ip_address(name[0].partition("%")[0])
-    return str(getattr(address, "ipv4_mapped", None) or address)
 
 
 def _plain(text: bytes) -> str:

@@ -86,7 +86,7 @@ class CameraServer:
             ValueError: It is not an offer to receive video.
             NoPlace: There are as many receivers as there may be, or all of them were ended meanwhile.
         """
-        offer = checked(offer, receiver)
+        offer = checked(offer, *([receiver] if receiver else []))
         if len(self._receivers) >= MAX_RECEIVERS:
             raise NoPlace(f"{MAX_RECEIVERS} receivers are connected, which is the limit")
         peer = peer_connection()

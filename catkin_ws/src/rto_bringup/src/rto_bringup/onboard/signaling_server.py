@@ -39,7 +39,8 @@ BODY_TIMEOUT = 2.0
 ANSWER_TIMEOUT = 5.0
 """Seconds for the answer to it."""
 MAX_HEADERS = 24
-BACKLOG = 128
+BACKLOG = 1024
+"""Connections that may wait to be taken: a burst must not make a pilot ask again a second later."""
 PAIR = "this robot wants its key: ./stack pair ROBOT\n"
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -146,20 +147,24 @@ class SignalingServer:
             self._admission.proven(request.transport)
 
 
-def local_address(request: web.Request) -> str | None:
-    """Return the address of this machine at which the request came in."""
+def local_address(request: web.Request) -> str:
+    """Return the address of this machine at which the request came in.
+
+    Raises:
+        ConnectionError: Its connection is gone.
+    """
     return _end(request, "sockname")
 
 
-def remote_address(request: web.Request) -> str | None:
-    """Return the address from which the request came."""
+def remote_address(request: web.Request) -> str:
+    """Return the address from which the request came. Errors as for `local_address`."""
     return _end(request, "peername")
 
 
-def _end(request: web.Request, which: str) -> str | None:
+def _end(request: web.Request, which: str) -> str:
     name = request.transport.get_extra_info(which) if request.transport else None
     if not name:
-        return None
+        raise ConnectionResetError("who asked is gone")
     address = ipaddress.ip_address(name[0].partition("%")[0])
     mapped = getattr(address, "ipv4_mapped", None)
     return str(mapped or address)
