@@ -17,6 +17,7 @@ import ipaddress
 import os
 import select
 import socket
+import stat
 import struct
 from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
@@ -88,10 +89,13 @@ def _sockets() -> Iterator[socket.socket]:
     """This process's TCP sockets, each by a descriptor of ours that is closed afterwards."""
     for name in os.listdir("/proc/self/fd"):
         try:
-            copy = socket.socket(fileno=os.dup(int(name)))
-        except OSError:  # no socket, or closed meanwhile
+            number = os.dup(int(name))
+        except OSError:  # closed meanwhile
             continue
-        with copy:
+        if not stat.S_ISSOCK(os.fstat(number).st_mode):
+            os.close(number)
+            continue
+        with socket.socket(fileno=number) as copy:
             if copy.family in _SENDER and copy.type == socket.SOCK_STREAM:
                 yield copy
 
