@@ -550,3 +550,13 @@ def test_a_robot_sends_the_pilots_machine_to_another_address(open_camera: Servic
 def test_a_robot_writes_to_the_pilots_terminal(open_camera: Service, watch: Callable) -> None:
     pilot = watch(open_camera, lambda *_: (503, {}, b"\x1b]0;title\x07busy\r\n"))
     assert "busy" in pilot.problem and pilot.problem.isprintable()
+
+
+def test_a_robots_pictures_cost_the_pilot_gigabytes() -> None:
+    """A few bytes of VP8 say that a picture is 16383 x 16383."""
+    environment = {**os.environ, "PYTHONPATH": ":".join(map(str, SOURCES))}
+    command = [sys.executable, str(Path(__file__).with_name("huge_pictures.py")), "1.5"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    _, megabytes, connections = done.stdout.split()
+    assert int(connections) >= 1, done.stderr
+    assert int(megabytes) < 200

@@ -219,6 +219,8 @@ async def receive_by_copy_and_paste(
                 if not videos:
                     signaling.explain("this offer sends no video")
                     continue
+                for each in peer.getTransceivers():  # nothing else is taken in: nobody would look at it
+                    each.direction = "recvonly" if each.receiver.track is videos[0] else "inactive"
                 with on_address(address):
                     await peer.setLocalDescription(await peer.createAnswer())
                 await signaling.send(peer.localDescription)
