@@ -279,7 +279,7 @@ def test_the_lines_are_aiortcs():
     ],
 )
 def test_a_line_that_is_made_to_do_harm_is_explained(line: str) -> None:
-    with pytest.raises(ValueError, match="it|this"):
+    with pytest.raises(ValueError, match=r"it|this"):
         parse(line)
 
 
