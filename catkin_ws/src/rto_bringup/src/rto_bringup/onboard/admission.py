@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import collections
-import contextlib
 import errno
 import logging
 import resource
@@ -24,6 +23,10 @@ HEADER_TIMEOUT = 2.0
 """Seconds within which a connection brings a request's first lines."""
 CONNECTION_TIMEOUT = 10.0
 """Seconds after which a connection ends, whatever comes over it: an exchange takes one."""
+MAX_REQUESTS = 4
+"""Over one connection: an exchange takes two."""
+SWEEP_PERIOD = 0.25
+"""Seconds between two looks at what is connected."""
 ACCEPT_PAUSE = 0.2
 """Seconds until the next connection when none can be taken: no file is left, or no memory."""
 
@@ -32,7 +35,8 @@ ACCEPT_PAUSE = 0.2
 class _Connection:
     address: str
     transport: asyncio.Transport
-    asked: bool = False
+    since: float
+    requests: int = 0
     proven: bool = False
 
 
@@ -48,54 +52,68 @@ class Admission:
         listening.setblocking(False)
         self._listening = listening
         self._protocol = protocol
-        self._connections: dict[asyncio.BaseTransport, _Connection] = {}
+        self._connections: dict[asyncio.BaseTransport | None, _Connection] = {}
         """In the order in which they came."""
         files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
         self._most = max(4, min(MAX_CONNECTIONS, files // 4 if files > 0 else MAX_CONNECTIONS))
 
     async def run(self) -> None:
         """Take connections until cancelled."""
-        loop = asyncio.get_running_loop()
-        while True:
-            try:
-                taken, peer = await loop.sock_accept(self._listening)
-            except OSError as error:
-                if error.errno != errno.ECONNABORTED:
-                    log.error("no connection can be taken: %s", error.strerror)
-                    self._give_way(None)
-                    await asyncio.sleep(ACCEPT_PAUSE)
-                continue
-            address = str(peer[0])
-            if not self._make_room(address):
-                taken.close()
-                continue
-            try:
-                transport, _ = await loop.connect_accepted_socket(self._protocol, taken)
-            except OSError as error:
-                log.debug("a connection from %s is gone: %s", address, error)
-                taken.close()
-                continue
-            connection = _Connection(address, transport)
-            self._connections[transport] = connection
-            loop.call_later(HEADER_TIMEOUT, self._expect, connection)
-            loop.call_later(CONNECTION_TIMEOUT, transport.abort)
+        sweeping = asyncio.ensure_future(self._sweep())
+        try:
+            while True:
+                await self._take()
+        finally:
+            sweeping.cancel()
 
-    def asked(self, transport: asyncio.BaseTransport | None) -> None:
-        """A request came over it."""
-        with contextlib.suppress(KeyError):
-            self._connections[transport].asked = True  # type: ignore[index]  # None is no key
+    def asked(self, transport: asyncio.BaseTransport | None) -> bool:
+        """A request came over it; whether another one may."""
+        connection = self._connections.get(transport)
+        if connection is None:
+            return False
+        connection.requests += 1
+        return connection.requests < MAX_REQUESTS
 
     def proven(self, transport: asyncio.BaseTransport | None) -> None:
         """Who is at its other end may be served: it gives way to nobody."""
-        with contextlib.suppress(KeyError):
-            self._connections[transport].proven = True  # type: ignore[index]  # None is no key
+        connection = self._connections.get(transport)
+        if connection is not None:
+            connection.proven = True
 
-    def _expect(self, connection: _Connection) -> None:
-        if not connection.asked:
-            connection.transport.abort()
+    async def _take(self) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            taken, peer = await loop.sock_accept(self._listening)
+        except OSError as error:
+            if error.errno != errno.ECONNABORTED:
+                log.error("no connection can be taken: %s", error.strerror)
+                self._give_way(None)
+                await asyncio.sleep(ACCEPT_PAUSE)
+            return
+        address = str(peer[0])
+        if not self._make_room(address):
+            taken.close()
+            return
+        try:
+            transport, _ = await loop.connect_accepted_socket(self._protocol, taken)
+        except OSError as error:
+            log.debug("a connection from %s is gone: %s", address, error)
+            taken.close()
+            return
+        self._connections[transport] = _Connection(address, transport, loop.time())
+
+    async def _sweep(self) -> None:
+        """End what takes too long. One look at few, no timer for each: strangers may have many ended."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await asyncio.sleep(SWEEP_PERIOD)
+            for each in self._connections.values():
+                age = loop.time() - each.since
+                if age > CONNECTION_TIMEOUT or (age > HEADER_TIMEOUT and not each.requests):
+                    each.transport.abort()
 
     def _make_room(self, address: str) -> bool:
-        self._connections = {each: of for each, of in self._connections.items() if not each.is_closing()}
+        self._connections = {at: each for at, each in self._connections.items() if not each.transport.is_closing()}
         if sum(each.address == address for each in self._connections.values()) >= MAX_PER_ADDRESS:
             return self._give_way(address)
         return len(self._connections) < self._most or self._give_way(None)

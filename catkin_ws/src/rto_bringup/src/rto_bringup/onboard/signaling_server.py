@@ -63,7 +63,15 @@ class SignalingServer:
 
         @web.middleware
         async def admit(request: web.Request, handler: Handler) -> web.StreamResponse:
-            return await self._admit(request, handler)
+            goes_on = self._admission is not None and self._admission.asked(request.transport)
+            try:
+                response = await self._admit(request, handler)
+            except web.HTTPException as refusal:
+                refusal.force_close()
+                raise
+            if not goes_on:
+                response.force_close()
+            return response
 
         application = web.Application(client_max_size=MAX_OFFER, middlewares=[admit])
         application.add_routes(routes)
@@ -103,8 +111,6 @@ class SignalingServer:
             await runner.cleanup()
 
     async def _admit(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        if self._admission is not None:
-            self._admission.asked(request.transport)
         if self._key is None:
             refusal = _refusal_without_key(request)
             if refusal is not None:
