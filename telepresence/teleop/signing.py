@@ -22,7 +22,6 @@ LARGEST_NUMBER = (1 << 63) - 1
 _SEAL = struct.Struct(f">Q{PROOF}s")
 SEAL = _SEAL.size
 """Bytes that `seal` adds."""
-_LENGTH = struct.Struct(">I")
 
 
 def nonce() -> bytes:
@@ -36,10 +35,10 @@ def mac(key: bytes, purpose: str, *parts: bytes) -> bytes:
     Args:
         purpose: What it is for; an HMAC for one purpose is none for another.
     """
-    pieces = [purpose.encode(), b"\0"]
+    text = purpose.encode() + b"\0"
     for part in parts:
-        pieces += (_LENGTH.pack(len(part)), part)
-    return hmac.digest(key, b"".join(pieces), "sha256")
+        text += len(part).to_bytes(4, "big") + part
+    return hmac.digest(key, text, "sha256")
 
 
 def session_key(key: bytes, purpose: str, *nonces: bytes) -> bytes:
