@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
+from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
 from telepresence.video.displayable import as_bgr
@@ -78,6 +79,7 @@ def main() -> int:
     parser.add_argument("topic")
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
+    narrow_sockets()
     rospy.init_node("film", anonymous=True)
     node = FilmNode(arguments.topic, arguments.file)
     rospy.spin()
