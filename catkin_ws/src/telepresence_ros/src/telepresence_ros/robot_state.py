@@ -3,8 +3,8 @@
 Subscribes: joint_states (sensor_msgs/JointState).
 Publishes:  /tf (tf2_msgs/TFMessage): joints that move; /tf_static (latched): those that do not.
 Parameters: robot_description: URDF, searched for upwards; tf_prefix (""), likewise; ~publish_frequency (50): at most
-            [Hz]; ~ignore_timestamp (false): publish for every message; ~use_tf_static (true): false repeats the fixed joints
-            on /tf, at the same rate.
+            [Hz]; ~ignore_timestamp (false): publish for every message; ~use_tf_static (true): false repeats the fixed
+            joints on /tf, at the same rate.
 
 The same topics and parameters as roscpp's robot_state_publisher, which it replaces: that one listens on every address
 of the machine whatever ROS_IP says.

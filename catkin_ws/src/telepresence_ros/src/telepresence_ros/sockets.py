@@ -24,8 +24,8 @@ _PlainHandler: Any = rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler
 class RefusesBrowsers(_PlainHandler):
     """Answers ROS programs and no web page.
 
-    A browser names the page in `Origin`, with every POST. Without asking first, which nobody here answers, a page cannot
-    send `text/xml` to another site either; that is what all XML-RPC libraries of ROS send.
+    A browser names the page in `Origin`, with every POST. Without asking first, which nobody here answers, a page
+    cannot send `text/xml` to another site either; that is what all XML-RPC libraries of ROS send.
     """
 
     def do_POST(self) -> None:
