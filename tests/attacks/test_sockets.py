@@ -9,6 +9,7 @@ import subprocess
 import urllib.error
 import urllib.request
 import xmlrpc.client
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -22,6 +23,7 @@ pytestmark = pytest.mark.ros
 
 ELSEWHERE = "127.0.0.2"
 """Another address of this machine: who listens on all addresses answers here, as he does to the network."""
+LAUNCH = Path(__file__).resolve().parents[2] / "catkin_ws/src/rto_description/launch/rto_publisher.launch"
 PROGRAMS = ("master", "/rosout", "/rto_publisher")
 
 
@@ -35,7 +37,7 @@ def programs(tmp_path_factory, wait_until):
         patch.setenv(name, value)
     keeper = MasterKeeper(uri)
     launch = processes.start(
-        ["roslaunch", "--wait", "rto_description", "rto_publisher.launch"],
+        ["roslaunch", "--wait", str(LAUNCH)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     try:
