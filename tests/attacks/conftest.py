@@ -1,8 +1,9 @@
 """`./stack test attacks`: how many attacks were tried, and how many got through.
 
-Every test of this folder is an attack on a running program, and each of its parameters is one of its own. It passes when
-the attack fails. With `--attacks` the run ends with a table: a file is a topic; a test that fails has let its attack
-through; one that could not be tried to its end (a fixture's error, a skip, a file that cannot be imported) is not decided.
+Every test of this folder is an attack on a running program, and each of its parameters is one of its own. It passes
+when the attack fails. With `--attacks` the run ends with a table: a file is a topic; a test that fails has let its
+attack through; one that could not be tried to its end (a fixture's error, a skip, a file that cannot be imported) is
+not decided.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ PLUGIN = "attacks table"
 
 
 class AttackTable:
-    """Outcome of each attack, from the reports of its setup, call and teardown; works in pytest-xdist's controller too."""
+    """Outcome of each attack, from the reports of its setup, call and teardown; also in pytest-xdist's controller."""
 
     def __init__(self, config: pytest.Config) -> None:
         self._grouped = config.getoption("dist", default="no") == "loadgroup"
@@ -65,8 +66,9 @@ class AttackTable:
                 terminalreporter.line(f"{outcome}: {name}", red=True)
         total = Counter(self.outcomes.values())
         undecided = f", {total[UNDECIDED]} not decided" if total[UNDECIDED] else ""
-        bad = total[HELD] != total.total() or not total
-        terminalreporter.line(f"{total.total()} attacks tried, {total[THROUGH]} through{undecided}", red=bad, green=not bad)
+        held = 0 < total[HELD] == total.total()
+        text = f"{total.total()} attacks tried, {total[THROUGH]} through{undecided}"
+        terminalreporter.line(text, red=not held, green=held)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
