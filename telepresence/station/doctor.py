@@ -1,4 +1,4 @@
-"""`./stack doctor [ADDRESS]`: what is installed, built and reachable; what is wrong and how to fix it.
+"""`./stack doctor [--security] [ADDRESS]`: what is installed, built and reachable; what is wrong and how to fix it.
 
 Runs on Debian's Python alone, because it is needed when the rest does not work.
 """
@@ -45,7 +45,19 @@ def main() -> int:
         help="also check the way to a robot (ping, ssh, its server, delay, clock): host, host:port; 9559 unless given, "
         "a Robotino has 80",
     )
+    parser.add_argument(
+        "--security",
+        action="store_true",
+        help="instead: what a stranger could use; open sockets and files, keys, old libraries (see docs/security.md)",
+    )
     arguments = parser.parse_args()
+    if arguments.security:
+        sys.path.insert(0, str(ROOT))
+        from telepresence.station import doctor_security
+
+        well = report(lambda: doctor_security.findings(arguments.address))
+        print("\nNothing here helps a stranger." if well else "\nFix what is marked with an x, then run this again.")
+        return 0 if well else 1
     well = True
     for check in (system, programs, environment, workspace, rendering, ports, master):
         well = report(check) and well

@@ -1,6 +1,6 @@
 """Whoever stands between us and the package index, or has taken it over, hands out packages of their own.
 
-The index is a folder with wheels of the attacker's making; pip is run as `./stack` runs it, for one package of the lock.
+The index is a folder with wheels of the attacker's making; pip runs as `./stack` runs it, for one package of the lock.
 """
 
 from __future__ import annotations
