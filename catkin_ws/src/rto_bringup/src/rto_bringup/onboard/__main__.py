@@ -113,8 +113,8 @@ def _key_beside_bundle() -> Path | None:
 def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
-    find_key(options)
-    with DriveServer(options.robot, options.address or LOOPBACK, options.port, laser=options.laser) as server:
+    key, address = find_key(options), options.address or LOOPBACK
+    with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
