@@ -9,8 +9,8 @@ from typing import Any
 
 from gui.ros.channels import Answer, Incoming, Offered, Outgoing
 from telepresence.teleop.drive_lease import Command, Velocity
-
-PROOF = 16  # bytes; uint8[16] in the messages
+from telepresence.teleop.key_agreement import Claim
+from telepresence.teleop.signing import PROOF
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,13 @@ def fill_command(message: Any, session: str, command: Command) -> None:
     message.hold, message.proof = command.hold, command.proof
 
 
-def _fill_join(request: Any, name: str, window: str, nonce: bytes) -> None:
-    request.name, request.window, request.nonce = name, window, nonce
+def _fill_join(request: Any, claim: Claim, session: str = "", proof: bytes = bytes(PROOF)) -> None:
+    request.name, request.window, request.key = claim.name, claim.node, claim.key
+    request.session, request.proof = session, proof
 
 
 def _read_joined(response: Any) -> Answer:
-    return Answer(response.ok, response.reason, (response.session, bytes(response.nonce)))
+    return Answer(response.ok, response.reason, (response.session, bytes(response.key), bytes(response.proof)))
 
 
 def _fill_ask(request: Any, session: str, number: int, action: str, to: str, proof: bytes) -> None:
@@ -75,7 +76,7 @@ def _fill_ask(request: Any, session: str, number: int, action: str, to: str, pro
 
 
 def _read_asked(response: Any) -> Answer:
-    return Answer(response.ok, response.reason)
+    return Answer(response.ok, response.reason, (response.ended, bytes(response.proof)))
 
 
 def _read_text(message: Any, _arrived: float) -> str:
