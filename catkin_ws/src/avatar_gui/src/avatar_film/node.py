@@ -12,7 +12,6 @@ import sys
 import threading
 from pathlib import Path
 
-import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
@@ -20,6 +19,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from gui.recording.film import Film
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import read_image_message
+from telepresence.video.jpeg import decode_jpeg
 
 BUFFER = 1 << 22
 """Bytes of the reading socket; more than one picture, or old ones wait in it."""
@@ -66,10 +66,7 @@ def _pixels(message: CompressedImage | Image) -> np.ndarray:
     """
     if not hasattr(message, "format"):
         return as_bgr(read_image_message(message), message.encoding)
-    pixels = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
-    if pixels is None:
-        raise ValueError(f"{len(message.data)} bytes of {message.format!r} are no picture")
-    return pixels
+    return decode_jpeg(message.data)
 
 
 def main() -> int:
