@@ -39,6 +39,7 @@ from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
 from telepresence.geometry import yaw_of
+from telepresence.outside_text import clean
 from telepresence.safety import PEPPER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -155,7 +156,7 @@ class MoveTo:
                 rospy.loginfo("%s", self._base.state)
             self._state = self._base.state
             self._state_due = now + STATE_PERIOD
-            self._state_publisher.publish(self._state)
+            self._state_publisher.publish(clean(self._state))
         connected = self._node.connection.connected
         if connected and now >= self._looked_after + LOOK_PERIOD:
             self._looked_after = now

@@ -34,6 +34,7 @@ from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
 from telepresence.geometry import Velocity
+from telepresence.outside_text import clean
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -128,6 +129,7 @@ class Driver:
                 self._outputs = None
 
     def _report(self, now: float, state: str) -> None:
+        state = clean(state)
         if state != self._state or now >= self._state_due:
             if state != self._state:
                 rospy.loginfo("%s", state)
