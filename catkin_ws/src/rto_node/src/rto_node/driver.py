@@ -26,6 +26,7 @@ from geometry_msgs.msg import Point32, Twist
 from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
+from telepresence_ros.change_log import ChangeLog
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 
@@ -62,6 +63,7 @@ class Driver:
         self._wheels = [0.0, 0.0, 0.0]
         self._wheels_at: float | None = None
         self._state, self._state_due = "", 0.0
+        self._log = ChangeLog()
         self._drive_diagnostics = Diagnostics("drive", address)
         self._sensor_diagnostics = Diagnostics("sensors", address)
         self._publishers = {
@@ -130,9 +132,8 @@ class Driver:
 
     def _report(self, now: float, state: str) -> None:
         state = clean(state)
+        self._log.note(now, state, rospy.loginfo)
         if state != self._state or now >= self._state_due:
-            if state != self._state:
-                rospy.loginfo("%s", state)
             self._state, self._state_due = state, now + STATE_PERIOD
             self._publishers["drive_state"].publish(state)
         level = ERROR if state.startswith("robot") else OK
