@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from telepresence.log_flood import limit_log_flood
 from telepresence.robot_key import RobotKey, is_loopback
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one of the three programs; the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s")
+    limit_log_flood()
     logging.getLogger("aioice").setLevel(logging.WARNING)
     try:
         return options.run(options)
@@ -124,10 +126,10 @@ def run_drive(options: argparse.Namespace) -> int:
 def run_sound(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.sound_server import SoundServer, serve_sound
 
-    find_key(options)
+    key = find_key(options)
 
     async def talk() -> None:
-        server = SoundServer(options.microphone, options.speaker, options.patience)
+        server = SoundServer(options.microphone, options.speaker, options.patience, key)
         ready = "sound server listens on {}".format
         work = asyncio.ensure_future(
             serve_sound(server, options.address or LOOPBACK, options.port, lambda url: print(ready(url), flush=True))
@@ -145,20 +147,19 @@ def run_sound(options: argparse.Namespace) -> int:
 def run_camera(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.picture_sources import open_source
 
-    if not options.copy_paste:  # nothing listens for offers then: a person carries them
-        find_key(options)
+    key = None if options.copy_paste else find_key(options)  # nothing listens for offers then: a person carries them
     source = open_source(options.source, options.rate, options.size)
     try:
-        return asyncio.run(_send_pictures(options, source))
+        return asyncio.run(_send_pictures(options, source, key))
     finally:
         source.close()
 
 
-async def _send_pictures(options: argparse.Namespace, source: PictureSource) -> int:
+async def _send_pictures(options: argparse.Namespace, source: PictureSource, key: RobotKey | None) -> int:
     from rto_bringup.onboard.camera_server import CameraServer, serve
     from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 
-    server = CameraServer(source)
+    server = CameraServer(source, key)
     if options.copy_paste:
         signaling = CopyPasteSignaling(f"the receiver's terminal ({RECEIVER})")
         sending = server.send_by_copy_and_paste(signaling, options.address, options.time)
