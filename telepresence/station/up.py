@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")
             display = VirtualDisplay()
-            os.environ["DISPLAY"] = display.name
+            os.environ.update(display.environment)
             screen = serve_screen(display, screen_port)
         # roslaunch reads its files while roscore starts.
         launch = processes.start(

@@ -236,7 +236,8 @@ def display() -> Iterator[VirtualDisplay]:
 def test_rob_cam_shows_the_robots_picture_in_a_window(
     graph, monkeypatch: pytest.MonkeyPatch, display: VirtualDisplay, wait_until: Callable
 ) -> None:
-    monkeypatch.setitem(graph.environment, "DISPLAY", display.name)
+    for name, value in display.environment.items():
+        monkeypatch.setitem(graph.environment, name, value)
     node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera")
     robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
 
