@@ -23,6 +23,7 @@ import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from telepresence_ros.master_watch import MasterWatch
+from telepresence_ros.sockets import narrow_sockets
 
 from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
@@ -143,6 +144,7 @@ class RosNode(QObject):
         ]
 
     def _join(self) -> None:
+        narrow_sockets()
         # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()

@@ -129,7 +129,14 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             screen = serve_screen(display, screen_port)
         # roslaunch reads its files while roscore starts.
         launch = processes.start(
-            ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
+            [
+                sys.executable,
+                "-m",
+                "telepresence_ros.roslaunch",
+                "--wait",
+                *LAUNCH_TIMEOUTS,
+                str(LAUNCH / f"{arguments.robot}.launch"),
+            ]
             + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"],
             tied=True,
         )

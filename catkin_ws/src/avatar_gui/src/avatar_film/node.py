@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
+from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
 from telepresence.outside_text import keep_logs_plain
@@ -76,6 +77,7 @@ def main() -> int:
     parser.add_argument("topic")
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
+    narrow_sockets()
     rospy.init_node("film", anonymous=True)
     keep_logs_plain()
     node = FilmNode(arguments.topic, arguments.file)
