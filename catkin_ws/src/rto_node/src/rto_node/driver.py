@@ -26,7 +26,6 @@ from geometry_msgs.msg import Point32, Twist
 from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
-from telepresence_ros.change_log import ChangeLog
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 
@@ -34,6 +33,7 @@ from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
+from telepresence.change_log import ChangeLog
 from telepresence.geometry import Velocity
 from telepresence.outside_text import clean
 
