@@ -169,7 +169,7 @@ def test_a_pilot_who_leaves_frees_the_robot_at_once(pilots, pilot):
     pilot.drive(101.0)
     pilots.release(pilot.session)
     assert pilots.command(101.01) is None
-    assert not pilots.cut
+    assert not pilots.cut and pilots.sessions == (other.session,)
     other.drive(101.02, FAST)
     assert pilots.command(101.03).vx == FAST[0]
 

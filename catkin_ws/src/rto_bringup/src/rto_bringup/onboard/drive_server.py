@@ -228,7 +228,7 @@ class DriveServer:
             state, reason = decision.state, decision.reason
             if problem:
                 state, reason = State.FAULT, f"On the robot: {problem}."
-            elif driver not in (None, session):
+            elif driver not in (None, session) and state in IDLE:
                 state, reason = State.NO_COMMAND, f"Another pilot drives: {driver}."
             elif not commanded and state in IDLE:
                 state, reason = State.NO_COMMAND, self._pilots.problem or "Nobody drives."

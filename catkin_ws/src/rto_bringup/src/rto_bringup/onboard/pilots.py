@@ -159,7 +159,8 @@ class Pilots:
         return request.session.send(body)
 
     def release(self, session: Session) -> None:
-        """This pilot drives no more, and says so itself."""
+        """This pilot leaves, and says so itself."""
+        self._sessions.pop(session.opened.session.id, None)
         if session is self._driver:
             self._driver, self._command, self._let_go = None, None, True
 
