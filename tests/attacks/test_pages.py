@@ -1,4 +1,4 @@
-"""Other users of the pilot's computer, and a page in the pilot's browser, attack the web pages and the simulated robots.
+"""Other users of the pilot's computer, and a page in the pilot's browser, attack web pages and simulated robots.
 
 Each test is an attack, and must fail as such.
 """
