@@ -33,6 +33,8 @@ SWEEP_PERIOD = 0.25
 """Seconds between two looks at who is late."""
 MAX_HEAD, MAX_HEADERS = 16384, 64
 """Bytes and lines of one request's headers; browsers send about 1 kB and 20."""
+MAX_UNREAD = 65536
+"""Bytes of a body that are read though nobody wants them, so that the connection can be kept."""
 LOG_PERIOD = 1.0
 """Seconds between two log lines about clients that misbehave."""
 _TOO_LARGE = b"HTTP/1.1 431 Request Header Fields Too Large\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
@@ -132,6 +134,8 @@ class Handler(pywsgi.WSGIHandler):
             return
         try:
             super().handle()
+        except OSError as error:  # it has gone, or had to, before it took what a bad request is answered with
+            log.debug("%s: %s", self.client_address[0], error)
         finally:
             self.connections.leave(self)
 
@@ -165,6 +169,10 @@ class Handler(pywsgi.WSGIHandler):
             super().run_application()
         finally:
             self.due = time.monotonic() + self.timeout  # for what is left of the body, and the next request
+            body = self.wsgi_input
+            if body.chunked_input or (body.content_length or 0) - body.position > MAX_UNREAD:
+                body.chunked_input, body.content_length = False, 0  # pywsgi would read all of it and throw it away
+                self.close_connection = True
 
     def handle_error(self, t: Any, v: Any, tb: Any) -> None:
         if issubclass(t, OSError):
@@ -180,7 +188,7 @@ class Handler(pywsgi.WSGIHandler):
             )
 
     def _handle_client_error(self, ex: BaseException) -> Any:
-        if isinstance(ex, OSError):
+        if self.ended or isinstance(ex, OSError):
             return None
         self.connections.flood_log.write(logging.WARNING, "no request of %s: %.120r", self.client_address[0], str(ex))
         return ("431", _TOO_LARGE) if isinstance(ex, _HeadTooLarge) else ("400", pywsgi._BAD_REQUEST_RESPONSE)
