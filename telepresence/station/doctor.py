@@ -60,7 +60,7 @@ def main() -> int:
         print("\nNothing here helps a stranger." if well else "\nFix what is marked with an x, then run this again.")
         return 0 if well else 1
     well = True
-    for check in (system, programs, environment, workspace, rendering, ports, master):
+    for check in (system, programs, environment, workspace, rendering, ports, master, protection):
         well = report(check) and well
     if arguments.address:
         well = report(lambda: robot(arguments.address)) and well
@@ -153,6 +153,20 @@ def master() -> Iterator[Finding]:
     except OSError:
         resolves = bool(os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME"))
     yield resolves, f"host name {name} resolves, or ROS_IP is set", "run:  . ./env.sh  (it sets ROS_IP=127.0.0.1)"
+
+
+def protection() -> Iterator[Finding]:
+    """Check the firewall rules when other machines reach the ROS nodes of this one."""
+    sys.path.insert(0, str(ROOT))  # this file runs by its path, on Debian's Python
+    from telepresence.station import firewall
+
+    address = firewall.announced_address()
+    if address is None:
+        print("  ✓ ROS nodes: reached from this machine only")
+        return
+    problem = firewall.problem()
+    remedy = f"{problem}: whoever reaches it drives the robot. Load them:  {firewall.advice()}  (docs/remote.md)"
+    yield problem is None, f"firewall rules, because ROS listens on {address}", remedy
 
 
 def robot(address: str) -> Iterator[Finding]:
