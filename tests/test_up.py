@@ -96,7 +96,7 @@ class Station:
 
     def type_in_terminal(self, key: str) -> None:
         """Click into the embedded terminal and press a key there, as a person would."""
-        environment = {**self.environment, "DISPLAY": self.display}
+        environment = {**self.environment, "DISPLAY": self.display, "XAUTHORITY": str(self.screen / "Xauthority")}
 
         def xdotool(*words: str) -> str:
             return subprocess.run(

@@ -26,10 +26,14 @@ from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
 from telepresence.stop_signals import stop_on
+from telepresence.web.page_auth import page_key
 
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
 PAGE_PORT, SCREEN_PORT = 10002, 10003
+PAGE_KEY, SCREEN_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_SCREEN_KEY"
+"""Environment variables with the keys to the tablet's page and to the window's: the banner says them, and the programs
+that serve the pages find them there, where other users of the machine cannot read them."""
 
 
 @dataclass(frozen=True)
@@ -121,12 +125,14 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    for variable in (PAGE_KEY, SCREEN_KEY):
+        os.environ[variable] = page_key(variable)
     keeper = screen = display = None
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")
             display = VirtualDisplay()
-            os.environ["DISPLAY"] = display.name
+            os.environ.update(display.environment)
             screen = serve_screen(display, screen_port)
         # roslaunch reads its files while roscore starts.
         launch = processes.start(
@@ -283,10 +289,11 @@ def banner(
         lines.append(f"  robot        {wire.name}, {kind}, {wire.scheme}://{address}:{port}")
     lines.append(f"  ROS master   {master_uri}")
     if PEPPER in wires:
-        lines.append(f"  tablet page  http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/")
+        page = f"http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/?k={os.environ.get(PAGE_KEY, '')}"
+        lines.append(f"  tablet page  {page if simulated else 'com_cam prints its address, with the key to it'}")
     if display is not None:
         lines += [
-            f"  window       http://127.0.0.1:{screen_port}/",
+            f"  window       http://127.0.0.1:{screen_port}/?k={os.environ.get(SCREEN_KEY, '')}",
             f"               There is no display here, so the window is on a virtual one ({display.name}).",
         ]
     lines += ["", "  Ctrl-C ends all of it.", ""]

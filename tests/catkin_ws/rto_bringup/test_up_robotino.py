@@ -64,7 +64,8 @@ class Station:
 
     def xdotool(self, *words: str) -> None:
         display = re.search(r"virtual one \((:\d+)\)", self.program.output).group(1)
-        subprocess.run(["xdotool", *words], env={**self.environment, "DISPLAY": display}, check=True, timeout=30)
+        environment = {**self.environment, "DISPLAY": display, "XAUTHORITY": str(self.screen / "Xauthority")}
+        subprocess.run(["xdotool", *words], env=environment, check=True, timeout=30)
 
     def place(self) -> list[float]:
         """Return the robot's place in the world [x, y] [m]."""
