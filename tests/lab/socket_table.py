@@ -71,6 +71,13 @@ def program_of(pid: int) -> tuple[str, bool]:
     return name, PROGRAM_FOLDER in path or name == "telepresence_ros.rosout"
 
 
+def agrees(roots: Iterable[int], mode: str, ports: Mapping[str, int], own: str = "127.0.0.1") -> bool:
+    """Whether `compare` finds nothing; what it finds is printed."""
+    different = compare(roots, mode, ports, own)
+    print("sockets:", *different, sep="\n  ")
+    return not different
+
+
 def compare(roots: Iterable[int], mode: str, ports: Mapping[str, int], own: str = "127.0.0.1") -> list[str]:
     """Compare what these processes and their descendants listen on with the rows of a mode.
 
