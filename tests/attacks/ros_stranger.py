@@ -8,6 +8,7 @@ the functions below. It ends after some seconds at the latest.
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import sys
@@ -15,7 +16,7 @@ import threading
 import xmlrpc.client
 import xmlrpc.server
 
-PATIENCE = 2.0
+PATIENCE = float(os.environ.get("PATIENCE", "2"))
 """Seconds for an answer; a firewall that drops gives none."""
 ME = "/stranger"
 TWIST_MD5 = "9f195f881246fdfa2798d1d3eebca84a"
