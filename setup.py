@@ -1,6 +1,7 @@
 """Python packages of the telepresence stack; the ROS packages live in catkin_ws and are built by catkin.
 
-Versions are pinned: the same tree gives the same robot next year.
+Versions are pinned: the same tree gives the same robot next year. What these need themselves, and the hashes of all
+files, is in requirements/stack.txt; after a change here run ./stack lock.
 """
 
 from setuptools import find_packages, setup

@@ -55,7 +55,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--strict-camera", action="store_true", help="answer /cam0 with 500 whenever the robot of 2021 would have"
     )
-    parser.add_argument("--cors", action="store_true", help="let pages of other web servers read the answers")
+    parser.add_argument("--cors", action="store_true", help="let pages of other web servers in: they may drive it")
     return parser.parse_args(arguments)
 
 

@@ -1,4 +1,5 @@
-"""Robotino's web server: REST over plain HTTP, no authentication, as on RobotinoOS 4.
+"""Robotino's web server: REST over plain HTTP, no authentication, as on RobotinoOS 4. Unlike there, pages of other web
+servers cannot drive it from somebody's browser, unless it is told to let them (`--cors`).
 
     GET, HEAD   /data/NAME      JSON          readings.py
     PUT, POST   /data/NAME      JSON body     commands.py; 200 with an empty body, 400 with a reason
@@ -44,10 +45,11 @@ def create_app(robot: Robotino, webcam: Webcam, *, strict_camera: bool = False, 
 
     Args:
         strict_camera: Answer /cam0 as the web server of 2021 did: 500 unless there is a picture nobody has fetched.
-        cors: Let pages of other web servers read the answers; the real robot does not.
+        cors: Let pages of other web servers read the answers and send commands. The real robot takes commands from any
+            page, and lets none read.
     """
     extra = (("Access-Control-Allow-Origin", "*"),) if cors else ()
-    return json_app(_Routes(robot, webcam, strict_camera, cors).answer, extra)
+    return json_app(_Routes(robot, webcam, strict_camera, cors).answer, extra, any_page=cors)
 
 
 class _Routes:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import socket_table
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -44,6 +45,7 @@ class Station:
 
     def __init__(self, environment: dict[str, str], ports: dict[str, int]) -> None:
         self.environment = environment
+        self.ports = {**ports, "ROS_MASTER_URI": int(environment["ROS_MASTER_URI"].rpartition(":")[2])}
         self.lines: list[str] = []
         self.process = processes.start(
             [
@@ -96,7 +98,7 @@ class Station:
 
     def type_in_terminal(self, key: str) -> None:
         """Click into the embedded terminal and press a key there, as a person would."""
-        environment = {**self.environment, "DISPLAY": self.display}
+        environment = {**self.environment, "DISPLAY": self.display, "XAUTHORITY": str(self.screen / "Xauthority")}
 
         def xdotool(*words: str) -> str:
             return subprocess.run(
@@ -163,11 +165,15 @@ def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
 
 
+def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
+    wait_until(lambda: socket_table.agrees([station.process.pid], "pepper", station.ports), "sockets as in the table")
+
+
 def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):
     station.type_in_terminal("j")
     wait_until(lambda: "driving" in station.run("rostopic", "echo", "-n1", "/drive_state"), "Pepper turns")
-    killed = [p for p in processes.descendants(station.process.pid) if re.search(r"ros(core|master) ", command(p))]
-    assert len(killed) == 2
+    killed = [p for p in processes.descendants(station.process.pid) if "telepresence_ros.core" in command(p)]
+    assert len(killed) == 1
     for pid in killed:
         os.kill(pid, signal.SIGKILL)
     uri = station.environment["ROS_MASTER_URI"]
@@ -184,7 +190,7 @@ def test_ctrl_c_leaves_nothing_behind(station, wait_until):
     screen = station.screen
     ours = set(processes.descendants(station.process.pid)) | {station.process.pid}
     names = " ".join(running()[pid] for pid in ours if pid in running())
-    for part in ("Xvfb", "tmux", "xterm", "roscore", "roslaunch", "pepper_sim"):
+    for part in ("Xvfb", "tmux", "xterm", "telepresence_ros.core", "telepresence_ros.roslaunch", "pepper_sim"):
         assert part in names, f"{part} was expected to run"
     marker = station.environment["ROS_MASTER_URI"].encode()
     station.process.send_signal(signal.SIGINT)

@@ -1,6 +1,7 @@
 """Shows a virtual display as a web page on loopback, for machines without a screen.
 
-The page is read-only: nothing that a browser sends reaches the display.
+The page is read-only: nothing that a browser sends reaches the display. It is shown to whoever has the key, which comes
+from the environment's TELEPRESENCE_SCREEN_KEY (other users can read command lines); without one a new one is printed.
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ from telepresence.station.virtual_display import grab
 from telepresence.stop_signals import stop_on
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
+from telepresence.web.json_app import Application
+from telepresence.web.page_auth import PageAuth, ProtectedPage, page_key
 from telepresence.web.server import WebServer
 
+KEY_VARIABLE = "TELEPRESENCE_SCREEN_KEY"
 PERIOD = 0.1  # seconds between pictures while somebody watches
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Operator's window</title>
 <style>html, body { margin: 0; height: 100%; background: #15181d; }
@@ -26,9 +30,9 @@ img { width: 100%; height: 100%; object-fit: contain; }</style>
 <img src="screen.mjpeg" alt="The window appears here when it opens."></html>"""
 
 
-def create_app(stream: MjpegStream) -> flask.Flask:
-    """Make the application: `/` is the page, `/screen.mjpeg` its picture."""
-    app = flask.Flask(__name__)
+def create_app(stream: MjpegStream, key: str) -> Application:
+    """Make the application: `/` is the page, `/screen.mjpeg` its picture, for whoever has `key`."""
+    app = flask.Flask(__name__, static_folder=None)
 
     @app.get("/")
     def page() -> str:
@@ -40,9 +44,9 @@ def create_app(stream: MjpegStream) -> flask.Flask:
             viewing = stream.view(advance=True, address=flask.request.remote_addr or "")
         except TooManyViewers as error:
             return flask.Response(f"{error}\n", 503, mimetype="text/plain")
-        return flask.Response(viewing, content_type=CONTENT_TYPE, headers={"Cache-Control": "no-store"})
+        return flask.Response(viewing, content_type=CONTENT_TYPE)
 
-    return app
+    return ProtectedPage(app, PageAuth(key), "default-src 'none'; img-src 'self'; style-src 'unsafe-inline'")
 
 
 def main() -> None:
@@ -54,8 +58,9 @@ def main() -> None:
     stop_on(stop, signal.SIGINT, signal.SIGTERM)
     image = LatestImage()
     stream = MjpegStream(image)
-    with WebServer(create_app(stream), port=arguments.port) as server:
-        print(f"listening on {server.url}", flush=True)
+    key = page_key(KEY_VARIABLE)
+    with WebServer(create_app(stream, key), port=arguments.port) as server:
+        print(f"listening on {server.url}?k={key}", flush=True)
         while not stop.wait(PERIOD):
             if stream.viewers:
                 image.put(cv2.imencode(".jpg", grab(arguments.folder), [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes())

@@ -2,6 +2,9 @@
 
     python3 -m telepresence.station.virtual_display WIDTHxHEIGHT COMMAND ...
 
+Whoever connects to an X display can take its picture and type into its terminals, and without a cookie every user of
+the machine may. So there is one, of 128 random bits, in a file that only the owner can read (XAUTHORITY; Xau(3)).
+
 Xvfb writes its screen into a memory-mapped file (option -fbdir) in the XWD format of X11/XWDFile.h: 25 big-endian
 32-bit words of header, the window's name, a colour map of 12 bytes per entry, then the rows.
 """
@@ -9,6 +12,7 @@ Xvfb writes its screen into a memory-mapped file (option -fbdir) in the XWD form
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import signal
 import socket
@@ -23,6 +27,9 @@ import numpy as np
 from telepresence.station import processes
 
 _HEADER = struct.Struct(">25I")
+_ANY_DISPLAY = 0xFFFF
+"""FamilyWild of X11/Xauth.h: the cookie is for whatever display its reader connects to, as the display's number is not
+known before the X server has read the file."""
 
 
 class VirtualDisplay:
@@ -35,10 +42,15 @@ class VirtualDisplay:
     """
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="telepresence-display-"))
+        self.folder = Path(
+            tempfile.mkdtemp(prefix="telepresence-display-")
+        )  # 0700: nobody else reads the screen's file
+        self.authority = self.folder / "Xauthority"
+        """Value of the environment variable XAUTHORITY."""
+        write_cookie(self.authority)
         reader, writer = os.pipe()
         # -noreset: otherwise the server restarts when its last client leaves, and refuses new ones meanwhile.
-        options = f"-screen 0 {width}x{height}x24 -nolisten tcp -noreset -fbdir {self.folder}"
+        options = f"-screen 0 {width}x{height}x24 -nolisten tcp -noreset -fbdir {self.folder} -auth {self.authority}"
         try:
             self._process = processes.start(
                 f"Xvfb -displayfd {writer} {options}".split(),
@@ -46,6 +58,7 @@ class VirtualDisplay:
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pass_fds=[writer],
+                umask=0o077,
             )
         except FileNotFoundError:
             raise RuntimeError("Xvfb is not installed; run:  ./stack build") from None
@@ -58,9 +71,26 @@ class VirtualDisplay:
         self.name = f":{number}"
         """Value of the environment variable DISPLAY."""
 
+    @property
+    def environment(self) -> dict[str, str]:
+        """What a program needs in its environment to open windows here."""
+        return {"DISPLAY": self.name, "XAUTHORITY": str(self.authority)}
+
     def close(self) -> None:
         processes.end(self._process)
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def write_cookie(path: Path) -> None:
+    """Write a new X authority file with one random MIT-MAGIC-COOKIE-1, which only this user can read.
+
+    Raises:
+        FileExistsError: There is something at `path` already, were it a link.
+    """
+    fields = (b"", b"", b"MIT-MAGIC-COOKIE-1", secrets.token_bytes(16))  # address, display, protocol, cookie
+    entry = struct.pack(">H", _ANY_DISPLAY) + b"".join(struct.pack(">H", len(field)) + field for field in fields)
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(entry)
 
 
 def grab(folder: Path) -> np.ndarray:
@@ -102,7 +132,7 @@ def main() -> int:
         signal.signal(request, lambda *_: None)
     display = VirtualDisplay(width, height)
     try:
-        return subprocess.run(sys.argv[2:], env={**os.environ, "DISPLAY": display.name}).returncode
+        return subprocess.run(sys.argv[2:], env={**os.environ, **display.environment}).returncode
     finally:
         display.close()
 

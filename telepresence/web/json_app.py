@@ -15,6 +15,8 @@ from typing import Any, TypeVar
 
 import gevent
 
+from telepresence.web.origin import foreign, own_names
+
 JSON, JPEG, PNG, TEXT, BINARY = (
     "application/json",
     "image/jpeg",
@@ -25,6 +27,7 @@ JSON, JPEG, PNG, TEXT, BINARY = (
 _STATUS_LINES = {
     200: "200 OK",
     400: "400 Bad Request",
+    403: "403 Forbidden",
     404: "404 Not Found",
     405: "405 Method Not Allowed",
     413: "413 Content Too Large",
@@ -72,17 +75,25 @@ class BadRequest(Refusal):
         super().__init__(400, reason, headers)
 
 
-def json_app(answer: Callable[[str, str, Environ], Response], headers: Headers = ()) -> Application:
+def json_app(
+    answer: Callable[[str, str, Environ], Response], headers: Headers = (), *, any_page: bool = False
+) -> Application:
     """Make a WSGI application, to be served by `telepresence.web.server.WebServer`.
 
     Args:
         answer: Takes method, path and environ; may raise `Refusal`. For HEAD its body is left out.
         headers: Sent with every response.
+        any_page: Serve pages of other web servers, too. Otherwise what they send from somebody's browser is refused
+            with 403 and has no effect; programs that are no browser notice nothing (see `telepresence.web.origin`).
     """
+    names = own_names()
 
     def app(environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
         method = environ["REQUEST_METHOD"]
         try:
+            reason = None if any_page else foreign(environ, names)
+            if reason:
+                raise Refusal(403, reason, (("Connection", "close"),))  # what is left of its body is nobody's
             response = answer(method, environ.get("PATH_INFO", "/"), environ)
         except Refusal as refusal:
             response = Response(refusal.status, f"{refusal}\n".encode(), TEXT, refusal.headers)

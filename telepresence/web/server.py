@@ -1,7 +1,7 @@
 """A web server for WSGI applications whose answers may be endless: gevent on a thread of its own, no monkey patching.
 
 Every connection is a greenlet, so a thousand idle ones cost little. The send buffer is small, because what waits in it
-grows old: pictures above all.
+grows old: pictures above all. What a client may cost is in `telepresence.web.connections`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ import gevent.event
 import gevent.socket
 from gevent import pywsgi
 
+from telepresence.web.connections import Connections, Handler
+
 log = logging.getLogger(__name__)
 
 SEND_BUFFER = 65536
 """Bytes asked for in the kernel per viewer (Linux doubles it): at 640x480 a reader of 600 kB/s sees pictures 0.4 s old
 instead of 5.6 s with default buffers, and a fast one still gets 6 MB/s at 20 ms round trip."""
-FIRST_REQUEST_TIMEOUT = 1.0
-"""Seconds within which a new connection must send its first line, so that idle ones do not occupy places."""
+SPARE_PLACES = 32
+"""Connections taken beyond the limit, so that those that must go for them have the time to."""
 
 
 def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:
@@ -50,31 +52,6 @@ def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.
     return listening
 
 
-class _Handler(pywsgi.WSGIHandler):
-    """Drops a peer that takes or sends nothing for a while, without a traceback: it happens every day."""
-
-    timeout = 10.0
-
-    def __init__(self, sock: Any, address: Any, server: Any, rfile: Any = None) -> None:
-        sock.settimeout(min(FIRST_REQUEST_TIMEOUT, self.timeout))
-        super().__init__(sock, address, server, rfile)
-
-    def read_requestline(self) -> str:
-        line = super().read_requestline()
-        self.socket.settimeout(self.timeout)
-        return line
-
-    def handle_error(self, t: Any, v: Any, tb: Any) -> None:
-        if issubclass(t, OSError):
-            self.close_connection = True
-            log.info("dropped %s: %s", self.client_address[0], v)
-        else:
-            super().handle_error(t, v, tb)
-
-    def _handle_client_error(self, ex: BaseException) -> Any:
-        return None if isinstance(ex, OSError) else super()._handle_client_error(ex)
-
-
 class WebServer:
     """Answers a WSGI application from a thread of its own, one greenlet per connection.
 
@@ -85,7 +62,8 @@ class WebServer:
         application: WSGI callable, for example a Flask object.
         address, port, send_buffer: See `listener`.
         timeout: A connection that takes or sends nothing for this long [s] is closed.
-        max_connections: Further ones wait until another has closed.
+        max_connections: Open at the same time; see `telepresence.web.connections` for who goes when more come.
+        max_per_address: Of these, for one address that is not this machine's.
     """
 
     def __init__(
@@ -97,6 +75,7 @@ class WebServer:
         timeout: float = 10.0,
         send_buffer: int = SEND_BUFFER,
         max_connections: int = 256,
+        max_per_address: int = 96,
     ) -> None:
         self._socket = listener(address, port, send_buffer)
         self.address, self.port = self._socket.getsockname()[:2]
@@ -104,7 +83,8 @@ class WebServer:
             log.warning("port %d is open to every network of this machine; give the address of one", self.port)
         self._application = application
         self._max_connections = max_connections
-        self._handler = type("Handler", (_Handler,), {"timeout": timeout})
+        self._connections = Connections(max_connections, max_per_address)
+        self._handler = type("Handler", (Handler,), {"timeout": timeout, "connections": self._connections})
         self._ready = threading.Event()
         self._lock = threading.Lock()  # protects _stopper against close() from another thread
         self._stopper: Any = None
@@ -147,15 +127,17 @@ class WebServer:
             server = pywsgi.WSGIServer(
                 gevent.socket.socket(fileno=self._socket.detach()),
                 self._application,
-                spawn=self._max_connections,
+                spawn=self._max_connections + SPARE_PLACES,
                 log=None,
                 error_log=log,
                 handler_class=self._handler,
                 environ={"SERVER_NAME": self.address},  # else pywsgi asks the name server for it
             )
             server.start()
+            sweeper = gevent.spawn(self._connections.sweep)
             self._ready.set()
             stop.wait()
+            sweeper.kill()
             server.stop(timeout=0.1)  # a stream has no end of its own
         except Exception:  # the top of a thread: the log must say why the port is silent
             log.exception("the web server on port %d failed", self.port)

@@ -177,7 +177,7 @@ def make_screen(wait_until: Callable) -> Iterator[Callable[..., Screen]]:
     def make(environment: dict[str, str], rows: int = 720) -> Screen:
         display = VirtualDisplay(height=rows)
         screen = Screen(display, lambda *argv, **options: processes.start(list(argv), **options), wait_until)
-        screen.environment.update(environment, DISPLAY=display.name)
+        screen.environment.update({**environment, **display.environment})
         opened.append((display, screen))
         return screen
 

@@ -27,7 +27,7 @@ class Screen:
     """A virtual display with a keyboard and a mouse, and the window that runs on it."""
 
     def __init__(self, display: VirtualDisplay, run_program: Callable, wait_until: Callable) -> None:
-        self.environment = dict(os.environ, DISPLAY=display.name, PYTHONFAULTHANDLER="1")
+        self.environment = {**os.environ, **display.environment, "PYTHONFAULTHANDLER": "1"}
         self._folder = display.folder
         self._windows: list[Window] = []
         self._held: set[tuple[str, str]] = set()

@@ -203,13 +203,3 @@ def test_each_program_has_its_service_in_the_documentation():
 def test_a_program_that_is_taken_over_can_do_little_else(line):
     """`systemd-analyze security --offline=true` rates the unit 1.8 of 10 ("OK"); without these lines 9.2 ("UNSAFE")."""
     assert line in (ROBOT / "robotino-onboard@.service").read_text().splitlines()
-
-
-def test_requirements_are_the_versions_tested_here():
-    wanted = dict(
-        line.split("==") for line in (ROBOT / "requirements.txt").read_text().splitlines() if not line.startswith("#")
-    )
-    setup = (ROBOT.parents[3] / "setup.py").read_text()
-    assert set(wanted) == {"numpy", "aiortc", "aiohttp"}
-    for name, version in wanted.items():
-        assert f'"{name}=={version}"' in setup

@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11]
 def keyboard(graph, until_true):
     """xdotool for the keyboard of a display that shows nothing but the program."""
     display = VirtualDisplay(640, 400)
-    environment = {**graph.environment, "DISPLAY": display.name}
+    environment = {**graph.environment, **display.environment}
     program = [str(graph.workspace / "lib/rto_teleop/rto_teleop_keyboard"), "__ns:=/rto3"]
     terminal = processes.start(["xterm", "-geometry", "100x28+0+0", "-e", *program], env=environment)
 

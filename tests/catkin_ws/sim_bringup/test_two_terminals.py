@@ -60,7 +60,7 @@ def desk(graph, tmp_path) -> Iterator[dict[str, str]]:
     """The environment of a terminal on a screen, where anna may sign in; nothing runs, the ROS master neither."""
     graph.master.end()
     display = VirtualDisplay()
-    environment = {**graph.environment, "DISPLAY": display.name, "TELEPRESENCE_USERS": str(tmp_path / "users.db")}
+    environment = {**graph.environment, **display.environment, "TELEPRESENCE_USERS": str(tmp_path / "users.db")}
     account = ["python", "-m", "gui.users", "add", "anna", "--role", "pilot", "--password-stdin"]
     subprocess.run(account, env=environment, input=PASSWORD, text=True, check=True, capture_output=True)
     yield environment

@@ -20,7 +20,7 @@ class Station:
 
     def __init__(self, graph, display, until_true) -> None:
         self.until = until_true
-        graph.environment.update(DISPLAY=display.name, TELEPRESENCE_SETTINGS="none")
+        graph.environment.update(display.environment, TELEPRESENCE_SETTINGS="none")
         self._environment = graph.environment
         walker = str(ROOT / "launch" / "walker.launch")
         self.launch = graph.run("roslaunch", walker, "port:=0", "terrain:=rough", "gamepad:=none")

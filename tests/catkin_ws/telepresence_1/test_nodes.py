@@ -14,14 +14,17 @@ import cv2
 import numpy as np
 import pytest
 import qi
+from telepresence_1.page import KEY_VARIABLE
 
 from pepper_sim.naoqi.publish import qi_object
 from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.station.virtual_display import VirtualDisplay, grab
+from telepresence.web.page_auth import make_token
 
 pytestmark = pytest.mark.ros
 
+KEY = make_token()
 ORANGE, BLACK = (230, 130, 20), (0, 0, 0)
 
 
@@ -61,6 +64,12 @@ def get(url: str, path: str) -> bytes:
     return body
 
 
+@pytest.fixture(autouse=True)
+def key(graph, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As `./stack up` hands it to the nodes."""
+    monkeypatch.setitem(graph.environment, KEY_VARIABLE, KEY)
+
+
 def test_com_cam_brings_the_pilot_to_the_tablet(
     graph, naoqi, tablet: Tablet, add_life: Callable, source: str, wait_until: Callable
 ) -> None:
@@ -71,7 +80,7 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     node = graph.run(program(graph, "com_cam.py"), *arguments)
     url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)")[1]
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
-    status = json.loads(get(url, "/status"))
+    status = json.loads(get(url, f"/status?k={KEY}"))
     assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
@@ -109,7 +118,7 @@ def test_com_cam_without_camera_and_robot_serves_a_picture_that_says_so(graph, f
     url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)")[1]
     node.wait_for("no camera at /dev/video7")
     node.wait_for(f"cannot reach the robot at tcp://127.0.0.1:{port}")
-    picture = cv2.imdecode(np.frombuffer(get(url, "/frame.jpg"), np.uint8), cv2.IMREAD_COLOR)
+    picture = cv2.imdecode(np.frombuffer(get(url, f"/frame.jpg?k={KEY}"), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (480, 640, 3) and picture.std() > 10
     node.signal(signal.SIGTERM)
     assert node.process.wait(30) == 0
@@ -173,15 +182,15 @@ def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.Monk
     url = node.wait_for(r"look at (http://127\.0\.0\.1:\d+/) instead")[1]
 
     def shown() -> tuple[int, ...]:
-        data = get(url, "/frame.jpg")
+        data = get(url, f"/frame.jpg?k={KEY}")
         picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
         return (0, 0, 0) if picture is None else tuple(int(v) for v in picture[100, 100, ::-1])
 
-    wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "nothing comes yet")
+    wait_until(lambda: json.loads(get(url, f"/status?k={KEY}"))["state"] == "lost", "nothing comes yet")
     robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
     wait_until(lambda: close_to(shown(), ORANGE), "the robot's picture is on the page")
     robot.kill()
-    wait_until(lambda: json.loads(get(url, "/status"))["state"] == "lost", "the picture is lost")
+    wait_until(lambda: json.loads(get(url, f"/status?k={KEY}"))["state"] == "lost", "the picture is lost")
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
     assert "Traceback" not in node.output
@@ -217,7 +226,7 @@ def test_rob_cam_opens_the_camera_of_the_robot_that_it_is_given(graph, naoqi, mo
     naoqi.register("ALVideoDevice", camera)
     node = graph.run(program(graph, "rob_cam.py"), "127.0.0.1", str(naoqi.port), "--page-port=0")
     url = node.wait_for(r"look at (http://127\.0\.0\.1:\d+/) instead")[1]
-    picture = cv2.imdecode(np.frombuffer(get(url, "/frame.jpg"), np.uint8), cv2.IMREAD_COLOR)
+    picture = cv2.imdecode(np.frombuffer(get(url, f"/frame.jpg?k={KEY}"), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (480, 640, 3) and close_to(tuple(int(v) for v in picture[100, 100, ::-1]), ORANGE)
     assert camera.subscribed == [("pyth12", 0, 2, 11, 15)], "as in the report"
     node.signal(signal.SIGINT)
@@ -236,7 +245,8 @@ def display() -> Iterator[VirtualDisplay]:
 def test_rob_cam_shows_the_robots_picture_in_a_window(
     graph, monkeypatch: pytest.MonkeyPatch, display: VirtualDisplay, wait_until: Callable
 ) -> None:
-    monkeypatch.setitem(graph.environment, "DISPLAY", display.name)
+    for name, value in display.environment.items():
+        monkeypatch.setitem(graph.environment, name, value)
     node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera")
     robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
 

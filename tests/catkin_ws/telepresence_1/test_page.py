@@ -111,11 +111,11 @@ def test_the_key_in_the_address_becomes_a_cookie(open_page: Callable, jpeg: Call
     page = open_page(token="secret")
     page.image.put(jpeg((200, 0, 0)))
     answer = get(page, "/?k=secret&t=1")
-    assert (answer.status, answer.headers["Location"]) == (302, "/")
-    cookie = answer.headers["Set-Cookie"]
-    assert "HttpOnly" in cookie and "SameSite=Lax" in cookie
-    for path in ("/", "/frame.jpg", "/status", "/video_feed"):
-        assert get(page, path, Cookie=cookie.partition(";")[0]).status == 200, path
+    place, cookie = answer.headers["Location"], answer.headers["Set-Cookie"]
+    assert answer.status == 302 and f"; Path={place}; HttpOnly; SameSite=Strict" in cookie
+    for path in ("", "frame.jpg", "status", "video_feed"):
+        assert get(page, place + path, Cookie=cookie.partition(";")[0]).status == 200, path
+        assert get(page, place + path).status == 403, "the place alone is no key"
     assert get(page, "/video_feed?k=secret").status == 200
 
 

@@ -9,7 +9,10 @@ import pytest
 from telepresence.station.screen_page import create_app
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.page_auth import make_token
 from telepresence.web.server import WebServer
+
+KEY = make_token()
 
 
 @pytest.fixture
@@ -19,18 +22,20 @@ def image():
 
 @pytest.fixture
 def url(image):
-    with WebServer(create_app(MjpegStream(image))) as server:
+    with WebServer(create_app(MjpegStream(image), KEY)) as server:
         yield server.url
 
 
 def test_the_page_holds_the_picture(url):
-    with urllib.request.urlopen(url, timeout=10) as page:
+    browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with browser.open(f"{url}?k={KEY}", timeout=10) as page:
+        assert KEY not in page.url
         assert b'<img src="screen.mjpeg"' in page.read()
 
 
 def test_the_picture_is_the_newest_screen(url, image):
     image.put(cv2.imencode(".jpg", np.full((60, 80, 3), (0, 128, 255), np.uint8))[1].tobytes())
-    with urllib.request.urlopen(f"{url}screen.mjpeg", timeout=10) as stream:
+    with urllib.request.urlopen(f"{url}screen.mjpeg?k={KEY}", timeout=10) as stream:
         received = b""
         while received.count(b"--frame") < 2:
             received += stream.read1(65536)

@@ -1,5 +1,6 @@
 """A display without a screen, and its picture."""
 
+import os
 import subprocess
 
 import pytest
@@ -20,8 +21,6 @@ def test_shows_what_is_drawn(display, run_program, wait_until):
     assert grab(display.folder).shape == (300, 400, 3)
     run_program(
         "xterm",
-        "-display",
-        display.name,
         "-fa",
         "DejaVu Sans Mono",
         "-bg",
@@ -29,6 +28,7 @@ def test_shows_what_is_drawn(display, run_program, wait_until):
         "-geometry",
         "200x100+0+0",
         stderr=subprocess.DEVNULL,
+        env={**os.environ, **display.environment},
     )
     wait_until(
         lambda: grab(display.folder)[40, 300].tolist() == [0, 128, 255], "the orange of the window, as BGR, is there"

@@ -40,7 +40,7 @@ class Window(LaunchTest):
         self.addCleanup(ended.set)
         self.display = VirtualDisplay()
         self.addCleanup(self.display.close)
-        self.environment = {**os.environ, "DISPLAY": self.display.name, "TELEPRESENCE_SETTINGS": "none"}
+        self.environment = {**os.environ, **self.display.environment, "TELEPRESENCE_SETTINGS": "none"}
         words = ("roslaunch", "avatar_gui", "gui.launch", "sign_in:=false")
         self.launch = self.start(
             *words, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True

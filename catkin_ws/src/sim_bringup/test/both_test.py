@@ -217,7 +217,8 @@ class Both(LaunchTest):
 
     def viewer_is_open(self):
         """Whether MuJoCo's window is on the simulator's screen."""
-        display = {**os.environ, "DISPLAY": environment_of(self.simulator)["DISPLAY"]}
+        simulators = environment_of(self.simulator)
+        display = {**os.environ, **{name: simulators[name] for name in ("DISPLAY", "XAUTHORITY")}}
         words = ["xdotool", "search", "--onlyvisible", "--name", "MuJoCo"]
         return bool(subprocess.run(words, env=display, capture_output=True, timeout=20).stdout)
 

@@ -13,7 +13,8 @@ Parameters:
                             address on the way to the robot, which is loopback for a simulated one
     ~port (10002)
     ~roscore_ip ("")        this machine as the robot sees it
-    ~token ("auto")         the key to the page; "auto": a new one in every run, but none on loopback; "none"
+    ~token ("auto")         the key to the page; "auto": the environment's TELEPRESENCE_PAGE_KEY, which `./stack up`
+                            sets, else a new one in every run; "none"
     ~max_viewers (64)
     ~show_on_tablet (true)  from the start; see the service of this name
     ~activity ("robotvideo/behaviour")
@@ -38,11 +39,11 @@ from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from telepresence_ros.node import Node
 
 from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.page_auth import page_key
 from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
-from telepresence_1.network import NoRoute, choose_address, is_loopback
-from telepresence_1.page import create_app
-from telepresence_1.page_auth import make_token
+from telepresence_1.network import NoRoute, choose_address
+from telepresence_1.page import KEY_VARIABLE, create_app
 from telepresence_1.page_record import PageRecord, remove_record
 from telepresence_1.robot_focus import ACTIVITY
 from telepresence_1.tablet_link import TabletLink, public
@@ -81,7 +82,7 @@ class ComCam:
         )
         token = str(rospy.get_param("~token", "auto"))
         if token == "auto":
-            token = "none" if is_loopback(address) else make_token()
+            token = page_key(KEY_VARIABLE)
         key = None if token in ("none", "") else token
         self.stream = MjpegStream(self.camera.image, max_viewers=int(rospy.get_param("~max_viewers", 64)))
         app = create_app(self.stream, name=name, describe=self._describe, token=key)

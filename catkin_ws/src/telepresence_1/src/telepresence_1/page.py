@@ -1,6 +1,6 @@
 """The page on the robot's tablet, and the pictures in it.
 
-    GET /                    the page; /?k=KEY sets the cookie and leads there
+    GET /                    the page; /?k=KEY leads there by way of a cookie
     GET /video_feed          multipart/x-mixed-replace; ?adv=1 in the layout that browsers paint without delay,
                              ?v=NAME gives the stream a name for /status
     GET /frame.jpg?after=N   the newest picture as soon as its number is not N, or after a second the same again;
@@ -8,32 +8,28 @@
     GET /status              JSON: name, state, text, sequence, age [s], viewers, run; with ?v=NAME also stalled [s],
                              null when there is no such stream
 
-Every address takes ?k=KEY as well. No CORS header is ever sent.
+Every address takes ?k=KEY as well; what else keeps others out is in `telepresence.web.page_auth`.
 """
 
 from __future__ import annotations
 
 import secrets
-import socket
-import time
 from collections.abc import Callable, Iterable
 
-from flask import Flask, Response, jsonify, redirect, render_template, request
-from werkzeug.wrappers import Response as BaseResponse
+from flask import Flask, Response, jsonify, render_template, request
 
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
-from telepresence_1.page_auth import COOKIE, PageAuth, Refused
+from telepresence.web.json_app import Application
+from telepresence.web.page_auth import PageAuth, ProtectedPage
 
+KEY_VARIABLE = "TELEPRESENCE_PAGE_KEY"
+"""Of the environment: the key to the pages of this package."""
 POLL_TIMEOUT = 1.0
 """Seconds after which a long poll is answered with the picture that the client has already."""
-_HEADERS = {
-    "Cache-Control": "no-store",
-    "X-Accel-Buffering": "no",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Content-Security-Policy": "default-src 'none'; img-src 'self' data:; connect-src 'self'; "
-    "style-src 'unsafe-inline'; script-src 'unsafe-inline'; frame-ancestors 'none'",
-}
+_CSP = (
+    "default-src 'none'; img-src 'self' data:; connect-src 'self'; "
+    "style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+)
 
 
 def create_app(
@@ -43,7 +39,7 @@ def create_app(
     describe: Callable[[], tuple[str, str]],
     token: str | None = None,
     hosts: Iterable[str] = (),
-) -> Flask:
+) -> Application:
     """The page for the pictures of `stream`; to be answered by `telepresence.web.server.WebServer`.
 
     Args:
@@ -54,30 +50,10 @@ def create_app(
     """
     app = Flask(__name__, static_folder=None)
     app.config["MAX_CONTENT_LENGTH"] = 4096
-    auth = PageAuth(token, (socket.gethostname(), *hosts))
     run = secrets.token_hex(8)
 
-    @app.before_request
-    def admit() -> None:
-        auth.check_host(request.headers.get("Host", ""))
-        auth.check_key(request.remote_addr or "", time.monotonic(), request.args.get("k"), request.cookies.get(COOKIE))
-
-    @app.errorhandler(Refused)
-    def refuse(refused: Refused) -> tuple[str, int]:
-        return render_template("refused.html", text=str(refused)), refused.status
-
-    @app.after_request
-    def add_headers(response: Response) -> Response:
-        response.headers.update(_HEADERS)
-        return response
-
     @app.get("/")
-    def page() -> BaseResponse:
-        key = request.args.get("k")
-        if token and key:
-            response = redirect("/")
-            response.set_cookie(COOKIE, token, httponly=True, samesite="Lax")
-            return response
+    def page() -> Response:
         return Response(render_template("index.html", name=name, viewer=secrets.token_hex(4), run=run))
 
     @app.get("/video_feed")
@@ -119,4 +95,4 @@ def create_app(
             answer["stalled"] = None if stalled is None else round(stalled, 3)
         return jsonify(answer)
 
-    return app
+    return ProtectedPage(app, PageAuth(token, hosts), _CSP)

@@ -3,7 +3,8 @@
     rosrun telepresence_1 rob_cam.py              shows the camera's topic
     rosrun telepresence_1 rob_cam.py IP [PORT]    opens the camera of the robot there itself; needs no ROS master
 
-Without a display the same picture is served as a web page on this machine instead.
+Without a display the same picture is served as a web page on this machine instead, for whoever has the key that the
+program prints.
 
 Subscribes: the topic in ~image (sensor_msgs/Image); only the newest picture is ever shown.
 Parameters:
@@ -33,8 +34,9 @@ from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 from telepresence.video.mjpeg import MjpegStream
+from telepresence.web.page_auth import page_key
 from telepresence.web.server import WebServer
-from telepresence_1.page import create_app
+from telepresence_1.page import KEY_VARIABLE, create_app
 from telepresence_1.placeholder_images import draw_notice
 from telepresence_1.robot_camera import RobotCamera
 
@@ -122,7 +124,8 @@ def serve_page(
         return ("live", "Live") if newest.age() < STALE_AFTER else ("lost", f"No picture from {source}")
 
     try:
-        server = WebServer(create_app(stream, name="Robot's camera", describe=describe), port=port)
+        key = page_key(KEY_VARIABLE)
+        server = WebServer(create_app(stream, name="Robot's camera", describe=describe, token=key), port=port)
     except OSError as error:
         log.critical("there is no display, and no page instead: %s", error)
         return 1
@@ -145,6 +148,8 @@ def serve_page(
 
     with server:
         log.warning("there is no display for a window; look at %s instead", server.url)
+        # To the terminal only: everybody on the ROS network can read /rosout.
+        print(f"with its key, for your browser: {server.url}?k={key}", flush=True)
         return run(show)
 
 

@@ -90,7 +90,7 @@ class RtpSender:
         )
         self._target = (host, port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.bind(("127.0.0.1" if host.startswith("127.") or host == "localhost" else "", 0))
+        self._socket.bind((_address_towards(host), 0))
         self.origin = self._socket.getsockname()
         self.pipeline = KeptPipeline("sound of the robot", lambda: description, self._reset, on_level)
 
@@ -182,6 +182,14 @@ class RtpPlayer(Output):
             connected.close()
             raise SoundError(f"{self._address}, port {self._port} (udp): {error.strerror}") from None
         return connected
+
+
+def _address_towards(host: str) -> str:
+    """Our address on the way to `host`; without a way yet, all that we have or get."""
+    try:
+        return local_address_towards(host)
+    except NoRoute:
+        return ""
 
 
 def _for_gstreamer(made: socket.socket) -> Gio.Socket:

@@ -10,6 +10,7 @@ from pathlib import Path
 import rospkg
 
 from telepresence import private_files
+from telepresence.outside_text import keep_logs_plain
 
 
 def our_packages() -> set[str]:
@@ -37,7 +38,11 @@ def close_log_folder() -> None:
 
 
 def route_logs_to_ros() -> None:
-    """Show the logs of our packages on the terminal and on /rosout. Call it after `rospy.init_node`."""
+    """Show the logs of our packages on the terminal and on /rosout. Call it after `rospy.init_node`.
+
+    All lines that this process logs are plain text from then on, whatever a robot or a message brought.
+    """
+    keep_logs_plain()
     for name in our_packages():
         logger = logging.getLogger(name)
         logger.setLevel(logging.INFO)

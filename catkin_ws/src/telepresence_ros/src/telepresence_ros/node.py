@@ -13,6 +13,7 @@ from telepresence.private_files import restrict_new_files
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
+from telepresence_ros.sockets import narrow_sockets
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds within which all loops together must end."""
@@ -43,6 +44,7 @@ class Node:
         restrict_new_files()
         close_log_folder()
         wait_for_master(master_timeout, stop)
+        narrow_sockets()
         rospy.init_node(name, disable_signals=stop is not None)
         route_logs_to_ros()
         self.stop = stop or threading.Event()

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 import pytest
-from telepresence_1.page_auth import SECONDS_PER_TRY, TRIES, PageAuth, Refused, make_token
+
+from telepresence.web.page_auth import SECONDS_PER_TRY, TRIES, PageAuth, Refused, make_token
 
 
 def status(auth: PageAuth, address: str, now: float, *keys: str | None) -> int:
