@@ -1,6 +1,7 @@
 """Python packages of the telepresence stack; the ROS packages live in catkin_ws and are built by catkin.
 
-Versions are pinned: the same tree gives the same robot next year.
+Versions are pinned: the same tree gives the same robot next year. What these need themselves, and the hashes of all
+files, is in requirements/stack.txt; after a change here run ./stack lock.
 """
 
 from setuptools import find_packages, setup
@@ -13,7 +14,9 @@ EXTRAS = {
     # gevent serves endless MJPEG responses without a thread per viewer; flask holds the pages.
     # aiortc: WebRTC in pure Python, on the robot too.
     "media": ["flask==3.1.3", "gevent==26.9.0", "aiortc==1.16.0", "aiohttp==3.14.5"],
-    "gui": ["PyQt5==5.15.11"],
+    # argon2-cffi: what accounts keep of a password (the wheel: Debian 12's is of 2021); cryptography: X25519, by which
+    # windows and drive_lease agree on a key. aiortc brings the latter, too.
+    "gui": ["PyQt5==5.15.11", "argon2-cffi==25.1.0", "cryptography==50.0.2"],
     # pytest-xdist: two tests at a time; pytest-timeout: a test that hangs says where; pytest-rerunfailures: what fails
     # on a machine that had no time is tried again, and the summary counts it.
     "dev": [

@@ -63,6 +63,7 @@ class Authorization(QObject):
         self.page.signed_in.connect(self.admit)
         for controller in controllers:
             controller.bar.sign_out_wanted.connect(self.dismiss)
+            controller.access.ended.connect(self._on_ended)
         self.dismiss()
 
     def admit(self, account: Account) -> None:
@@ -86,3 +87,9 @@ class Authorization(QObject):
             controller.dismiss()
         self._terminal.deny(SIGNED_OUT)
         self._pages.setCurrentWidget(self.page)
+
+    def _on_ended(self, reason: str) -> None:
+        """Somebody whose account was removed sees nothing either."""
+        self.dismiss()
+        if self.page is not None:
+            self.page.say(reason)

@@ -20,6 +20,7 @@ from gui.ros.channels import Answer
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
+from gui.widgets.label import tip
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -211,7 +212,7 @@ class Views(QObject):
     def _offer_camera(self, name: str, topic: str) -> None:
         choice = self._window.cameraChoice
         choice.addItem(name, topic)
-        choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
+        choice.setItemData(choice.count() - 1, tip(self._link.resolve(topic)), Qt.ItemDataRole.ToolTipRole)
 
     def _offer_simulators_camera(self, state: LinkState) -> None:
         """Offer robot_camera, once a simulator publishes it beside the camera's own pictures."""

@@ -21,6 +21,9 @@ class DriveAccess(QObject):
     refused = pyqtSignal(str)
     """A request was refused; a sentence that says why."""
 
+    ended = pyqtSignal(str)
+    """The account was removed or changed, and acts no more; a sentence that says so."""
+
     shared = True
 
     def __init__(self) -> None:

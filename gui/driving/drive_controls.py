@@ -8,10 +8,11 @@ from pathlib import Path
 
 from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
+from PyQt5.QtWidgets import QPushButton, QSlider, QWidget
 
 from gui.driving.gamepad import JoystickState
 from gui.styling import set_property
+from gui.widgets.label import Label, caption
 
 STEP = 0.05
 """[m/s] between two positions of the slider."""
@@ -39,10 +40,10 @@ class DriveControls(QWidget):
     """The simulation should be restarted."""
 
     speedSlider: QSlider
-    speedLabel: QLabel
+    speedLabel: Label
     redStop: QPushButton
     padChip: QPushButton
-    speedTitle: QLabel
+    speedTitle: Label
     restartButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -110,7 +111,7 @@ class DriveControls(QWidget):
         if who == self._stopped_by:
             return
         self._stopped_by, self._stopped_at = who, time.monotonic()
-        self.redStop.setText(f"STOPPED by {who}\nPress to let go" if who else "STOP\nEsc")
+        self.redStop.setText(caption(f"STOPPED by {who}\nPress to let go") if who else "STOP\nEsc")
         self.redStop.setToolTip(
             "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
         )

@@ -7,8 +7,8 @@ the robot.
 from __future__ import annotations
 
 import dataclasses
+import hmac
 import math
-import secrets
 import time
 from typing import TYPE_CHECKING
 
@@ -16,14 +16,15 @@ from gui.driving.drive_access import DriveAccess
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 from gui.ros.topics.drive import LeaseState
-from telepresence.teleop.drive_lease import (
-    NONCE,
-    PILOT,
-    Account,
-    Command,
-    Velocity,
-    session_key,
+from telepresence.teleop.drive_lease import PILOT, Account, Command, Velocity
+from telepresence.teleop.key_agreement import WindowSide
+from telepresence.teleop.lease_messages import (
+    MOST_TEXT,
+    Reply,
     sign_command,
+    sign_join,
+    sign_joined,
+    sign_reply,
     sign_request,
 )
 
@@ -35,6 +36,9 @@ SILENCE = 1.5
 """[s] without a message from drive_lease after which it counts as gone."""
 JOIN_PERIOD = 2.0
 """[s] between two attempts to join."""
+MISSED = 0.2
+"""[s] for which `drive/state` may lack this window before it asks why."""
+IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
 
 
 class LeaseClient(DriveAccess):
@@ -53,6 +57,7 @@ class LeaseClient(DriveAccess):
         self._wants = self._joining = False
         self._sent_at = self._tried_at = self._taken_at = -math.inf
         self._join_problem = ""
+        self._missed_at = math.inf
         link.channel("lease").arrived.connect(self._on_state)
         self._life = PeriodicTimer(LIFE_PERIOD, self._live, self)
         self._life.start()
@@ -104,8 +109,8 @@ class LeaseClient(DriveAccess):
 
     def set_hold(self, reason: str) -> None:
         """Let nobody drive for this reason while this window has the robot, not even a keyboard node."""
-        if reason != self._hold:
-            self._hold = reason
+        if reason[:MOST_TEXT] != self._hold:
+            self._hold = reason[:MOST_TEXT]
             self._send(None)
 
     def drive(self, vx: float, vy: float, wz: float) -> None:
@@ -130,20 +135,39 @@ class LeaseClient(DriveAccess):
                 self.refused.emit(self.obstacle() or "This window has not joined yet; try again in a moment.")
             return
         self._asked += 1
-        proof = sign_request(self._key, self._asked, action, to)
-        session = self._session
+        number, session, key = self._asked, self._session, self._key
+        proof = sign_request(key, number, action, to)
 
         def answered(answer: Answer) -> None:
-            if not answer.ok and not quiet and session == self._session:
+            if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
+                if not answer.ok and not quiet and session == self._session:
+                    self.refused.emit(answer.text)
+                return
+            ended, reply_proof = answer.value
+            if not hmac.compare_digest(reply_proof, sign_reply(key, number, Reply(answer.ok, answer.text, ended))):
+                # drive_lease has forgotten this window, or it is somebody else who answers: prove each other again.
+                self._session = ""
+                self._join()
+            elif ended:
+                self._end(answer.text)
+                return
+            if not answer.ok and not quiet:
                 self.refused.emit(answer.text)
 
-        self._link.call("ask", session, self._asked, action, to, proof, then=answered)
+        self._link.call("ask", session, number, action, to, proof, then=answered)
+
+    def _end(self, reason: str) -> None:
+        """Act for nobody any more: the account was removed or changed."""
+        self._session = ""
+        self.sign_out()
+        self.ended.emit(reason)
 
     def _on_state(self, state: LeaseState) -> None:
         before, was_mine = self.state, self.mine
         self.state = state
         if state.epoch != self._epoch:
             self._session = ""
+        self._ask_if_missed(state)
         if self.account is not None and not self._session:
             self._join()
         if was_mine and state.pilot and not self.mine:
@@ -153,6 +177,16 @@ class LeaseClient(DriveAccess):
             self._take_free()
         if before is None or dataclasses.replace(state, arrived=before.arrived) != before:
             self.changed.emit()
+
+    def _ask_if_missed(self, state: LeaseState) -> None:
+        if not self._session or any(node == self._link.node_name for _, node in state.present):
+            self._missed_at = math.inf
+            return
+        now = time.monotonic()
+        self._missed_at = min(self._missed_at, now)
+        if now - self._missed_at >= MISSED:
+            self._missed_at = now
+            self.ask("present", quiet=True)
 
     def _take_free(self) -> None:
         now = time.monotonic()
@@ -182,19 +216,38 @@ class LeaseClient(DriveAccess):
         if self._joining or self.account is None or self.state is None or now - self._tried_at < JOIN_PERIOD:
             return
         self._joining, self._tried_at = True, now
-        account, epoch, nonce = self.account, self.state.epoch, secrets.token_bytes(NONCE)
+        account, epoch = self.account, self.state.epoch
+        side = WindowSide(account.name, self._link.node_name, account.credential)
 
-        def answered(answer: Answer) -> None:
-            self._joining = False
-            if account is not self.account:
+        def offered(answer: Answer) -> None:
+            if account is not self.account or not answer.ok:
+                finish(answer.text)
                 return
-            self._join_problem = "" if answer.ok else answer.text
-            if answer.ok:
-                self._tried_at = -math.inf
-                self._session, lease_nonce = answer.value
-                self._key, self._epoch = session_key(account.key, nonce, lease_nonce), epoch
-                self._number = self._asked = 0
-                self._send(None)
-            self.changed.emit()
+            session, lease_key, _ = answer.value
+            try:
+                key = side.session_key(session, lease_key)
+            except ValueError:  # a point of low order, or a session that is no ASCII
+                finish(IMPOSTOR)
+                return
+            proven = lambda answer: joined(answer, session, key)  # noqa: E731
+            self._link.call("join", side.claim, session, sign_join(key), then=proven)
 
-        self._link.call("join", account.name, self._link.node_name, nonce, then=answered)
+        def joined(answer: Answer, session: str, key: bytes) -> None:
+            if account is not self.account or not answer.ok:
+                finish(answer.text)
+            elif not hmac.compare_digest(answer.value[2], sign_joined(key)):
+                finish(IMPOSTOR)
+            else:
+                self._tried_at, self._missed_at = -math.inf, math.inf
+                self._session, self._key, self._epoch = session, key, epoch
+                self._number = self._asked = 0
+                finish("")
+                self._send(None)
+
+        def finish(problem: str) -> None:
+            self._joining = False
+            if account is self.account:
+                self._join_problem = problem
+                self.changed.emit()
+
+        self._link.call("join", side.claim, then=offered)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 
-from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QCheckBox, QFrame, QGridLayout, QSizePolicy, QWidget
 
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Careful, Safety
 from gui.styling import restyle, set_property
+from gui.widgets.label import Label, tip
 
 SILENT_AFTER = 1.0
 """[s] without a message after which the safety gate counts as silent."""
@@ -51,12 +52,11 @@ class GateBanner(QFrame):
         layout.setContentsMargins(10, 6, 10, 6)
         layout.setHorizontalSpacing(10)
         layout.setVerticalSpacing(4)
-        self._word = QLabel()
+        self._word = Label()
         self._word.setProperty("role", "word")
-        self._reason = QLabel()
+        self._reason = Label()
         self._reason.setProperty("role", "reason")
         self._reason.setWordWrap(True)
-        self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._switch = QCheckBox(CAREFUL)
         self._switch.setObjectName("carefulSwitch")
@@ -101,7 +101,7 @@ class GateBanner(QFrame):
             return
         self._switch.setChecked(state.on)
         self._switch.setEnabled(self._may_switch and not state.unavailable)
-        self._switch.setToolTip(state.unavailable or (CAREFUL_TIP if self._may_switch else WATCHES))
+        self._switch.setToolTip(tip(state.unavailable or (CAREFUL_TIP if self._may_switch else WATCHES)))
         if state.by_default and self._may_switch and self.careful_choice not in (None, state.on):
             self.careful_wanted.emit(bool(self.careful_choice))
 

@@ -14,11 +14,13 @@ import numpy as np
 from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH
 from telepresence.video.draw_text import text_width, write
 from telepresence.video.images import LatestImage
+from telepresence.video.jpeg import decode_jpeg
 
 log = logging.getLogger(__name__)
 
 PERIOD = 1.0 / 15.0
 """Shortest time between two pictures [s]."""
+_PNG = b"\x89PNG\r\n\x1a\n"
 MAX_PIXELS = 16_000_000
 """Larger pictures are refused before they are decoded: a few kilobytes can claim any size."""
 
@@ -117,37 +119,15 @@ class Screen:
         self.image.put(picture)
 
 
-def encoded_size(data: bytes) -> tuple[int, int]:
-    """Return the width and height that a JPEG or PNG file claims.
-
-    Raises:
-        ValueError: It is neither, or ends before its size.
-    """
-    if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
-        return struct.unpack(">II", data[16:24])
-    position = 2
-    if data.startswith(b"\xff\xd8"):
-        while position + 9 <= len(data):
-            if data[position] != 0xFF:
-                break
-            marker = data[position + 1]
-            if marker == 0xFF:  # fill byte
-                position += 1
-            elif 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):  # start of frame, ITU-T T.81 table B.1
-                height, width = struct.unpack(">HH", data[position + 5 : position + 9])
-                return width, height
-            else:
-                position += 2 + struct.unpack(">H", data[position + 2 : position + 4])[0]
-    raise ValueError(f"neither a JPEG nor a PNG picture: {len(data)} bytes that begin with {data[:8]!r}")
-
-
 def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:
     """Decode a JPEG or PNG file to (height, width, 3) uint8 RGB, transparent parts over `background`.
 
     Raises:
         ValueError: It is neither, or damaged, or has more than `MAX_PIXELS`.
     """
-    width, height = encoded_size(data)
+    if not data.startswith(_PNG):
+        return cv2.cvtColor(decode_jpeg(data, max_pixels=MAX_PIXELS), cv2.COLOR_BGR2RGB)
+    width, height = struct.unpack(">II", data[16:24]) if len(data) >= 24 else (0, 0)
     if not 0 < width * height <= MAX_PIXELS:
         raise ValueError(f"a picture of {width}x{height} pixels; at most {MAX_PIXELS} pixels are decoded")
     pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

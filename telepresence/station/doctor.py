@@ -1,4 +1,4 @@
-"""`./stack doctor [ADDRESS]`: what is installed, built and reachable; what is wrong and how to fix it.
+"""`./stack doctor [--security] [ADDRESS]`: what is installed, built and reachable; what is wrong and how to fix it.
 
 Runs on Debian's Python alone, because it is needed when the rest does not work.
 """
@@ -15,13 +15,14 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.error
 import urllib.parse
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))  # this file is run by its path
+from telepresence.outside_text import LONGEST_LOG, clean  # noqa: E402
+
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
@@ -45,9 +46,21 @@ def main() -> int:
         help="also check the way to a robot (ping, ssh, its server, delay, clock): host, host:port; 9559 unless given, "
         "a Robotino has 80",
     )
+    parser.add_argument(
+        "--security",
+        action="store_true",
+        help="instead: what a stranger could use; open sockets and files, keys, old libraries (see docs/security.md)",
+    )
     arguments = parser.parse_args()
+    if arguments.security:
+        sys.path.insert(0, str(ROOT))
+        from telepresence.station import doctor_security
+
+        well = report(lambda: doctor_security.findings(arguments.address))
+        print("\nNothing here helps a stranger." if well else "\nFix what is marked with an x, then run this again.")
+        return 0 if well else 1
     well = True
-    for check in (system, programs, environment, workspace, rendering, ports, master):
+    for check in (system, programs, environment, workspace, rendering, ports, master, protection):
         well = report(check) and well
     if arguments.address:
         well = report(lambda: robot(arguments.address)) and well
@@ -59,6 +72,7 @@ def report(check: Callable[[], Iterator[Finding]]) -> bool:
     """Print what a check finds; True if all of it is as it should be."""
     well = True
     for fine, what, remedy in check():
+        what, remedy = clean(what, LONGEST_LOG), clean(remedy, LONGEST_LOG)
         print(f"  {'✓' if fine else 'x'} {what}" + ("" if fine else f"\n      -> {remedy}"))
         well = well and fine
     return well
@@ -141,6 +155,20 @@ def master() -> Iterator[Finding]:
     yield resolves, f"host name {name} resolves, or ROS_IP is set", "run:  . ./env.sh  (it sets ROS_IP=127.0.0.1)"
 
 
+def protection() -> Iterator[Finding]:
+    """Check the firewall rules when other machines reach the ROS nodes of this one."""
+    sys.path.insert(0, str(ROOT))  # this file runs by its path, on Debian's Python
+    from telepresence.station import firewall
+
+    address = firewall.announced_address()
+    if address is None:
+        print("  ✓ ROS nodes: reached from this machine only")
+        return
+    problem = firewall.problem()
+    remedy = f"{problem}: whoever reaches it drives the robot. Load them:  {firewall.advice()}  (docs/remote.md)"
+    yield problem is None, f"firewall rules, because ROS listens on {address}", remedy
+
+
 def robot(address: str) -> Iterator[Finding]:
     """Check the way to a robot: name, ping, ssh, port, round trip, our own address towards it, and its clock."""
     host, _, port = address.partition(":")
@@ -187,7 +215,7 @@ def ping(host: str) -> bool:
         print(f"  ✓ ping {host}: it answers")
     else:
         reason = (answer.stderr.strip() or answer.stdout.strip()).splitlines()[-1:] or ["no answer"]
-        print(f"  - ping {host}: {reason[0]}. Switched off, in another network, or a firewall drops pings")
+        print(f"  - ping {host}: {clean(reason[0])}. Switched off, in another network, or a firewall drops pings")
     return answer.returncode == 0
 
 
@@ -197,7 +225,7 @@ def ssh(host: str, port: int = SSH_PORT) -> bool:
         with socket.create_connection((host, port), timeout=SSH_TIMEOUT) as connection:
             first = connection.recv(256).decode(errors="replace").partition("\n")[0].strip()
         if first.startswith("SSH-"):
-            print(f"  ✓ ssh {host}: {first}")
+            print(f"  ✓ ssh {host}: {clean(first)}")
             return True
         reason = f"something else answers on port {port}" if first else "it hangs up at once"
     except ConnectionRefusedError:
@@ -229,16 +257,21 @@ def towards(host: str, port: int) -> Iterator[Finding]:
 
 def robot_clock(host: str, port: int) -> Iterator[Finding]:
     """Check the robot's clock by the date in its web server's answer (whole seconds)."""
+    connection = http.client.HTTPConnection(host, port, timeout=3.0)  # follows no redirect
     try:
-        with urllib.request.urlopen(f"http://{host}:{port}/", timeout=3.0) as answer:
-            date = answer.headers.get("Date")
-    except urllib.error.HTTPError as error:
-        date = error.headers.get("Date")
+        connection.request("GET", "/")
+        date = connection.getresponse().headers.get("Date")
     except (OSError, http.client.HTTPException) as error:
         yield False, f"web server at {host}:{port}", f"{error}; a Robotino answers there: is its restapid running?"
         return
+    finally:
+        connection.close()
     if date:
-        ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+        try:
+            ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+        except (ValueError, OverflowError):
+            yield False, f"web server at {host}:{port}: its date is {date!r}", "is it a Robotino's?"
+            return
         yield abs(ahead) < WRONG_CLOCK, f"robot's clock: {ahead:+.0f} s", "set it: pictures and commands carry times"
 
 

@@ -1,6 +1,6 @@
-"""Runs a roscore and brings it back when it dies, with the parameters and nodes that it had.
+"""Runs a ROS master (`telepresence_ros.core`) and brings it back when it dies, with its parameters and nodes.
 
-Our own nodes register again automatically (`telepresence_ros.master_watch`). Others, robot_state_publisher for
+Our own nodes register again automatically (`telepresence_ros.master_watch`). Others, a person's roscpp nodes for
 example, are asked to shut down over their own slave API, and roslaunch (`respawn="true"`) starts them anew.
 Everything goes over the documented Master, Parameter Server and Slave APIs: http://wiki.ros.org/ROS/Master_API.
 """
@@ -11,6 +11,7 @@ import http.client
 import logging
 import re
 import signal
+import sys
 import threading
 import time
 import xmlrpc.client
@@ -69,7 +70,7 @@ class MasterKeeper:
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
-        command = ["roscore", "-p", str(port)]
+        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port)]
         self._process = processes.start(command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
         deadline = time.monotonic() + START_TIMEOUT
         while not master_answers(self.uri):
@@ -104,7 +105,7 @@ class MasterKeeper:
     def _revive(self) -> None:
         log.warning("roscore died; starting it again")
         processes.end(self._process, patience=1.0)
-        # A killed roscore leaves its rosmaster and rosout, which hold the port and the name.
+        # A killed core leaves its rosout, which holds the name.
         for pid in self._children:
             processes.send(pid, signal.SIGKILL)
         try:

@@ -18,8 +18,10 @@ import xml.etree.ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
-from telepresence.station import processes
+from telepresence.station import firewall, processes
+from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.unprivileged import STAY, must_leave_root
@@ -51,6 +53,8 @@ PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
 ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
 STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
+OWN_SETTINGS = {"screen_port", "firewall"}
+"""Settings that are ours and not the launch file's."""
 RUN_ID_PATIENCE = 3.0
 """Seconds within which a starting roscore must set its run_id."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
@@ -112,6 +116,9 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     window = "gui" in launch_arguments(arguments.robot) and settings.get("gui", "true").lower() in ("true", "1")
     wires = STATIONS.get(arguments.robot, ())
     require_known(arguments.robot, settings)
+    if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
+        os.environ["ROS_IP"] = "127.0.0.1"  # without any, ROS announces the host name and listens everywhere
+    require_protection(settings.get("firewall"))
     if simulated:
         for wire in wires:
             require_loopback(settings, wire.address)
@@ -133,13 +140,21 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             screen = serve_screen(display, screen_port)
         # roslaunch reads its files while roscore starts.
         launch = processes.start(
-            ["roslaunch", "--wait", *LAUNCH_TIMEOUTS, str(LAUNCH / f"{arguments.robot}.launch")]
-            + [f"{name}:={value}" for name, value in settings.items() if name != "screen_port"],
+            [
+                sys.executable,
+                "-m",
+                "telepresence_ros.roslaunch",
+                "--wait",
+                *LAUNCH_TIMEOUTS,
+                str(LAUNCH / f"{arguments.robot}.launch"),
+            ]
+            + [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS],
             tied=True,
         )
         if master_answers(master_uri, timeout=1.0):
             require_roscore(master_uri, stop)
             print(f"Using the ROS master that runs at {master_uri}")
+            print(exposure(master_uri), end="")
         else:
             keeper = MasterKeeper(master_uri)
         print(banner(arguments.robot, settings, master_uri, simulated, display, screen_port), flush=True)
@@ -168,7 +183,7 @@ def launch_arguments(robot: str) -> set[str]:
 def require_known(robot: str, settings: dict[str, str]) -> None:
     """Raise RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself ignores
     the former and starts a simulator that ends at once with the latter."""
-    known = sorted(launch_arguments(robot) | {"screen_port"})
+    known = sorted(launch_arguments(robot) | OWN_SETTINGS)
     for name in settings:
         if name not in known:
             raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
@@ -183,6 +198,40 @@ def require_loopback(settings: dict[str, str], name: str) -> None:
     address = settings.get(name, "127.0.0.1")
     if address not in ("127.0.0.1", "localhost"):
         raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
+
+
+def require_protection(firewall_setting: str | None) -> None:
+    """Raise RuntimeError when other machines reach ROS and the firewall rules are not loaded, unless the person says
+    `firewall:=mine`: who reaches a ROS master or node may do everything that the pilot may."""
+    if firewall_setting not in (None, "mine"):
+        raise RuntimeError(f"firewall:={firewall_setting}: mine is the only value; without it ours is looked for")
+    address = firewall.announced_address()
+    if address is None or firewall_setting == "mine":
+        return
+    problem = firewall.problem()
+    if problem is not None:
+        raise RuntimeError(
+            f"ROS would listen on {address}, where whoever reaches it drives the robot without a password, and "
+            f"{problem}. Load them, with your interface and the addresses of your robots:\n"
+            f"  {firewall.advice()}\n"
+            "or add  firewall:=mine  if rules of your own do the same, or drive without other machines:  unset ROS_IP "
+            "ROS_HOSTNAME.  docs/remote.md says more"
+        )
+
+
+def exposure(uri: str) -> str:
+    """Return a line that says on which ports a roscore that somebody else started listens on every address of this
+    machine; empty when on none."""
+    master: Any = master_proxy(uri, timeout=1.0)  # XML-RPC answers have no types
+    _, _, rosout = master.lookupNode("/stack_up", "/rosout")
+    ports = {urlsplit(address).port for address in (uri, rosout)}
+    open_ports = sorted({found.port for found in listening().values() if found.everywhere} & {*filter(None, ports)})
+    if not open_ports:
+        return ""
+    return (
+        f"It listens on every address of this machine (port {', '.join(map(str, open_ports))}): whoever is in the "
+        "network can reach it. End it, and ./stack up starts one that is only reached from here.\n"
+    )
 
 
 def require_roscore(uri: str, stop: threading.Event) -> None:

@@ -1,41 +1,54 @@
 """The accounts with which people sign in:  python -m gui.users add NAME --role pilot
 
 They are stored in an SQLite file that is created empty at first use: gui/users.db, or the file that TELEPRESENCE_USERS
-names. Of a password only a salted scrypt hash is kept (RFC 7914); wrong tries are counted there too, so that restarting
-the window gives no new ones. An unknown name is answered as slowly as any other.
+names. Of a password only a public key is kept (`password_key`): with what stands in the file nobody can sign in, and no
+window can drive. Wrong tries are counted there too, so that restarting the window gives no new ones. An unknown name is
+answered as slowly as any other.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import getpass
-import hashlib
 import hmac
 import os
 import secrets
 import sqlite3
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from telepresence import private_files
+from telepresence.teleop import password_key
 from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
+from telepresence.teleop.key_agreement import Credential, public_key
+from telepresence.teleop.password_key import SALT, Cost
 
 ROLES = (PILOT, WATCHER)
 SHORTEST_PASSWORD = 8
 LONGEST_NAME, LONGEST_PASSWORD = 64, 1024
 TRIES = 5
-"""Wrong passwords in a row after which a name is locked."""
-LOCK_TIME = 60.0
-"""Seconds for which a name stays locked."""
-_COST = {"n": 1 << 15, "r": 8, "p": 1, "maxmem": 1 << 26, "dklen": 32}
-"""32 MiB and about 0.1 s for one guess."""
+"""Wrong passwords in a row after which every further try waits."""
+LONGEST_PAUSE = 8.0
+"""Seconds for which a try waits at most: nobody can lock the owner of a name out."""
+LONGEST_QUEUE = 30.0
+"""Seconds for which a try waits behind others of the same name; a later one is refused."""
+FORGIVEN = 60.0
+"""Seconds without a try after which wrong ones are forgotten."""
 _SCHEMA = """
+CREATE TABLE IF NOT EXISTS accounts (
+    name TEXT PRIMARY KEY, role TEXT NOT NULL, rank INTEGER NOT NULL, passes INTEGER NOT NULL, memory INTEGER NOT NULL,
+    lanes INTEGER NOT NULL, salt BLOB NOT NULL, public BLOB NOT NULL);
 CREATE TABLE IF NOT EXISTS users (
     name TEXT PRIMARY KEY, role TEXT NOT NULL, rank INTEGER NOT NULL, salt BLOB NOT NULL, key BLOB NOT NULL);
+CREATE TABLE IF NOT EXISTS lease (one INTEGER PRIMARY KEY CHECK (one = 1), private BLOB NOT NULL);
 CREATE TABLE IF NOT EXISTS tries (name TEXT PRIMARY KEY, failed INTEGER NOT NULL, last REAL NOT NULL);
 """
+"""`accounts`: what Argon2id needs, and the public key. `users`: accounts of versions before 0.4, with a scrypt hash;
+each moves to `accounts` when its person signs in. `lease`: the private key by which windows recognize drive_lease."""
 
 
 class UserError(ValueError):
@@ -52,10 +65,12 @@ class Users:
 
     Args:
         path: The file; it is created when it is first needed, readable for its owner only.
+        cost: What one guess of a password that is set from now on costs.
     """
 
-    def __init__(self, path: Path | None = None) -> None:
+    def __init__(self, path: Path | None = None, cost: Cost | None = None) -> None:
         self.path = path or default_path()
+        self._cost = cost or password_key.COST
 
     def add(self, name: str, password: str, role: str, rank: int = 0) -> None:
         """Create an account, or replace the one of this name.
@@ -70,68 +85,110 @@ class Users:
             raise UserError(f"The password needs at least {SHORTEST_PASSWORD} characters.")
         if len(password) > LONGEST_PASSWORD:
             raise UserError(f"The password may have at most {LONGEST_PASSWORD} characters.")
-        salt = secrets.token_bytes(16)
+        salt = secrets.token_bytes(SALT)
+        public = public_key(password_key.private_key(password, salt, self._cost))
         with self._open() as database:
-            database.execute(
-                "INSERT OR REPLACE INTO users VALUES (?, ?, ?, ?, ?)", (name, role, rank, salt, _hash(password, salt))
-            )
+            self._store(database, Account(name, role, rank, public), salt)
             database.execute("DELETE FROM tries WHERE name = ?", (name,))
 
     def remove(self, name: str) -> None:
-        """Delete an account.
+        """Delete an account. drive_lease ends its sessions within a second.
 
         Raises:
             UserError: There is none of this name.
         """
+        name = _clean(name)
         with self._open() as database:
-            if database.execute("DELETE FROM users WHERE name = ?", (_clean(name),)).rowcount == 0:
+            tables = ("accounts", "users")
+            if not sum(database.execute(f"DELETE FROM {table} WHERE name = ?", (name,)).rowcount for table in tables):
                 raise UserError(f"There is nobody called '{name}'. See  python -m gui.users list")
 
     def all(self) -> list[Account]:
-        """Return all accounts by name, without keys."""
+        """Return all accounts by name; those of versions before 0.4 have no public key until they have signed in."""
         with self._open() as database:
-            rows = database.execute("SELECT name, role, rank FROM users ORDER BY name").fetchall()
+            rows = database.execute(
+                "SELECT name, role, rank, public FROM accounts UNION"
+                " SELECT name, role, rank, x'' FROM users ORDER BY name"
+            ).fetchall()
         return [Account(*row) for row in rows]
 
     def find(self, name: str) -> Account | None:
-        """Return the account of this name, with its key."""
+        """Return the account with which this name may drive: one of a version before 0.4 may after it has signed in."""
         with self._open() as database:
-            row = database.execute("SELECT name, role, rank, key FROM users WHERE name = ?", (name,)).fetchone()
+            row = database.execute("SELECT name, role, rank, public FROM accounts WHERE name = ?", (name,)).fetchone()
         return Account(*row) if row else None
 
-    def check(self, name: str, password: str, now: float | None = None) -> Account:
-        """Return the account if the password is right.
+    def of_lease(self) -> tuple[bytes, dict[str, Account]]:
+        """Return what drive_lease needs: its private key [32 bytes], made at the first call; the accounts by name."""
+        with self._open() as database:
+            key = self._lease_key(database)
+            rows = database.execute("SELECT name, role, rank, public FROM accounts").fetchall()
+        return key, {row[0]: Account(*row) for row in rows}
+
+    def check(
+        self, name: str, password: str, now: float | None = None, sleep: Callable[[float], None] = time.sleep
+    ) -> Account:
+        """Return the account, with what its window needs to drive, if the password is right.
+
+        After `TRIES` wrong passwords in a row a try waits, seconds at most, and is then decided as any other.
 
         Args:
             now: The time [s since 1970]; by default the clock's.
+            sleep: Waits for so many seconds.
         Raises:
-            UserError: It is wrong, or has been wrong too often. The text does not say whether the name or the password
-                was.
+            UserError: It is wrong. The text does not say whether the name or the password was.
         """
         now = time.time() if now is None else now
         name, password = name.strip()[:LONGEST_NAME], password[:LONGEST_PASSWORD]
         with self._open() as database:
-            row = database.execute("SELECT name, role, rank, key, salt FROM users WHERE name = ?", (name,)).fetchone()
-        known, role, rank, key, salt = row or ("", "", 0, secrets.token_bytes(32), b"a salt for nobody")
-        # Hashed in every case, or the response time would reveal which names exist.
-        right = hmac.compare_digest(_hash(password, salt), key) and row is not None
+            failed, wait = _count_try(database, name, now)
+            row = database.execute("SELECT * FROM accounts WHERE name = ?", (name,)).fetchone()
+            old = database.execute("SELECT role, rank, salt, key FROM users WHERE name = ?", (name,)).fetchone()
+            any_old = database.execute("SELECT 1 FROM users").fetchone() is not None
+            lease = self._lease_key(database)
+        if wait:
+            sleep(wait)
+        # The same work in every case, or the response time would reveal which names exist.
+        nobody = (name, "", 0, *self._cost, password_key.salt_of_nobody(name, lease), secrets.token_bytes(32))
+        name, role, rank, passes, memory, lanes, salt, public = row or nobody
+        private = password_key.private_key(password, salt, Cost(passes, memory, lanes))
+        right = hmac.compare_digest(public_key(private), public) and row is not None
+        upgrade = right and Cost(passes, memory, lanes) != self._cost
+        if any_old:
+            role_then, rank_then, salt_then, key = old or ("", 0, salt, secrets.token_bytes(32))
+            right_then = hmac.compare_digest(password_key.legacy_hash(password, salt_then), key) and old is not None
+            if right_then and not right:
+                right, upgrade, role, rank = True, True, role_then, rank_then
+        if not right:
+            raise UserError(f"Wrong name or password. {_what_follows(failed)}")
+        account = Account(name, role, rank, public, Credential(private, public_key(lease)))
+        if upgrade:
+            account, salt = self._renew(account, password)
         with self._open() as database:
-            # Decided in one transaction: tries made at the same moment count one by one.
-            database.execute("BEGIN IMMEDIATE")
-            database.execute("DELETE FROM tries WHERE last < ?", (now - LOCK_TIME,))
-            (failed,) = database.execute("SELECT failed FROM tries WHERE name = ?", (name,)).fetchone() or (0,)
-            if failed >= TRIES:
-                (last,) = database.execute("SELECT last FROM tries WHERE name = ?", (name,)).fetchone()
-                wait = max(1, round(last + LOCK_TIME - now))
-                raise UserError(f"Too many wrong tries. '{name}' is locked for {wait} s.")
-            if right:
-                database.execute("DELETE FROM tries WHERE name = ?", (name,))
-                return Account(known, role, rank, key)
-            database.execute("INSERT OR REPLACE INTO tries VALUES (?, ?, ?)", (name, failed + 1, now))
-        left = TRIES - failed - 1
-        if left == 0:
-            raise UserError(f"Wrong name or password. '{name}' is locked for {LOCK_TIME:.0f} s.")
-        raise UserError(f"Wrong name or password. {left} {'try' if left == 1 else 'tries'} left.")
+            database.execute("DELETE FROM tries WHERE name = ?", (name,))
+            if upgrade:
+                self._store(database, account, salt)
+        return account
+
+    def _renew(self, account: Account, password: str) -> tuple[Account, bytes]:
+        """Return the account with keys of today's cost, and their salt."""
+        assert account.credential is not None  # `check` has made it
+        salt = secrets.token_bytes(SALT)
+        private = password_key.private_key(password, salt, self._cost)
+        credential = Credential(private, account.credential.lease)
+        return dataclasses.replace(account, public=public_key(private), credential=credential), salt
+
+    def _store(self, database: sqlite3.Connection, account: Account, salt: bytes) -> None:
+        database.execute("DELETE FROM users WHERE name = ?", (account.name,))
+        values = (account.name, account.role, account.rank, *self._cost, salt, account.public)
+        database.execute("INSERT OR REPLACE INTO accounts VALUES (?, ?, ?, ?, ?, ?, ?, ?)", values)
+
+    def _lease_key(self, database: sqlite3.Connection) -> bytes:
+        row = database.execute("SELECT private FROM lease").fetchone()
+        if row is None:
+            database.execute("INSERT OR IGNORE INTO lease VALUES (1, ?)", (secrets.token_bytes(32),))
+            row = database.execute("SELECT private FROM lease").fetchone()
+        return bytes(row[0])
 
     @contextlib.contextmanager
     def _open(self) -> Iterator[sqlite3.Connection]:
@@ -141,9 +198,11 @@ class Users:
             UserError: The file cannot be used.
         """
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            os.close(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o600))
+            if not self.path.parent.exists():
+                private_files.make_folder(self.path.parent)
+            os.close(private_files.open_file(self.path, os.O_RDWR | os.O_CREAT))
             with contextlib.closing(sqlite3.connect(self.path, timeout=5.0)) as database:
+                database.execute("PRAGMA secure_delete = ON")  # a removed hash is not to be found in the file's rest
                 database.executescript(_SCHEMA)
                 try:
                     yield database
@@ -155,6 +214,36 @@ class Users:
             ) from error
 
 
+def _count_try(database: sqlite3.Connection, name: str, now: float) -> tuple[int, float]:
+    """Count a try as wrong until it has been right; return how many there are with it, and how long it waits [s].
+
+    Raises:
+        UserError: Too many wait already.
+    """
+    database.execute("BEGIN IMMEDIATE")  # tries made at the same moment count, and wait, one by one
+    database.execute("DELETE FROM tries WHERE last < ?", (now - FORGIVEN,))
+    row = database.execute("SELECT failed, last FROM tries WHERE name = ?", (name,)).fetchone()
+    failed, last = row or (0, now)
+    turn = max(now, last + _pause(failed))
+    if turn - now > LONGEST_QUEUE:
+        raise UserError("Many others try this name at this moment. Try again in a minute.")
+    database.execute("INSERT OR REPLACE INTO tries VALUES (?, ?, ?)", (name, failed + 1, turn))
+    database.commit()
+    return failed + 1, turn - now
+
+
+def _pause(failed: int) -> float:
+    """Return the seconds between two tries after so many wrong ones."""
+    return 0.0 if failed < TRIES else min(LONGEST_PAUSE, 2.0 ** (failed - TRIES))
+
+
+def _what_follows(failed: int) -> str:
+    if failed < TRIES:
+        left = TRIES - failed
+        return f"{left} {'try' if left == 1 else 'tries'} left before each further one waits."
+    return f"The next try waits for {_pause(failed):.0f} s."
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     arguments = _parse(argv)
@@ -162,7 +251,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         if arguments.command == "list":
             for account in users.all():
-                print(f"{account.name:<24} {account.role:<8} rank {account.rank}")
+                note = "" if account.public else "   (of an older version: signs in once before driving)"
+                print(f"{account.name:<24} {account.role:<8} rank {account.rank}{note}")
         elif arguments.command == "remove":
             users.remove(arguments.name)
         else:
@@ -201,7 +291,3 @@ def _clean(name: str) -> str:
     if not name or len(name) > LONGEST_NAME or not name.isprintable():
         raise UserError(f"A name has 1 to {LONGEST_NAME} printable characters.")
     return name
-
-
-def _hash(password: str, salt: bytes) -> bytes:
-    return hashlib.scrypt(password.encode("utf-8", "surrogatepass"), salt=salt, **_COST)

@@ -1,9 +1,9 @@
 """The drive lease decides who may drive: one pilot at a time. No ROS, no clock: the time is an argument.
 
-Every window joins under a name, and signs what it sends with a key that follows from the account's key and two fresh
-random numbers; neither a watcher nor a program that only listens can send as somebody else, or send again what was sent
-before. The pilot's window renews the lease with every message; a second of silence frees the robot. Whenever the pilot
-changes, the robot gets a zero first.
+Every window joins under a name (`key_agreement`), and signs what it sends with a key that only who knows the account's
+password can have; neither a watcher, nor who reads the accounts, nor a program that only listens can send as somebody
+else, or send again what was sent before. The pilot's window renews the lease with every message; a second of silence
+frees the robot. Whenever the pilot changes, the robot gets a zero first.
 
 Keyboards and gamepads that publish velocities on their own rank last: they drive while no window does. Messages
 and services: telepresence_msgs/msg and telepresence_msgs/srv.
@@ -11,21 +11,32 @@ and services: telepresence_msgs/msg and telepresence_msgs/srv.
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import math
-import secrets
-import struct
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
 from telepresence.teleop.command_timeout import ZEROS_TIME
+from telepresence.teleop.key_agreement import EVERYBODY, Claim
+from telepresence.teleop.lease_messages import (
+    MOST_TEXT,
+    PILOT,
+    WATCHER,
+    Account,
+    Command,
+    Offer,
+    Reply,
+    as_bytes,
+    command_parts,
+    outranks,
+    sign_reply,
+)
+from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, Window, Windows
+from telepresence.teleop.signing import PROOF, Check
 
-LEASE = 1.0
-"""Seconds without a sign of life after which the pilot's lease ends."""
+__all__ = ["FORGOTTEN", "LEASE", "PILOT", "WATCHER", "ZERO", "Account", "Command", "DriveLease", "State", "Velocity"]
+
 COMMAND_AGE = 0.3
 """Seconds for which a velocity is valid. Windows repeat it every 0.05 s."""
 LATE = 0.5
@@ -35,97 +46,6 @@ DRIFT = 1e-3
 """Largest drift between two clocks, seconds per second."""
 OTHER_TIME = 0.5
 """Seconds for which another program's velocity counts as driving."""
-FORGOTTEN = 30.0
-"""Seconds of silence after which a window is forgotten."""
-MOST_WINDOWS = 32
-NONCE = 16
-"""Length of a random number and of a proof [bytes]."""
-PILOT, WATCHER = "pilot", "watcher"
-
-
-@dataclass(frozen=True)
-class Account:
-    """A person who may join. A pilot of higher rank may take the robot from another one.
-
-    Args:
-        key: Shared by window and lease only; empty when names are not checked.
-    """
-
-    name: str
-    role: str
-    rank: int = 0
-    key: bytes = field(default=b"", repr=False)
-
-
-@dataclass(frozen=True)
-class Command:
-    """What a window sends, ten times a second or more while it drives and four times otherwise.
-
-    Args:
-        number: Counts up.
-        sent: The window's own clock [s].
-        velocity: None while no control is held.
-        hold: Why nobody should drive by this window now, a picture that is lost for example; empty if nothing is wrong.
-    """
-
-    number: int
-    sent: float
-    velocity: Velocity | None
-    hold: str
-    proof: bytes = b""
-
-
-class Reply(NamedTuple):
-    """Whether a request was carried out; if not, a sentence for the person who made it."""
-
-    ok: bool
-    reason: str = ""
-
-
-class Joined(NamedTuple):
-    """The answer to a window that joins. `session` identifies it, `nonce` goes into its key; both empty if refused."""
-
-    session: str
-    nonce: bytes
-    reason: str = ""
-
-
-def session_key(account_key: bytes, window_nonce: bytes, lease_nonce: bytes) -> bytes:
-    """Return the key with which a window signs from now on."""
-    return hmac.digest(account_key, b"telepresence drive lease" + window_nonce + lease_nonce, hashlib.sha256)
-
-
-def sign_command(key: bytes, command: Command) -> bytes:
-    """Return the proof that belongs into the command."""
-    velocity = command.velocity or ZERO
-    body = struct.pack("<Id?3d", command.number, command.sent, command.velocity is not None, *velocity)
-    return hmac.digest(key, b"command" + body + command.hold.encode(), hashlib.sha256)[:NONCE]
-
-
-def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
-    """Return the proof for `DriveLease.ask`."""
-    body = struct.pack("<I", number) + action.encode() + b"\0" + to.encode()
-    return hmac.digest(key, b"request" + body, hashlib.sha256)[:NONCE]
-
-
-@dataclass(eq=False)
-class _Window:
-    """A window that has joined."""
-
-    session: str
-    account: Account
-    node: str
-    key: bytes = field(repr=False)
-    last_message: float
-    number: int = 0
-    """Number of its last command; `asked` is that of its last request, because the two use different channels."""
-    asked: int = 0
-    offset: float = math.inf
-    """Least difference seen between our clock and its own [s]."""
-    measured: float = 0.0
-    hold: str = ""
-    proven: bool = False
-    """Whether the window has shown that it knows the account's key."""
 
 
 @dataclass(frozen=True)
@@ -158,14 +78,14 @@ class DriveLease:
 
     Args:
         find_account: Returns the account of a name, or None.
+        private: The lease's own key, by which windows recognize it.
     """
 
-    def __init__(self, find_account: Callable[[str], Account | None]) -> None:
-        self._find_account = find_account
-        self._windows: dict[str, _Window] = {}
-        self._pilot: _Window | None = None
-        self._asking: _Window | None = None
-        self._stopped_by = ""
+    def __init__(self, find_account: Callable[[str], Account | None], private: bytes = EVERYBODY) -> None:
+        self._windows = Windows(find_account, private)
+        self._pilot: Window | None = None
+        self._asking: Window | None = None
+        self._stopper: Account | None = None
         self._velocity, self._velocity_at = ZERO, -math.inf
         self._zeros_until = -math.inf
         self._other, self._other_at = "", -math.inf
@@ -173,20 +93,35 @@ class DriveLease:
         self.refused = 0
         """Messages that were not obeyed: unknown, forged, repeated, late, not finite, not by the pilot."""
 
-    def join(self, name: str, node: str, nonce: bytes, now: float) -> Joined:
-        """Let a window join under a name. Its first signed message proves whether it may use the name."""
-        account = self._find_account(name)
-        if account is None:
-            return Joined("", b"", f"This robot knows nobody called {name!r}. Sign in with a name it knows.")
-        if len(nonce) != NONCE:
-            return Joined("", b"", f"The random number must have {NONCE} bytes, not {len(nonce)}.")
-        self._forget(now)
-        if len(self._windows) >= MOST_WINDOWS:
-            return Joined("", b"", f"There are {MOST_WINDOWS} windows already. Close one and wait {FORGOTTEN:.0f} s.")
-        session, own_nonce = secrets.token_hex(8), secrets.token_bytes(NONCE)
-        key = session_key(account.key, nonce, own_nonce)
-        self._windows[session] = _Window(session, account, node, key, now)
-        return Joined(session, own_nonce)
+    def offer(self, claim: Claim, now: float) -> Offer:
+        """Offer a session to whoever asks, see `Windows.offer`. May run beside everything else."""
+        return self._windows.offer(claim, now)
+
+    def prove(self, claim: Claim, session: str, proof: bytes, now: float) -> Window | Reply:
+        """Check a window's proof, see `Windows.prove`. May run beside everything else."""
+        return self._windows.prove(claim, session, proof, now)
+
+    def admit(self, window: Window, now: float) -> Reply:
+        """Let a window join that has proven its account."""
+        return self._windows.admit(window, self._pilot, now)
+
+    def set_private(self, private: bytes) -> None:
+        """Prove to windows that join from now on with this key of the lease."""
+        self._windows.set_private(private)
+
+    def sessions(self) -> set[str]:
+        """Return the sessions of all windows."""
+        return {window.session for window in self._windows}
+
+    def revise(self, sessions: Collection[str], accounts: Mapping[str, Account], now: float) -> None:
+        """End those of the sessions whose accounts are not any more what they were when their windows joined.
+
+        Args:
+            sessions: Those that had joined when the accounts were read.
+            accounts: All accounts, by name.
+        """
+        for window in self._windows.outdated(sessions, accounts, now):
+            self._leave(window, now)
 
     def receive(self, session: str, command: Command, now: float) -> Velocity | None:
         """Take a window's command; return the velocity to send to the robot at once, or None."""
@@ -200,7 +135,7 @@ class DriveLease:
         self._held = bool(self._pilot is not None and self._pilot.hold)
         if command.velocity is None:
             return None
-        if window is not self._pilot or self._stopped_by or (self._held and any(command.velocity)):
+        if window is not self._pilot or self._stopper or (self._held and any(command.velocity)):
             self.refused += 1
             return None
         self._zeros_until = -math.inf
@@ -210,20 +145,24 @@ class DriveLease:
         """Carry out a signed request.
 
         Args:
-            action: take, release, give, keep, stop, reset_stop or leave.
+            action: take, release, give, keep, stop, reset_stop, leave, or present, which changes nothing.
             to: For give: the node of a window; empty for whoever has asked.
         """
-        window = self._windows.get(session)
+        window, ended = self._windows.get(session), ""
+        if window is None:
+            window, ended = self._windows.ended(session)
         if window is None:
             return Reply(False, "This robot does not know this window any more; it joins again by itself.")
-        genuine = hmac.compare_digest(proof, sign_request(window.key, number, action, to))
-        if not genuine:
+        check = window.received.check(proof, "request", number, as_bytes(action), as_bytes(to))
+        if check is Check.FORGED:
             self.refused += 1
-            return Reply(False, f"The robot knows another password for {window.account.name}. Sign in again.")
-        if number <= window.asked:
+            return Reply(False, "This request is not signed by the window that it is for.")
+        if check is Check.REPEATED:
             self.refused += 1
             return Reply(False, "A later request was here first. Ask again.")
-        window.asked, window.last_message, window.proven = number, now, True
+        if ended:
+            return Reply(False, ended, ended=True)
+        window.last_message = now
         actions = {
             "take": lambda: self._take(window, now),
             "release": lambda: self._release(window, now),
@@ -232,10 +171,17 @@ class DriveLease:
             "stop": lambda: self._stop(window, now),
             "reset_stop": lambda: self._reset_stop(window),
             "leave": lambda: self._leave(window, now),
+            "present": lambda: Reply(True),
         }
         if action not in actions:
-            return Reply(False, f"There is no {action!r}; there are {', '.join(actions)}.")
+            return Reply(False, f"There is no {action[:MOST_TEXT]!r}; there are {', '.join(actions)}.")
         return actions[action]()
+
+    def sign(self, session: str, number: int, reply: Reply) -> bytes:
+        """Return the proof that belongs into the answer to a request, made with the key of the window that asked; zeros
+        if there is no such window."""
+        window = self._windows.get(session) or self._windows.ended(session)[0]
+        return sign_reply(window.key, number, reply) if window else bytes(PROOF)
 
     def receive_other(self, node: str, velocity: Velocity, now: float) -> Velocity | None:
         """Take a velocity that another program has sent past the lease; return what to send against it, or None."""
@@ -269,13 +215,13 @@ class DriveLease:
     def state(self, now: float) -> State:
         """Return the state at `now` [s]."""
         pilot, asking = self._pilot, self._asking
-        here = (w for w in self._windows.values() if w.proven and now - w.last_message <= LEASE)
+        here = self._windows.present(now)
         present = sorted((f"{w.account.name} ({w.account.role})", w.node) for w in here)
         return State(
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
             asking=asking.account.name if asking and now - asking.last_message <= LEASE else "",
-            stopped_by=self._stopped_by,
+            stopped_by=self._stopper.name if self._stopper else "",
             hold=self._hold_reason(),
             other=self._other if now - self._other_at <= OTHER_TIME else "",
             velocity=self._velocity,
@@ -285,7 +231,7 @@ class DriveLease:
 
     # --- requests ---
 
-    def _take(self, window: _Window, now: float) -> Reply:
+    def _take(self, window: Window, now: float) -> Reply:
         pilot = self._pilot
         if window.account.role != PILOT:
             return Reply(False, f"{window.account.name} may watch, not drive.")
@@ -296,64 +242,69 @@ class DriveLease:
         self._asking = window
         return Reply(False, f"{pilot.account.name} drives and has been asked to hand over.")
 
-    def _release(self, window: _Window, now: float) -> Reply:
+    def _release(self, window: Window, now: float) -> Reply:
         if window is not self._pilot:
             return Reply(False, "You do not have the robot.")
         self._set_pilot(None, now)
         return Reply(True)
 
-    def _hand_over(self, window: _Window, to: str, now: float) -> Reply:
+    def _hand_over(self, window: Window, to: str, now: float) -> Reply:
         if window is not self._pilot:
             return Reply(False, "You do not have the robot.")
-        asking = [self._asking] if self._asking else []
-        takers = [w for w in self._windows.values() if w.node == to] if to else asking
-        taker = next((w for w in takers if w.proven and now - w.last_message <= LEASE), None)
+        here = self._windows.present(now)
+        taker = next((w for w in here if (w.node == to if to else w is self._asking)), None)
         if taker is None:
-            return Reply(False, f"{to or 'Who asked'} is not here any more.")
+            return Reply(False, f"{'That window' if to else 'Who asked'} is not here any more.")
         if taker.account.role != PILOT:
             return Reply(False, f"{taker.account.name} may watch, not drive.")
         self._set_pilot(taker, now)
         return Reply(True)
 
-    def _keep(self, window: _Window) -> Reply:
+    def _keep(self, window: Window) -> Reply:
         if window is not self._pilot:
             return Reply(False, "You do not have the robot.")
         self._asking = None
         return Reply(True)
 
-    def _stop(self, window: _Window, now: float) -> Reply:
-        self._stopped_by = self._stopped_by or window.account.name
+    def _stop(self, window: Window, now: float) -> Reply:
+        if self._stopper is None or outranks(window.account, self._stopper):
+            self._stopper = window.account
         self._velocity, self._velocity_at = ZERO, now
         self._zeros_until = now + ZEROS_TIME
         return Reply(True)
 
-    def _reset_stop(self, window: _Window) -> Reply:
-        pilot = self._pilot
-        if window.account.role != PILOT:
-            return Reply(False, f"{window.account.name} may stop the robot; only a pilot lets it go again.")
-        if pilot is not None and pilot is not window and window.account.rank <= pilot.account.rank:
-            return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
-        self._stopped_by = ""
+    def _reset_stop(self, window: Window) -> Reply:
+        """Reset a stop for who pressed it, in whatever session, or for a higher rank; a watcher's for the pilot too."""
+        account, stopper, pilot = window.account, self._stopper, self._pilot
+        if account.role != PILOT:
+            return Reply(False, f"{account.name} may stop the robot; only a pilot lets it go again.")
+        if stopper is not None and stopper.name != account.name:
+            if not outranks(account, stopper):
+                return Reply(
+                    False, f"{stopper.name} has pressed the red stop: {stopper.name} or a higher rank resets it."
+                )
+            if pilot is not None and pilot.account.name != account.name and not outranks(account, pilot.account):
+                return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
+        self._stopper = None
         return Reply(True)
 
-    def _leave(self, window: _Window, now: float) -> Reply:
+    def _leave(self, window: Window, now: float) -> Reply:
         if window is self._pilot:
             self._set_pilot(None, now)
         if window is self._asking:
             self._asking = None
-        del self._windows[window.session]
+        self._windows.remove(window)
         return Reply(True)
 
     # --- checks and transitions ---
 
-    def _is_genuine(self, window: _Window, command: Command, now: float) -> bool:
-        if command.number <= window.number:
-            return False
-        if not hmac.compare_digest(command.proof, sign_command(window.key, command)):
+    def _is_genuine(self, window: Window, command: Command, now: float) -> bool:
+        if window.received.check(command.proof, "command", command.number, *command_parts(command)) is not Check.GOOD:
             return False
         if not all(map(math.isfinite, (command.sent, *(command.velocity or ZERO)))):
             return False
-        window.number, window.proven = command.number, True
+        if len(command.hold) > MOST_TEXT or not command.hold.isprintable():
+            return False
         drift = DRIFT * max(0.0, now - window.measured)
         window.offset, window.measured = min(window.offset + drift, now - command.sent), now
         if now - command.sent - window.offset > LATE:
@@ -361,7 +312,7 @@ class DriveLease:
         window.last_message = now
         return True
 
-    def _set_pilot(self, window: _Window | None, now: float) -> None:
+    def _set_pilot(self, window: Window | None, now: float) -> None:
         self._pilot, self._asking = window, None
         self._held = bool(window is not None and window.hold)
         self._velocity, self._velocity_at = ZERO, now
@@ -372,11 +323,6 @@ class DriveLease:
         return velocity
 
     def _hold_reason(self) -> str:
-        if self._stopped_by:
-            return f"{self._stopped_by} has pressed the red stop."
+        if self._stopper is not None:
+            return f"{self._stopper.name} has pressed the red stop."
         return self._pilot.hold if self._pilot is not None else ""
-
-    def _forget(self, now: float) -> None:
-        for window in list(self._windows.values()):
-            if now - window.last_message > FORGOTTEN and window is not self._pilot:
-                del self._windows[window.session]

@@ -27,6 +27,10 @@ ENCODINGS: dict[str, tuple[str, int]] = {
 """sensor_msgs/Image encoding -> (NumPy type without byte order, channels)."""
 
 
+MAX_PIXELS = 1 << 23
+"""Of a message: a little more than 4K (3840x2160)."""
+
+
 class StaleImage(RuntimeError):
     """There is no picture that is recent enough."""
 
@@ -125,9 +129,11 @@ def read_image_message(message: Any) -> np.ndarray:
     """Return the pixels of a sensor_msgs/Image: (height, width[, channels]), read-only, padding removed.
 
     Raises:
-        ValueError: Unknown encoding, or fewer bytes than height and step promise.
+        ValueError: Unknown encoding, no pixels or more than `MAX_PIXELS`, or fewer bytes than height and step promise.
     """
     kind, channels = _layout(message.encoding)
+    if not 0 < message.width * message.height <= MAX_PIXELS:
+        raise ValueError(f"a picture of {message.width}x{message.height} pixels; 1 to {MAX_PIXELS} are shown")
     dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * dtype.itemsize
     if message.step < row or len(message.data) < message.step * message.height:
@@ -145,4 +151,4 @@ def _layout(encoding: str) -> tuple[str, int]:
     try:
         return ENCODINGS[encoding]
     except KeyError:
-        raise ValueError(f"unknown image encoding {encoding!r}; known: {', '.join(ENCODINGS)}") from None
+        raise ValueError(f"unknown image encoding {encoding[:20]!r}; known: {', '.join(ENCODINGS)}") from None

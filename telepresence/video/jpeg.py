@@ -1,12 +1,15 @@
-"""Pictures as JPEG files."""
+"""Pictures as JPEG files: made here, and decoded after a look at their headers (`telepresence.video.jpeg_header`)."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
+from telepresence.video.jpeg_header import MAX_PIXELS, check_jpeg
+
 QUALITY = 80
 """OpenCV's scale, 0 to 100: about 60 kB for 640x480."""
+_END = b"\xff\xd9"
 
 
 def encode_jpeg(pixels: np.ndarray, quality: int = QUALITY) -> bytes:
@@ -22,3 +25,28 @@ def encode_jpeg(pixels: np.ndarray, quality: int = QUALITY) -> bytes:
     if not done:
         raise RuntimeError("OpenCV could not encode a picture as JPEG")
     return data.tobytes()
+
+
+def decode_jpeg(data: bytes, grey: bool = False, max_pixels: int = MAX_PIXELS) -> np.ndarray:
+    """Decode a JPEG file that comes from outside.
+
+    Args:
+        data: The file.
+        grey: Decode the brightness only.
+        max_pixels: How many it may have.
+    Returns:
+        (height, width, 3) uint8, BGR, or (height, width) uint8.
+    Raises:
+        ValueError: See `check_jpeg`, or it cannot be decoded.
+    """
+    header = check_jpeg(data, max_pixels)
+    if data.rfind(_END) < 0:  # from the end, where it should be
+        raise ValueError("a JPEG that breaks off")
+    flags = (cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR) | cv2.IMREAD_IGNORE_ORIENTATION
+    try:
+        pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error as error:
+        raise ValueError(f"a JPEG that cannot be decoded: {error.err}") from error
+    if pixels is None or pixels.shape[:2] != (header.height, header.width):
+        raise ValueError(f"a damaged JPEG of {len(data)} bytes")
+    return pixels

@@ -1,7 +1,7 @@
 """A window without a window: the link and the lease of one, driven by commands on standard input. It checks nothing
 before it sends, so it is also a window that does not keep to the rules.
 
-usage: python remote_window.py ACCOUNTS NAME
+usage: python remote_window.py ACCOUNTS NAME PASSWORD
 commands, one JSON list a line; each is answered by one JSON value:
   ["drive", vx, vy, wz]   repeat this velocity 20 times a second; ["drive"] ends that
   ["ask", action, to]     ["steal", session]   send under another window's session from now on
@@ -24,13 +24,13 @@ from telepresence.teleop.accounts import Users
 class Remote(QObject):
     line = pyqtSignal(str)
 
-    def __init__(self, accounts, name):
+    def __init__(self, accounts, name, password):
         super().__init__()
         self.node = RosNode()
         self.access = LeaseClient(RosLink(self.node, ROBOTS["pepper"]))
         self.refused = []
         self.access.refused.connect(self.refused.append)
-        self.access.sign_in(Users(Path(accounts)).find(name))
+        self.access.sign_in(Users(Path(accounts)).check(name, password))
         self.velocity = None
         self.timer = QTimer(self, interval=50)
         self.timer.timeout.connect(lambda: self.velocity and self.access.drive(*self.velocity))

@@ -13,7 +13,11 @@ from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
 from gui.ros.topics.drive import LeaseState
-from telepresence.teleop.drive_lease import NONCE, Velocity
+from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, Velocity
+from telepresence.teleop.key_agreement import Claim
+from telepresence.teleop.lease_messages import Reply, sign_joined, sign_reply
+from telepresence.teleop.lease_windows import Window
+from telepresence.teleop.signing import PROOF
 
 
 class FakeLink(QObject):
@@ -36,6 +40,11 @@ class FakeLink(QObject):
             "hold": "", "other": "", "velocity": Velocity(0.0, 0.0, 0.0),
             "present": (("anna (pilot)", self.node_name),),
         }  # fmt: skip
+        self.drive_lease = DriveLease(lambda name: Account(name, PILOT))
+        self.windows: dict[str, Window] = {}
+        """Who has joined, by session."""
+        self.replies: dict[str, Reply] = {}
+        """Action -> what drive_lease answers; otherwise it agrees."""
         self.sent: list[tuple] = []
         self.called: list[tuple] = []
         self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
@@ -106,7 +115,27 @@ class FakeLink(QObject):
 
     def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
         self.called.append((name, *values))
-        then(Answer(True, "", ("session", bytes(NONCE)) if name == "join" else None))
+        if name == "join":
+            then(self._join(*values))
+        elif name == "ask" and values[0] in self.windows:
+            reply = self.replies.get(values[2], Reply(True))
+            proof = sign_reply(self.windows[values[0]].key, values[1], reply)
+            then(Answer(reply.ok, reply.reason, (reply.ended, proof)))
+        elif name == "ask":
+            then(Answer(False, "This robot does not know this window.", (False, bytes(PROOF))))
+        else:
+            then(Answer(True))
+
+    def _join(self, claim: Claim, session: str = "", proof: bytes = b"") -> Answer:
+        """Answer as drive_lease does; every session stays."""
+        if not session:
+            offer = self.drive_lease.offer(claim, 0.0)
+            return Answer(True, "", (offer.session, offer.key, b""))
+        window = self.drive_lease.prove(claim, session, proof, 0.0)
+        if isinstance(window, Reply):
+            return Answer(False, window.reason)
+        self.windows[session] = window
+        return Answer(True, "", ("", b"", sign_joined(window.key)))
 
     @property
     def found(self) -> frozenset[str]:

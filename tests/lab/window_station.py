@@ -131,7 +131,7 @@ class Station:
     def remote(self, name: str) -> Talker:
         """Another window, see remote_window.py."""
         window = ROOT / "tests" / "gui" / "remote_window.py"
-        self._remotes.append(Talker(self.environment, window, self.users.path, name))
+        self._remotes.append(Talker(self.environment, window, self.users.path, name, PASSWORD))
         return self._remotes[-1]
 
     def dismiss(self) -> None:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from naoqi_driver.range_sensors import KEYS, Reader
+from naoqi_driver.replies import UnexpectedReply
 
 from telepresence.safety import PEPPER, UNKNOWN
 
@@ -106,7 +107,8 @@ def test_pressed_bumpers_are_told_by_their_direction():
 
 
 def test_an_answer_of_the_wrong_length_is_an_error():
-    with pytest.raises(ValueError, match="asked for 98 sensor values, the robot sent 3"):
+    with pytest.raises(UnexpectedReply, match="list of 3 for 98 values"):
         Reader().read([1, 2, 3], ODOMETRY, 0.0)
-    with pytest.raises(ValueError, match="x, y, theta"):
-        Reader().read([0.0] * len(KEYS), (), 0.0)
+    for nowhere in ((), None, (0.0, 0.0, math.nan), (0.0, 0.0, "0"), (1e300, 0.0, 0.0)):
+        with pytest.raises(UnexpectedReply, match="getRobotPosition"):
+            Reader().read([0.0] * len(KEYS), nowhere, 0.0)

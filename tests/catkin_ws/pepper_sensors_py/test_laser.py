@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from naoqi_driver.replies import UnexpectedReply
 from pepper_sensors.laser import KEYS, LINES, MAX_RANGE, merge, read_points, to_base, to_scan
 
 MISS = 5.6
@@ -36,7 +37,7 @@ def test_values_are_sorted_to_their_lines():
 
 def test_missing_keys_become_nan_and_wrong_counts_are_refused():
     assert np.isnan(read_points([None] * len(KEYS))["srd_front"]).all()
-    with pytest.raises(ValueError, match="100 laser values, the robot sent 3"):
+    with pytest.raises(UnexpectedReply, match="list of 3 for 100 values"):
         read_points([0.0] * 3)
 
 

@@ -153,13 +153,3 @@ def test_each_program_has_its_service_in_the_documentation():
     unit = (ROBOT / "robotino-onboard@.service").read_text()
     for role in ROLES:
         assert f"robotino-onboard@{role}" in page and f"robotino-onboard@{role}" in unit
-
-
-def test_requirements_are_the_versions_tested_here():
-    wanted = dict(
-        line.split("==") for line in (ROBOT / "requirements.txt").read_text().splitlines() if not line.startswith("#")
-    )
-    setup = (ROBOT.parents[3] / "setup.py").read_text()
-    assert set(wanted) == {"numpy", "aiortc", "aiohttp"}
-    for name, version in wanted.items():
-        assert f'"{name}=={version}"' in setup

@@ -1,5 +1,6 @@
 """The client against the simulated robot, and against servers that do not behave."""
 
+import contextlib
 import socket
 import threading
 import time
@@ -58,7 +59,7 @@ class BadServer:
             threading.Thread(target=self._talk, args=(near,), daemon=True).start()
 
     def _talk(self, near):
-        with near:
+        with near, contextlib.suppress(OSError):  # a client that hangs up
             while near.recv(65536):
                 if self.answer is not None:
                     near.sendall(self.answer)
@@ -80,6 +81,10 @@ def bad_server():
     yield make
     for server in servers:
         server.close()
+
+
+def address_of(listener):
+    return f"127.0.0.1:{listener.getsockname()[1]}"
 
 
 def http_answer(body, status="200 OK"):
@@ -184,12 +189,110 @@ def test_backs_off_after_failures_and_comes_back(free_port, bad_server):
 
 @pytest.mark.parametrize(
     "body",
-    [b"", b"[1,2,3]", b"hello", b'{"x":1}', b"[0,0,0,0,0,0,null]", b'[0,0,0,0,0,0,"7"]', b"[0,0,NaN,0,0,0,1]", b"\xff"],
+    [
+        b"",
+        b"[1,2,3]",
+        b"hello",
+        b'{"x":1}',
+        b"[0,0,0,0,0,0,null]",
+        b'[0,0,0,0,0,0,"7"]',
+        b"[0,0,NaN,0,0,0,1]",
+        b"[0,0,-Infinity,0,0,0,1]",
+        b"[0,0,1e400,0,0,0,1]",
+        b"[0,0,1e300,0,0,0,1]",
+        b"[0,0," + b"9" * 400 + b",0,0,0,1]",
+        b"[0,0," + b"9" * 5000 + b",0,0,0,1]",
+        b"[0,0,[[[[\x1b[2J]]]],0,0,0,1]",
+        b"[" * 100_000 + b"]" * 100_000,
+        b'{"a":' * 50_000,
+        b'["\\ud800",0,0,0,0,0,1]',
+        b"[true,0,0,0,0,0,1]",
+        b"\xff",
+    ],
+    ids=lambda body: body[:20],
 )
 def test_nonsense_is_refused(bad_server, body):
     client = RobotinoClient(bad_server(http_answer(body)).address)
-    with pytest.raises(RequestRefused):
+    with pytest.raises(RequestRefused) as refusal:
         client.odometry()
+    assert len(str(refusal.value)) < 250 and str(refusal.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b'{"value":false,"value":true}', b'{"value":"false"}', b'{"value":0}', b"[false]"],
+)
+def test_a_bumper_is_neither_pressed_nor_free_by_an_ambiguous_answer(bad_server, body):
+    with pytest.raises(RequestRefused):
+        RobotinoClient(bad_server(http_answer(body)).address).bumper()
+
+
+@pytest.mark.parametrize(
+    "scan", [b"7", b"[]", b'{"ranges":[1]}', b'{"ranges":[' + b"0," * 20_000 + b"0]}", b'{"ranges":7,"seq":1}']
+)
+def test_what_is_no_scan_is_refused(bad_server, scan):
+    with pytest.raises(RequestRefused):
+        RobotinoClient(bad_server(http_answer(scan)).address).scan()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b"HTTP/1.1 99999999999999999999999999 OK\r\n\r\n",
+        b"HTTP/1.1 \xff\xfe\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 5000 + b"\r\n",
+        b"HTTP/1.1 200 OK\r\nX: " + b"y" * 300_000,
+        b"HTTP/1.1 100 Continue\r\n\r\n" * 20_000,
+        b"HTTP/1.1 200 OK\r\nContent-Length: 999999999\r\n\r\n" + b" " * 1_000_000,
+        b"HTTP/1.1 200 OK\r\n\r\n" + b" " * 1_000_000,
+        b"HTTP/1.1 200 OK\r\nContent-Length: " + b"9" * 5000 + b"\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n-5\r\n[]\r\n0\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n-1\r\n" + b" " * 1_000_000,
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n" + b"X: y\r\n" * 100_000,
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+        b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\n\x1f\x8b\x08\x00",
+    ],
+    ids=lambda answer: answer[:60],
+)
+def test_what_is_no_http_counts_as_no_answer(bad_server, answer):
+    """Whatever it is, it costs no more than the time-out and no more memory than the largest answer."""
+    client = RobotinoClient(bad_server(answer).address, timeout=0.5)
+    with pytest.raises(RobotinoUnreachable) as failure:
+        client.bumper()
+    assert len(str(failure.value)) < 250 and str(failure.value).isprintable()
+
+
+def test_an_answer_byte_by_byte_is_given_up_in_time(bad_server, wait_until):
+    """The time-out is for the whole answer, not for each piece."""
+    stop = threading.Event()
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def drip():
+        near, _ = listener.accept()
+        with near:
+            near.sendall(b"HTTP/1.1 200 OK\r\nX: ")
+            while not stop.wait(0.02):
+                with contextlib.suppress(OSError):
+                    near.sendall(b"y")
+
+    thread = threading.Thread(target=drip)
+    thread.start()
+    asked = threading.Thread(
+        target=pytest.raises, args=(RobotinoUnreachable, RobotinoClient(address_of(listener), timeout=0.2).bumper)
+    )
+    asked.start()
+    wait_until(lambda: not asked.is_alive(), "the client gives up")
+    stop.set()
+    thread.join()
+    listener.close()
+
+
+def test_a_redirect_leads_nowhere(bad_server):
+    other = bad_server(http_answer(b'{"value":true}'))
+    moved = f"HTTP/1.1 302 Found\r\nLocation: http://{other.address}/\r\nContent-Length: 0\r\n\r\n".encode()
+    with pytest.raises(RequestRefused, match="302"):
+        RobotinoClient(bad_server(moved).address).bumper()
+    assert other.connections == 0
 
 
 def test_refusals_carry_the_robots_reason(bad_server):

@@ -11,8 +11,10 @@ from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
 from gui.driving.lease_client import SILENCE
 from gui.window import OperatorWindow
-from telepresence.teleop.accounts import _COST, Users
-from telepresence.teleop.drive_lease import session_key, sign_command
+from telepresence.teleop.accounts import Users
+from telepresence.teleop.drive_lease import DriveLease
+from telepresence.teleop.lease_messages import Reply, sign_command
+from telepresence.teleop.password_key import CHEAP
 
 SECRET = "correct horse"
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
@@ -20,11 +22,11 @@ OTHER = {"pilot": "ben", "window": "/gui_ros_node_2"}
 
 
 @pytest.fixture
-def users(tmp_path, monkeypatch):
-    monkeypatch.setitem(_COST, "n", 1 << 8)
-    users = Users(tmp_path / "users.db")
+def users(tmp_path, link):
+    users = Users(tmp_path / "users.db", CHEAP)
     users.add("anna", SECRET, "pilot")
     users.add("will", SECRET, "watcher")
+    link.drive_lease = DriveLease(users.find, users.of_lease()[0])
     return users
 
 
@@ -109,16 +111,38 @@ def test_without_accounts_the_page_says_how_to_make_one(qt, tmp_path):
     page.close()
 
 
-def test_commands_carry_the_proof_of_the_account(window, link, spin, users):
+def test_commands_carry_the_proof_of_the_session(window, link, spin):
     sign_in(window, spin, "anna")
     link.become(**RUNNING)
     press(window, Qt.Key_W)
-    (_, name, node, nonce), *_ = (call for call in link.called if call[0] == "join")
+    (_, claim, *_), *_ = (call for call in link.called if call[0] == "join")
     _, session, command = next(sent for sent in reversed(link.sent) if sent[0] == "command")
-    key = session_key(users.find("anna").key, nonce, bytes(16))
     unsigned = dataclasses.replace(command, proof=b"")
-    assert (name, node, session) == ("anna", link.node_name, "session")
-    assert command.proof == sign_command(key, unsigned)
+    assert (claim.name, claim.node) == ("anna", link.node_name)
+    assert command.proof == sign_command(link.windows[session].key, unsigned)
+
+
+def test_a_drive_lease_that_cannot_prove_itself_is_said_and_sent_nothing(window, link, spin, monkeypatch):
+    monkeypatch.setattr("fake_window_parts.sign_joined", lambda key: bytes(16))
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    press(window, Qt.Key_W)
+    assert link.driven == [] and "cannot prove" in window.controller.access.obstacle()
+
+
+def test_a_removed_account_is_signed_out_and_told_why(pilot, link, spin):
+    link.replies["present"] = Reply(False, "The account of anna was removed from this robot.", ended=True)
+    link.lease["present"] = ()
+    spin(lambda: link.report_lease() or pilot.page.isVisible(), "the window asks why it is missing")
+    assert "was removed" in pilot.page.signInMessage.text() and not pilot.video.isVisible()
+    assert not link.open and pilot.controller.access.account is None
+
+
+def test_an_answer_that_is_not_signed_makes_the_window_join_anew(pilot, link):
+    before = pilot.controller.access._session
+    del link.windows[before]
+    pilot.controller.access.ask("present")
+    assert pilot.controller.access._session not in ("", before)
 
 
 @pytest.fixture
@@ -202,7 +226,7 @@ def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatc
 
 def test_a_new_arbiter_is_joined_again(pilot, link):
     link.report_lease(epoch="2", pilot="", window="")
-    assert [call[0] for call in link.called] == ["join", "ask"] and link.asked == ["take"]
+    assert [call[0] for call in link.called] == ["join", "join", "ask"] and link.asked == ["take"]
 
 
 def test_the_speed_limit_reaches_the_pad(pilot, link):

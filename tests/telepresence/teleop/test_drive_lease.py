@@ -1,8 +1,8 @@
 """One pilot at a time."""
 
 import dataclasses
+import hashlib
 import math
-import secrets
 
 import pytest
 
@@ -11,8 +11,6 @@ from telepresence.teleop.drive_lease import (
     FORGOTTEN,
     LATE,
     LEASE,
-    MOST_WINDOWS,
-    NONCE,
     PILOT,
     WATCHER,
     ZERO,
@@ -21,33 +19,42 @@ from telepresence.teleop.drive_lease import (
     Command,
     DriveLease,
     Velocity,
-    session_key,
-    sign_command,
-    sign_request,
 )
+from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
+from telepresence.teleop.lease_messages import Reply, sign_command, sign_join, sign_reply, sign_request
+from telepresence.teleop.lease_windows import MOST_OF_ONE, MOST_WINDOWS, NOT_ACCEPTED, OFFER
+from telepresence.teleop.signing import PROOF
 
 AHEAD = Velocity(0.2, 0.0, 0.0)
+LEASE_KEY = bytes(range(32))
+
+
+def account(name, role, rank=0, password=b""):
+    private = hashlib.sha256(name.encode() + password).digest()
+    return Account(name, role, rank, public_key(private), Credential(private, public_key(LEASE_KEY)))
+
+
 ACCOUNTS = {
-    account.name: account
-    for account in (
-        Account("anna", PILOT, 0, b"key of anna"),
-        Account("ben", PILOT, 0, b"key of ben"),
-        Account("chief", PILOT, 5, b"key of chief"),
-        Account("will", WATCHER, 9, b"key of will"),
-    )
+    one.name: one
+    for one in (account("anna", PILOT), account("ben", PILOT), account("chief", PILOT, 5), account("will", WATCHER, 9))
 }
 
 
 class Window:
     """What a window does, with a clock of its own."""
 
-    def __init__(self, lease, name, key=None, now=0.0, node=None):
-        nonce = secrets.token_bytes(NONCE)
+    def __init__(self, lease, name, credential=None, now=0.0, node=None):
         self.node = node or f"/window_of_{name}"
-        joined = lease.join(name, self.node, nonce, now)
-        self.lease, self.session, self.reason = lease, joined.session, joined.reason
-        self.key = session_key(ACCOUNTS[name].key if key is None else key, nonce, joined.nonce)
+        side = WindowSide(name, self.node, credential or ACCOUNTS[name].credential)
+        offer = lease.offer(side.claim, now)
+        self.lease, self.session, self.claim = lease, offer.session, side.claim
+        self.key = side.session_key(offer.session, offer.key)
+        self.reason = self.join(now).reason
         self.number = self.asked = 0
+
+    def join(self, now, key=None):
+        proven = self.lease.prove(self.claim, self.session, sign_join(key or self.key), now)
+        return proven if isinstance(proven, Reply) else self.lease.admit(proven, now)
 
     def command(self, now, velocity=None, hold="", sent=None):
         self.number += 1
@@ -65,7 +72,7 @@ class Window:
 
 @pytest.fixture
 def lease():
-    return DriveLease(ACCOUNTS.get)
+    return DriveLease(ACCOUNTS.get, LEASE_KEY)
 
 
 @pytest.fixture
@@ -96,10 +103,87 @@ def test_a_watcher_cannot_send_as_the_pilot(lease, anna):
     will = Window(lease, "will")
     forged = will.command(0.1, AHEAD)
     assert lease.receive(anna.session, dataclasses.replace(forged, number=99), 0.1) is None
-    with_own_key = Window(lease, "anna", key=b"key of will")
+    with_own_key = Window(lease, "anna", ACCOUNTS["will"].credential)
+    assert with_own_key.reason == NOT_ACCEPTED
     assert not with_own_key.ask("take").ok
     assert with_own_key.send(0.1, AHEAD) is None
-    assert lease.refused == 3
+    assert lease.refused == 2
+
+
+def test_who_reads_the_accounts_cannot_join_as_somebody(lease):
+    stored = ACCOUNTS["anna"].public
+    assert Window(lease, "anna", Credential(stored, public_key(LEASE_KEY))).reason == NOT_ACCEPTED
+    assert Window(lease, "anna", Credential(LEASE_KEY, public_key(LEASE_KEY))).reason == NOT_ACCEPTED
+
+
+def test_a_lease_without_the_accounts_own_key_is_no_partner(lease):
+    impostor = DriveLease(ACCOUNTS.get, bytes(32))
+    assert Window(impostor, "anna").reason == NOT_ACCEPTED, "the two have different keys"
+
+
+def test_a_proof_counts_once_and_not_for_long(lease):
+    anna = Window(lease, "anna")
+    assert anna.ask("leave").ok
+    assert not anna.join(1.0).ok and lease.state(1.0).present == ()
+    late = Window(lease, "anna", now=5.0)
+    assert "run out" in late.join(5.1 + OFFER).reason
+    assert "run out" in late.join(4.0).reason
+
+
+def test_a_proof_is_for_one_name_one_node_and_one_session(lease):
+    anna, other = Window(lease, "anna"), Window(lease, "anna", node="/other")
+    proof = sign_join(anna.key)
+    for claim, session in (
+        (dataclasses.replace(anna.claim, name="chief"), anna.session),
+        (dataclasses.replace(anna.claim, node="/chief"), anna.session),
+        (dataclasses.replace(anna.claim, key=other.claim.key), anna.session),
+        (anna.claim, other.session),
+        (anna.claim, "0-0123456789abcdef"),
+    ):
+        assert isinstance(lease.prove(claim, session, proof, 0.0), Reply)
+
+
+@pytest.mark.parametrize("key", [bytes(32), b"\1" + bytes(31), b"\xec" + b"\xff" * 30 + b"\x7f"])
+def test_public_keys_of_low_order_are_refused(lease, key):
+    claim = Claim("anna", "/w", key)
+    session = lease.offer(claim, 0.0).session
+    assert lease.prove(claim, session, bytes(PROOF), 0.0) == Reply(False, NOT_ACCEPTED)
+
+
+def test_unknown_names_are_answered_as_known_ones(lease):
+    for name in ("anna", "nobody", "", "x" * 10_000, "\udcff"):
+        claim = dataclasses.replace(Window(lease, "ben").claim, name=name)
+        offer = lease.offer(claim, 0.0)
+        assert len(offer.key) == 32 and not offer.reason
+        assert lease.prove(claim, offer.session, bytes(PROOF), 0.0) == Reply(False, NOT_ACCEPTED)
+
+
+@pytest.mark.parametrize(
+    ("today", "why"),
+    [
+        (None, "was removed"),
+        (account("anna", PILOT, password=b"new"), "password"),
+        (account("anna", WATCHER), "rank"),
+        (account("anna", PILOT, -1), "rank"),
+    ],
+)
+def test_who_is_removed_or_lowered_drives_no_more_and_learns_why(lease, anna, today, why):
+    assert anna.send(0.1, AHEAD) == AHEAD
+    accounts = {**ACCOUNTS, "anna": today} if today else {}
+    lease.revise(lease.sessions(), accounts, 0.2)
+    assert lease.tick(0.2) == ZERO and lease.state(0.2).pilot == "" and lease.state(0.2).present == ()
+    assert anna.send(0.3, AHEAD) is None
+    reply = anna.ask("present", 0.3)
+    assert reply.ended and why in reply.reason
+    assert lease.sign(anna.session, anna.asked, reply) == sign_reply(anna.key, anna.asked, reply)
+    assert not lease.ask(anna.session, 9, "present", "", bytes(PROOF), 0.3).ended, "nobody else is answered"
+
+
+def test_accounts_that_did_not_change_end_nothing(lease, anna):
+    sessions = lease.sessions()
+    ben = Window(lease, "ben")
+    lease.revise(sessions, {"anna": ACCOUNTS["anna"]}, 0.1)
+    assert anna.ask("present").ok and ben.ask("present").ok, "ben joined after the accounts were read"
 
 
 def test_what_was_sent_before_is_refused(lease, anna):
@@ -189,7 +273,6 @@ def test_the_pilot_may_keep_the_robot(lease, anna):
 
 def test_a_robot_can_be_given_to_a_window_that_did_not_ask(lease, anna):
     ben, will = Window(lease, "ben"), Window(lease, "will")
-    assert not anna.ask("give", to=ben.node).ok, "nobody has shown yet to be ben"
     ben.send(0.0), will.send(0.0)
     assert not anna.ask("give", to=will.node).ok
     assert anna.ask("give", to=ben.node).ok
@@ -233,6 +316,19 @@ def test_anybody_stops_and_only_a_pilot_lets_go(lease, anna):
     assert chief.ask("reset_stop", 1.4).ok
 
 
+def test_a_stop_is_reset_by_who_pressed_it_or_a_higher_rank(lease, anna):
+    ben, chief = Window(lease, "ben"), Window(lease, "chief")
+    ben.ask("stop", 1.0)
+    refused = anna.ask("reset_stop", 1.0)
+    assert not refused.ok and "ben has pressed" in refused.reason
+    again = Window(lease, "ben", now=1.1, node="/another_window")
+    assert again.ask("reset_stop", 1.1).ok, "after an outage a person comes back in another session"
+    anna.ask("stop", 1.2)
+    chief.ask("stop", 1.2)
+    assert not anna.ask("reset_stop", 1.3).ok, "the stop of the higher rank counts"
+    assert chief.ask("reset_stop", 1.3).ok
+
+
 def test_a_stop_outlives_a_change_of_pilot(lease, anna):
     anna.ask("stop")
     Window(lease, "chief").ask("take")
@@ -254,18 +350,45 @@ def test_programs_beside_the_windows_drive_unless_held(lease, anna):
 
 
 def test_unknown_names_and_silly_requests_get_a_sentence(lease, anna):
-    assert "nobody called 'eve'" in Window(lease, "eve", key=b"").reason
-    assert "16 bytes" in lease.join("anna", "/w", b"", 0.0).reason
+    assert "32 bytes" in lease.offer(Claim("anna", "/w", b""), 0.0).reason
+    assert "no name" in Window(lease, "anna", node="no node").reason
+    assert not Window(lease, "anna", node="/" + "x" * 300).ask("take").ok
     assert "There is no 'dance'" in anna.ask("dance").reason
     assert "does not know this window" in lease.ask("gone", 1, "take", "", b"", 0.0).reason
     assert lease.receive("gone", anna.command(0.0, AHEAD), 0.0) is None
 
 
-def test_windows_that_pile_up_are_refused_and_forgotten(lease):
-    for _ in range(MOST_WINDOWS):
-        Window(lease, "ben")
-    assert "already" in Window(lease, "anna").reason
-    assert Window(lease, "anna", now=FORGOTTEN + 1.0).session
+def test_joins_without_proof_take_no_place(lease, anna):
+    for _ in range(3 * MOST_WINDOWS):
+        assert lease.offer(anna.claim, 0.0).session
+    assert Window(lease, "ben").ask("take").reason.startswith("anna drives")
+
+
+def test_windows_of_one_account_displace_each_other_but_not_the_pilot(lease, anna):
+    windows = [Window(lease, "anna", node=f"/{number}", now=0.1 + 0.01 * number) for number in range(MOST_OF_ONE + 2)]
+    assert [window.ask("present").ok for window in windows] == [False] * 2 + [True] * MOST_OF_ONE
+    assert anna.ask("present").ok
+    again = Window(lease, "anna", node="/5", now=0.5)
+    assert again.ask("present").ok and not windows[5].ask("present").ok, "the same window again"
+
+
+def test_a_full_lease_lets_a_window_in_for_one_that_is_silent(lease):
+    many = DriveLease(lambda name: account(name, PILOT), LEASE_KEY)
+    for number in range(MOST_WINDOWS):
+        ACCOUNTS[f"p{number}"] = account(f"p{number}", PILOT)
+        window = Window(many, f"p{number}", now=0.0)
+    assert "already" in Window(many, "anna", now=0.5).reason
+    window.send(LEASE + 0.1)
+    assert not Window(many, "anna", now=LEASE + 0.2).reason
+    assert window.ask("present").ok
+    Window(many, "ben", now=LEASE + FORGOTTEN + 1.0)
+    assert len(many.sessions()) == 1, "the others are forgotten"
+
+
+def test_texts_of_windows_are_short_and_printable(lease, anna):
+    for hold in ("x" * 300, "\x1b[2J", "two\nlines", "\udcff"):
+        assert anna.send(0.1, AHEAD, hold=hold) is None
+    assert lease.state(0.1).hold == "" and anna.send(0.2, AHEAD) == AHEAD
 
 
 def test_without_accounts_everybody_is_a_pilot():

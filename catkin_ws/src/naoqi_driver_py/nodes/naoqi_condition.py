@@ -8,9 +8,11 @@ Parameters: ~rate (10) [Hz] of looking at bumpers and touch.
 
 import math
 import sys
+from typing import Any
 
 import rospy
 from naoqi_bridge_msgs.msg import Bumper, HandTouch, HeadTouch
+from naoqi_driver.body import MOST_JOINTS
 from naoqi_driver.condition import (
     BATTERY_KEYS,
     SWITCHES,
@@ -23,6 +25,7 @@ from naoqi_driver.condition import (
 )
 from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.replies import names
 from sensor_msgs.msg import BatteryState
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
@@ -68,7 +71,7 @@ class Condition:
                 self._publish_switches(read_switches(self._get(list(SWITCHES.values()))))
                 if now >= slow_due:
                     slow_due = now + SLOW_PERIOD
-                    self._joints = self._joints or list(self._node.connection.call("ALMotion", "getBodyNames", "Body"))
+                    self._joints = self._joints or self._read_joints()
                     self._publish_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
                     temperatures = self._get(temperature_keys(self._joints))
                     self._publish_temperatures(read_temperatures(self._joints, temperatures), now)
@@ -76,7 +79,10 @@ class Condition:
                 for diagnostics in self._diagnostics.values():
                     diagnostics.report(now, ERROR, str(error))
 
-    def _get(self, keys: list[str]) -> list:
+    def _read_joints(self) -> list[str]:
+        return names(self._node.connection.call("ALMotion", "getBodyNames", "Body"), MOST_JOINTS, "getBodyNames")
+
+    def _get(self, keys: list[str]) -> Any:
         return self._node.connection.call("ALMemory", "getListData", keys)
 
     def _publish_switches(self, pressed: dict[str, bool]) -> None:

@@ -38,7 +38,9 @@ from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
+from telepresence.change_log import ChangeLog
 from telepresence.geometry import yaw_of
+from telepresence.outside_text import clean
 from telepresence.safety import PEPPER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -68,6 +70,7 @@ class MoveTo:
         )
         self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
         self._state = ""
+        self._log = ChangeLog()
         self._state_due = 0.0
         self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
@@ -150,12 +153,11 @@ class MoveTo:
     def _report(self, now: float) -> None:
         if self._gated is not None and self._gated.decision is not None:
             self._safety.report(now, self._gated.decision)
+        self._log.note(now, self._base.state, rospy.loginfo)
         if self._base.state != self._state or now >= self._state_due:
-            if self._base.state != self._state:
-                rospy.loginfo("%s", self._base.state)
             self._state = self._base.state
             self._state_due = now + STATE_PERIOD
-            self._state_publisher.publish(self._state)
+            self._state_publisher.publish(clean(self._state))
         connected = self._node.connection.connected
         if connected and now >= self._looked_after + LOOK_PERIOD:
             self._looked_after = now

@@ -15,6 +15,7 @@ from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFe
 from naoqi_bridge_msgs.srv import GetString, GetStringResponse, SetString, SetStringResponse
 from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.replies import text
 from std_msgs.msg import String
 from telepresence_ros.node import hide_late_publications
 
@@ -66,7 +67,7 @@ class Speech:
 
     def _on_get_language(self, _request) -> GetStringResponse:
         try:
-            return GetStringResponse(self._node.connection.call("ALTextToSpeech", "getLanguage"))
+            return GetStringResponse(text(self._node.connection.call("ALTextToSpeech", "getLanguage"), "getLanguage"))
         except RobotError as error:
             raise rospy.ServiceException(str(error)) from None
 

@@ -26,8 +26,11 @@ from naoqi_bridge_msgs.msg import (
     JointTrajectoryAction,
     JointTrajectoryResult,
 )
+from naoqi_driver.body import MOST_JOINTS
 from naoqi_driver.connection import PendingCall, RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.replies import names as names_of
+from naoqi_driver.replies import numbers, text
 from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpolation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -83,9 +86,12 @@ class PoseController:
                         "ALMotion", "stiffnessInterpolation", "Body", min(self._stiffen_to, 1.0), STIFFENING_TIME
                     )
                     self._stiffen_to = 0.0
-                self._life.publish(self._node.connection.call("ALAutonomousLife", "getState"))
+                self._life.publish(self._read_life())
             except RobotError as error:
                 rospy.logdebug("%s", error)
+
+    def _read_life(self) -> str:
+        return text(self._node.connection.call("ALAutonomousLife", "getState"), "getState")
 
     # --- topics ------------------------------------------------------------------------------------------------------
 
@@ -118,7 +124,7 @@ class PoseController:
 
     def _on_get_life(self, _request) -> TriggerResponse:
         try:
-            return TriggerResponse(True, self._node.connection.call("ALAutonomousLife", "getState"))
+            return TriggerResponse(True, self._read_life())
         except RobotError as error:
             return TriggerResponse(False, str(error))
 
@@ -136,7 +142,8 @@ class PoseController:
             interpolation = self._interpolation(goal.trajectory)
             motion = link.call_async("ALMotion", method, *interpolation, *more)
             done = self._wait(server, motion)
-            positions = link.call("ALMotion", read_method, interpolation.names, *read_more)
+            joints = interpolation.names
+            positions = numbers(link.call("ALMotion", read_method, joints, *read_more), len(joints), read_method)
         except (RobotError, UnusableTrajectory) as error:
             server.set_aborted(JointTrajectoryResult(), str(error))
             return
@@ -147,11 +154,11 @@ class PoseController:
         names, angles = list(goal.joint_angles.joint_names), list(goal.joint_angles.joint_angles)
         try:
             if goal.joint_angles.relative:
-                present = link.call("ALMotion", "getAngles", names, True)
+                present = numbers(link.call("ALMotion", "getAngles", names, True), len(names), "getAngles")
                 angles = [angle + change for angle, change in zip(present, angles, strict=True)]
             motion = link.call_async("ALMotion", "angleInterpolationWithSpeed", names, angles, goal.joint_angles.speed)
             done = self._wait(server, motion)
-            positions = link.call("ALMotion", "getAngles", names, True)
+            positions = numbers(link.call("ALMotion", "getAngles", names, True), len(names), "getAngles")
         except (RobotError, ValueError) as error:
             server.set_aborted(JointAnglesWithSpeedResult(), str(error))
             return
@@ -173,9 +180,10 @@ class PoseController:
 
     def _interpolation(self, trajectory) -> Interpolation:
         points = [(point.time_from_start.to_sec(), point.positions) for point in trajectory.points]
-        return to_interpolation(
-            trajectory.joint_names, points, lambda group: self._node.connection.call("ALMotion", "getBodyNames", group)
-        )
+        return to_interpolation(trajectory.joint_names, points, self._joints_of)
+
+    def _joints_of(self, group: str) -> list[str]:
+        return names_of(self._node.connection.call("ALMotion", "getBodyNames", group), MOST_JOINTS, "getBodyNames")
 
     def _wait(self, server, motion: PendingCall) -> bool:
         """Wait for the motion; False when the goal was withdrawn before."""

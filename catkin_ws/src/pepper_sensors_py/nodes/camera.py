@@ -97,6 +97,8 @@ class CameraNode:
         """Fetch and publish one picture; how long to wait for the next [s]."""
         try:
             picture = self._camera.grab()
+            if picture is not None:
+                self._publish(picture)
         except RobotUnreachable as error:
             self._diagnostics.report(now, ERROR, str(error))
             return RETRY_PERIOD if self._node.connection.connected else IDLE_PERIOD
@@ -106,7 +108,6 @@ class CameraNode:
             return RETRY_PERIOD
         if picture is None:
             return self._camera.period / 4
-        self._publish(picture)
         self._counted += 1
         rate = self._counted / max(now - self._counted_since, 1e-3)
         level = OK if rate > 0.5 / self._camera.period else WARN

@@ -57,7 +57,7 @@ class LaserNode:
             try:
                 self._switch_on()
                 points = read_points(self._node.connection.call("ALMemory", "getListData", list(KEYS)))
-            except (RobotError, ValueError) as error:
+            except RobotError as error:
                 self._diagnostics.report(now, ERROR, str(error))
                 continue
             self._publish(points, rospy.Time.now())

@@ -7,10 +7,12 @@ Parameters: ~sonar_rate (10) [Hz]; ~memory_key and ~frame_id: one sonar instead 
 """
 
 import sys
+from collections.abc import Sequence
 
 import rospy
 from naoqi_driver.connection import CallRefused, RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.replies import sequence
 from pepper_sensors.sonar import BACK, FIELD_OF_VIEW, FRONT, MAX_RANGE, MIN_RANGE, SUBSCRIBER, Sonar, to_range
 from sensor_msgs.msg import Range
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
@@ -34,7 +36,7 @@ class SonarNode:
         for now in self._node.cycles(self._period):
             try:
                 self._switch_on()
-                values = self._node.connection.call("ALMemory", "getListData", keys)
+                values = sequence(self._node.connection.call("ALMemory", "getListData", keys), "sonars", len(keys))
             except RobotError as error:
                 self._diagnostics.report(now, ERROR, str(error))
                 continue
@@ -60,7 +62,7 @@ class SonarNode:
             except RobotError as error:
                 rospy.logwarn("could not switch the sonars off: %s", error)
 
-    def _publish(self, values: list) -> None:
+    def _publish(self, values: Sequence[object]) -> None:
         for sonar, publisher, value in zip(self._sonars, self._publishers, values, strict=True):
             message = Range(
                 radiation_type=Range.ULTRASOUND,

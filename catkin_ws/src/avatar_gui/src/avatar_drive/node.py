@@ -14,7 +14,9 @@ Parameters: ~sign_in (true): check names against the accounts of telepresence.te
 
 from __future__ import annotations
 
+import re
 import secrets
+import sys
 import threading
 import time
 from pathlib import Path
@@ -36,6 +38,9 @@ from telepresence_ros.node import Node
 
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, State, Velocity
+from telepresence.teleop.key_agreement import EVERYBODY, KEY, Claim
+from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.signing import PROOF
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2
@@ -44,6 +49,11 @@ PARTING_TIME = 0.05
 """Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 GATE_TIMEOUT = 2.0
 """Seconds within which the safety gate's stop service must be found."""
+ACCOUNTS_PERIOD = 0.25
+"""Seconds between two looks at the accounts of those who have joined."""
+ACCOUNTS_PATIENCE = 1.0
+"""Seconds for which accounts may be unreadable, while somebody writes them for example."""
+_CALLER = re.compile(r"[A-Za-z0-9_/]{1,200}")
 _GATE_SERVICES = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
@@ -55,7 +65,7 @@ class LeaseNode:
         self._sign_in = bool(rospy.get_param("~sign_in", True))
         path = str(rospy.get_param("~users", ""))
         self._users = Users(Path(path) if path else None)
-        self._lease = DriveLease(self._find_account)
+        self._lease = DriveLease(self._find_account, self._users.of_lease()[0] if self._sign_in else EVERYBODY)
         self._epoch = secrets.token_hex(4)
         self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
         self._state, self._state_due = DriveState(), 0.0
@@ -74,6 +84,8 @@ class LeaseNode:
 
     def run(self) -> int:
         """Run until the node is shut down, then send a zero; return the exit code."""
+        if self._sign_in:
+            threading.Thread(target=self._watch_accounts, name="accounts", daemon=True).start()
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
@@ -98,6 +110,25 @@ class LeaseNode:
         lost, self._connected = self._connected - connected, connected
         return lost
 
+    def _watch_accounts(self) -> None:
+        """End the sessions of accounts that are removed or changed, beside the loop: a file may keep us waiting."""
+        read_at = time.monotonic()
+        while not self._node.stop.wait(ACCOUNTS_PERIOD):
+            with self._lock:
+                sessions = self._lease.sessions()
+            now = time.monotonic()
+            accounts: dict[str, Account] = {}
+            try:
+                key, accounts = self._users.of_lease()
+                self._lease.set_private(key)
+                read_at = now
+            except UserError as error:
+                if now - read_at < ACCOUNTS_PATIENCE:
+                    continue
+                rospy.logerr_throttle(10.0, str(error))  # nobody is known any more
+            with self._lock:
+                self._lease.revise(sessions, accounts, time.monotonic())
+
     def _find_account(self, name: str) -> Account | None:
         if not self._sign_in:
             return Account(name, PILOT)
@@ -115,7 +146,9 @@ class LeaseNode:
         self._publish(answer)
 
     def _on_other(self, message: Twist) -> None:
-        caller = message._connection_header["callerid"]
+        caller = message._connection_header.get("callerid", "")
+        if not _CALLER.fullmatch(caller):
+            caller = "an unnamed program"
         if caller == rospy.get_name():
             return
         velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
@@ -124,21 +157,35 @@ class LeaseNode:
         self._publish(answer)
 
     def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
+        claim, now = Claim(request.name, request.window, bytes(request.key)), time.monotonic()
+        if not request.session:
+            offer = self._lease.offer(claim, now)
+            return DriveJoinResponse(
+                bool(offer.session), offer.reason, offer.session, offer.key or bytes(KEY), bytes(PROOF)
+            )
+        # Beside the lease: the accounts are a file, and a stranger's many proofs must not delay the pilot's commands.
+        proven = self._lease.prove(claim, request.session, bytes(request.proof), now)
+        if isinstance(proven, Reply):
+            return DriveJoinResponse(False, proven.reason, "", bytes(KEY), bytes(PROOF))
         with self._lock:
-            joined = self._lease.join(request.name, request.window, request.nonce, time.monotonic())
-        return DriveJoinResponse(bool(joined.session), joined.reason, joined.session, joined.nonce or bytes(16))
+            reply = self._lease.admit(proven, now)
+        proof = sign_joined(proven.key) if reply.ok else bytes(PROOF)
+        return DriveJoinResponse(reply.ok, reply.reason, "", bytes(KEY), proof)
 
     def _on_ask(self, request: DriveAskRequest) -> DriveAskResponse:
         now = time.monotonic()
         with self._lock:
-            reply = self._lease.ask(request.session, request.number, request.action, request.to, request.proof, now)
+            reply = self._lease.ask(
+                request.session, request.number, request.action, request.to, bytes(request.proof), now
+            )
+            proof = self._lease.sign(request.session, request.number, reply)
             velocity, state = self._lease.tick(now), self._lease.state(now)
         self._publish(velocity)
         self._report(state, now)
         if reply.ok and request.action in _GATE_SERVICES:
             service = _GATE_SERVICES[request.action]
             threading.Thread(target=self._call_gate, args=(service,), name=service, daemon=True).start()
-        return DriveAskResponse(reply.ok, reply.reason)
+        return DriveAskResponse(reply.ok, reply.reason, reply.ended, proof)
 
     def _call_gate(self, service: str) -> None:
         """The safety gate's own stop also holds against programs that drive past the lease."""
@@ -183,4 +230,8 @@ class LeaseNode:
 
 def main() -> int:
     """Run the node; the exit code."""
-    return LeaseNode().run()
+    try:
+        return LeaseNode().run()
+    except UserError as error:
+        print(f"drive_lease: {error}", file=sys.stderr)
+        return 1

@@ -12,14 +12,16 @@ import sys
 import threading
 from pathlib import Path
 
-import cv2
 import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
+from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
+from telepresence.outside_text import keep_logs_plain
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import read_image_message
+from telepresence.video.jpeg import decode_jpeg
 
 BUFFER = 1 << 22
 """Bytes of the reading socket; more than one picture, or old ones wait in it."""
@@ -66,10 +68,7 @@ def _pixels(message: CompressedImage | Image) -> np.ndarray:
     """
     if not hasattr(message, "format"):
         return as_bgr(read_image_message(message), message.encoding)
-    pixels = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
-    if pixels is None:
-        raise ValueError(f"{len(message.data)} bytes of {message.format!r} are no picture")
-    return pixels
+    return decode_jpeg(message.data)
 
 
 def main() -> int:
@@ -78,7 +77,9 @@ def main() -> int:
     parser.add_argument("topic")
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
+    narrow_sockets()
     rospy.init_node("film", anonymous=True)
+    keep_logs_plain()
     node = FilmNode(arguments.topic, arguments.file)
     rospy.spin()
     pictures = node.close()

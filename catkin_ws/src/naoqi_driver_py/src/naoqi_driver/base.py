@@ -17,7 +17,10 @@ import threading
 from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.gated_drive import GatedDrive
+from naoqi_driver.replies import flag, kind, numbers, sequence
+from telepresence.change_log import ChangeLog
 from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
+from telepresence.outside_text import clean
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +35,8 @@ STANDING_TIME = 1.5
 """Seconds of zero velocity after which the motion is ended; braking from full speed takes 1.2 s."""
 REFUSAL_KEY = "ALMotion/MoveFailed"
 """ALMemory: [cause, 0 not started or 1 stopped under way, [x, y, z] of the obstacle in the world]."""
+REFUSAL_LENGTH = 80
+"""Characters of a cause that are shown."""
 REFUSAL_SHOWN = 2.0
 """Seconds for which a refusal stays in the state."""
 LOOK_SPEED = 0.1
@@ -79,6 +84,7 @@ class BaseDriver:
         self._refusal = ""
         self._refusal_until = 0.0
         self._refusal_stamp: list | None = None
+        self._refusal_log = ChangeLog()
 
     @property
     def holds_robot(self) -> bool:
@@ -101,14 +107,19 @@ class BaseDriver:
         Raises:
             RobotUnreachable, CallRefused: See `Connection.call`.
         """
-        self.note_awake(bool(self._connection.call("ALMotion", "robotIsWakeUp", timeout=timeout)))
+        self.note_awake(flag(self._connection.call("ALMotion", "robotIsWakeUp", timeout=timeout), "robotIsWakeUp"))
         try:
-            value, *stamp = self._connection.call("ALMemory", "getTimestamp", REFUSAL_KEY, timeout=timeout)
+            answer = self._connection.call("ALMemory", "getTimestamp", REFUSAL_KEY, timeout=timeout)
+            value, *stamp = sequence(answer, REFUSAL_KEY) or [None]
         except CallRefused:
             value, stamp = None, []  # it never refused anything
         if self._refusal_stamp not in (None, stamp) and value:
-            self._refusal, self._refusal_until = str(value[0]), now + REFUSAL_SHOWN
-            log.warning("the robot refuses to move: %s", value)
+            cause = value[0] if isinstance(value, list | tuple) else value
+            self._refusal = clean(cause, REFUSAL_LENGTH) if isinstance(cause, str) else kind(cause)
+            self._refusal_until = now + REFUSAL_SHOWN
+            self._refusal_log.repeat()
+        if self._refusal and now < self._refusal_until:
+            self._refusal_log.note(now, f"the robot refuses to move: {self._refusal}", log.warning)
         self._refusal_stamp = stamp
 
     def go_to(self, x: float, y: float, theta: float, in_odometry: bool = False) -> None:
@@ -157,7 +168,7 @@ class BaseDriver:
 
     def _greet(self) -> None:
         """Begin on a new link: wake the robot up, raise its head."""
-        awake = bool(self._connection.call("ALMotion", "robotIsWakeUp"))
+        awake = flag(self._connection.call("ALMotion", "robotIsWakeUp"), "robotIsWakeUp")
         if self._wake_up and not awake and self._awake is not False:
             log.info("the robot sleeps: waking it up")
             self._waking = self._connection.call_async("ALMotion", "wakeUp")
@@ -238,7 +249,7 @@ class BaseDriver:
         if not in_odometry:
             return Pose(x, y, theta)
         robot = self._connection.call("ALMotion", "getRobotPosition", True, timeout=CALL_TIMEOUT)
-        return relative_pose(Pose(x, y, theta), Pose(*robot))
+        return relative_pose(Pose(x, y, theta), Pose(*numbers(robot, 3, "getRobotPosition")))
 
     def _finish_goal(self) -> None:
         if self._goal is not None and self._goal.done:

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from naoqi_driver.connection import Connection
+from naoqi_driver.replies import is_number, names, numbers, sequence
 from telepresence.geometry import Pose, Velocity
 
 WHEELS = ("WheelFL", "WheelB", "WheelFR")
+MOST_JOINTS = 100
 WORLD_FRAME = 1
 _AXES = ("X", "Y", "Z")
 _DEVICE = "Device/SubDeviceList"
@@ -85,8 +87,8 @@ class BodyReader:
         Raises:
             RobotUnreachable, CallRefused: See `Connection.call`.
         """
-        names = self._connection.call("ALMotion", "getBodyNames", "Body")
-        self.joints = tuple(name for name in names if name not in WHEELS)
+        found = names(self._connection.call("ALMotion", "getBodyNames", "Body"), MOST_JOINTS, "getBodyNames")
+        self.joints = tuple(name for name in found if name not in WHEELS)
         self._keys = (
             [f"{_DEVICE}/{joint}/Position/{self._kind}/Value" for joint in self.joints]
             + [f"Motion/Velocity/Sensor/{joint}" for joint in self.joints]
@@ -112,30 +114,30 @@ class BodyReader:
         torso = self._connection.call_async("ALMotion", "getPosition", "Torso", WORLD_FRAME, True)
         floor = self._connection.call_async("ALMotion", "getRobotPosition", True)
         velocity = self._connection.call_async("ALMotion", "getRobotVelocity")
-        numbers = [as_number(value) for value in values.result(timeout)]
+        measured = [as_number(value) for value in sequence(values.result(timeout), "getListData", len(self._keys))]
         count = len(self.joints)
-        rest = numbers[4 * count + len(WHEELS) :]
+        rest = measured[4 * count + len(WHEELS) :]
         return BodyState(
-            positions=numbers[:count],
-            velocities=numbers[count : 2 * count],
-            efforts=numbers[2 * count : 3 * count],
-            stiffness=numbers[3 * count : 4 * count],
-            wheel_speeds=numbers[4 * count : 4 * count + len(WHEELS)],
+            positions=measured[:count],
+            velocities=measured[count : 2 * count],
+            efforts=measured[2 * count : 3 * count],
+            stiffness=measured[3 * count : 4 * count],
+            wheel_speeds=measured[4 * count : 4 * count + len(WHEELS)],
             imu=Imu(_vector(rest[0:3]), _vector(rest[3:6]), _vector(rest[6:9])),
-            torso=TorsoPose(*(float(part) for part in torso.result(timeout))),
-            floor=Pose(*_vector(floor.result(timeout))),
-            velocity=Velocity(*_vector(velocity.result(timeout))),
+            torso=TorsoPose(*numbers(torso.result(timeout), 6, "getPosition")),
+            floor=Pose(*numbers(floor.result(timeout), 3, "getRobotPosition")),
+            velocity=Velocity(*numbers(velocity.result(timeout), 3, "getRobotVelocity")),
         )
 
 
 def _vector(values: Sequence[float]) -> Vector:
-    first, second, third = (float(value) for value in values)
+    first, second, third = values
     return first, second, third
 
 
 def as_number(value: object) -> float:
-    """A value of ALMemory as a float; NaN for None and for what is not a number."""
-    return float(value) if isinstance(value, int | float) else math.nan
+    """A value of ALMemory as a float; NaN for None and for what nothing can have measured."""
+    return float(value) if is_number(value) else math.nan
 
 
 def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

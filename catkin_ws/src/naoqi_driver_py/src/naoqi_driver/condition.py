@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from naoqi_driver.body import as_number
+from naoqi_driver.replies import sequence
 
 _DEVICE = "Device/SubDeviceList"
 SWITCHES: Mapping[str, str] = {
@@ -54,20 +56,21 @@ class Temperatures:
         return [joint for joint, status in self.status.items() if status >= HOT]
 
 
-def read_switches(values: Sequence[object]) -> dict[str, bool]:
+def read_switches(values: Any) -> dict[str, bool]:
     """Which of `SWITCHES` are pressed; one that the robot does not have is left out.
 
     Args:
         values: What getListData answered for the keys of `SWITCHES`, in their order.
+    Raises:
+        UnexpectedReply: It is no list of that length, as for the other functions here.
     """
-    return {
-        name: value > 0.5 for name, value in zip(SWITCHES, map(as_number, values), strict=True) if not math.isnan(value)
-    }
+    measured = map(as_number, sequence(values, "switches", len(SWITCHES)))
+    return {name: value > 0.5 for name, value in zip(SWITCHES, measured, strict=True) if not math.isnan(value)}
 
 
-def read_battery(values: Sequence[object]) -> Battery:
+def read_battery(values: Any) -> Battery:
     """The battery, from what getListData answered for `BATTERY_KEYS`."""
-    charge, current, plugged = values
+    charge, current, plugged = sequence(values, "battery", len(BATTERY_KEYS))
     return Battery(as_number(charge), as_number(current), bool(plugged) if plugged is not None else None)
 
 
@@ -75,9 +78,10 @@ def temperature_keys(joints: Sequence[str]) -> list[str]:
     return [f"{_DEVICE}/{joint}/Temperature/Sensor/{kind}" for joint in joints for kind in ("Value", "Status")]
 
 
-def read_temperatures(joints: Sequence[str], values: Sequence[object]) -> Temperatures:
+def read_temperatures(joints: Sequence[str], values: Any) -> Temperatures:
     """Temperatures from what getListData answered for `temperature_keys(joints)`; joints without a sensor are left
     out."""
+    values = sequence(values, "temperatures", 2 * len(joints))
     celsius, status = {}, {}
     for joint, value, state in zip(joints, values[::2], values[1::2], strict=True):
         if not math.isnan(as_number(value)):

@@ -1,8 +1,12 @@
 """A link to NAOqi that reconnects automatically.
 
 Wire: qi messaging (libqi) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login; `tcps://ip:9503` from 2.9, with
-user and password (ros-naoqi/libqi-python, issues 7 and 22). A request names a service, a method and its arguments; the
+user and password (ros-naoqi/libqi-python, issues 7 and 22), which go through `tls_relay` to the robot whose certificate
+is pinned, and nowhere else. A request names a service, a method and its arguments; the
 reply is a value or an error text. libqi itself never gives up waiting, so every wait here has an end.
+
+Whatever the other side sends, a caller gets a value of bounded size, whose types the functions of `replies` check, or a
+`RobotError` whose text is one short line.
 
 One thread owns the session: it connects, asks every two seconds whether the robot still answers, and connects again
 with growing pauses. Any thread may call; a call without a link fails at once with `RobotUnreachable`.
@@ -14,10 +18,16 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import qi
+
+from naoqi_driver.callback_port import close_to_strangers, end_stuck
+from naoqi_driver.certificate_pin import CertificatePin
+from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
+from naoqi_driver.tls_relay import TlsRelay
+from telepresence.outside_text import LONGEST, clean
 
 log = logging.getLogger(__name__)
 
@@ -37,25 +47,17 @@ CALL_TIMEOUT = 1.0
 qi.logging.setLevel(qi.logging.FATAL)
 
 
-class RobotError(Exception):
-    """A call to the robot brought no result."""
-
-
 class RobotUnreachable(RobotError):
     """There is no link to the robot, or it did not answer in time. The link is being repaired meanwhile."""
 
 
-class CallRefused(RobotError):
-    """The robot answered that it will not or cannot do what was asked."""
-
-
 @dataclass(frozen=True)
 class Address:
-    """Where NAOqi answers. `user` and `password` are needed for tcps only."""
+    """Where NAOqi answers. `user` and `password` are for tcps only: over tcp they are sent to nobody."""
 
     url: str
     user: str | None = None
-    password: str | None = None
+    password: str | None = field(default=None, repr=False)
 
     @classmethod
     def parse(cls, ip: str, port: int = 9559, user: str | None = None, password: str | None = None) -> Address:
@@ -71,6 +73,16 @@ class Address:
             raise ValueError(f"address {ip!r} names no robot; use an IP address, a host name or tcp://host:port")
         named_port = rest.rpartition(":")[2].isdigit() and ":" in rest
         return cls(f"{scheme or 'tcp'}://{rest if named_port else f'{rest}:{port}'}", user, password)
+
+    @property
+    def encrypted(self) -> bool:
+        return self.url.startswith("tcps://")
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """Host and port."""
+        host, _, port = self.url.partition("://")[2].rpartition(":")
+        return host.strip("[]"), int(port)
 
     def __str__(self) -> str:
         return self.url
@@ -94,11 +106,15 @@ class PendingCall:
         Raises:
             RobotUnreachable: No reply in time, or the link broke.
             CallRefused: The robot answered with an error.
+            UnexpectedReply: It answered with what no NAOqi sends.
         """
         try:
-            return self._future.value(round(timeout * 1000))
+            value = self._future.value(round(timeout * 1000))
         except RuntimeError as error:
             raise self._connection.translate(error, self._name, self._future.isRunning(), timeout) from None
+        except Exception as error:  # of any kind: libqi makes Python values of what the robot sent
+            raise UnexpectedReply(f"{self._name}: the reply is none: {type(error).__name__}") from None
+        return bounded(value, self._name)
 
     def cancel(self) -> None:
         """Ask the robot to give up the request."""
@@ -127,6 +143,7 @@ class Connection:
         self._on_connected = on_connected or (lambda: None)
         self._on_lost = on_lost or (lambda _cause: None)
         self._problem = "not connected yet"
+        self._relay: TlsRelay | None = None
         self._session: qi.Session | None = None
         self._services: dict[str, Any] = {}
         self._lock = threading.Lock()
@@ -136,6 +153,8 @@ class Connection:
         self._thread = threading.Thread(target=self._run, name="naoqi-link", daemon=True)
 
     def start(self) -> Connection:
+        if self.address.password and not self.address.encrypted:
+            log.info("the robot's password stays here: %s is not encrypted, tcps:// is", self.address)
         self._thread.start()
         return self
 
@@ -150,6 +169,8 @@ class Connection:
         self._wake.set()
         if self._thread.ident is not None:
             self._thread.join(timeout=1.0)
+        if self._relay is not None:
+            self._relay.close()
 
     @property
     def connected(self) -> bool:
@@ -211,22 +232,25 @@ class Connection:
         """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
 
         Args:
-            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one).
-                Without it libqi listens on loopback: enough for a simulated robot.
+            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one);
+                loopback is enough for a simulated robot. Nobody but the robot gets through: see `callback_port`.
 
         Raises:
             RobotUnreachable: No link, or no answer in time.
-            CallRefused: The name is taken, or `listen` is no address of this machine.
+            CallRefused: The name is taken, `listen` is no address of this machine, or strangers cannot be kept out.
         """
         session = self._session
         if session is None:
             raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
         try:
-            if listen is not None:
-                session.listen(listen)
+            if not session.endpoints() or end_stuck(session.endpoints()):
+                session.listen(listen or "tcp://127.0.0.1:0")
+            close_to_strangers(session.endpoints(), self.address.url)
             future = session.registerService(name, service, _async=True)
         except RuntimeError as error:
             raise self.translate(error, name, False, 0.0) from None
+        except OSError as error:
+            raise CallRefused(f"{name}: strangers cannot be kept out: {error}") from None
         PendingCall(self, future, f"registering {name}").result()
 
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
@@ -234,8 +258,7 @@ class Connection:
         if unanswered:
             self._wake.set()
             return RobotUnreachable(f"{name}: no reply from {self.address} within {timeout:g} s")
-        text = str(error).strip().splitlines()
-        cause = text[0] if text else type(error).__name__
+        cause = _first_line(error)
         session = self._session
         if session is None or not session.isConnected() or cause in _BROKEN_LINK:
             self._wake.set()
@@ -257,13 +280,13 @@ class Connection:
         return proxy
 
     def _run(self) -> None:
-        pause, reported = FIRST_PAUSE, None
+        pause, dropped, reported = FIRST_PAUSE, 0.0, None
         failing_since = time.monotonic()
         while not self._stop.is_set():
             try:
                 session = self._connect()
-            except RuntimeError as error:
-                cause = str(error).strip().splitlines()[0]
+            except (RuntimeError, OSError) as error:
+                cause = _first_line(error)
                 self._problem = cause
                 if cause != reported and time.monotonic() - failing_since >= REPORT_AFTER:
                     log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
@@ -272,17 +295,29 @@ class Connection:
                 if time.monotonic() - failing_since >= EAGER_TIME:
                     pause = min(2 * pause, LONGEST_PAUSE)
                 continue
+            began = time.monotonic()
             self._serve(session)
+            # A robot that takes links and drops them at once is not asked more often than one that takes none.
+            lasted = time.monotonic() - began >= EAGER_TIME
+            dropped = 0.0 if lasted else min(max(1.0, 2.0 * dropped), LONGEST_PAUSE)
+            self._stop.wait(dropped)
             pause, reported = FIRST_PAUSE, None
             failing_since = time.monotonic()
 
     def _connect(self) -> qi.Session:
         """A new session. Raises RuntimeError with the cause."""
-        session = qi.Session()
-        if self.address.user or self.address.password:
-            session.setClientAuthenticatorFactory(Login(self.address.user or "nao", self.address.password or ""))
-        future = session.connect(self.address.url, _async=True)
-        if not self._answered(future, CONNECT_TIMEOUT):
+        session, url = qi.Session(), self.address.url
+        if self.address.encrypted:
+            # One relay for as long as this lives: its port is never free for others while libqi may call it.
+            self._relay = self._relay or TlsRelay(*self.address.place, CertificatePin(*self.address.place))
+            self._relay.problem, url = "", self._relay.url
+            if self.address.user or self.address.password:
+                session.setClientAuthenticatorFactory(Login(self.address.user or "nao", self.address.password or ""))
+        future = session.connect(url, _async=True)
+        answered = self._answered(future, CONNECT_TIMEOUT)
+        if self._relay is not None and self._relay.problem:
+            raise RuntimeError(self._relay.problem)
+        if not answered:
             future.cancel()
             raise RuntimeError(f"no answer within {CONNECT_TIMEOUT:g} s")
         future.value(0)
@@ -344,6 +379,11 @@ class Connection:
 
 _BROKEN_LINK = ("Socket is not connected", "Session closed", "Endpoint disconnected", "Endpoint closed")
 """Texts of libqi 4.0.3 for a request that a dying link swallowed (read from its answers)."""
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return clean(lines[0], LONGEST) if lines else type(error).__name__
 
 
 class Login:

@@ -20,11 +20,12 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
 from naoqi_driver.connection import CallRefused, Connection, RobotError
+from naoqi_driver.replies import LARGEST, numbers, sequence
 from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, RIGHT, SEGMENTS
 from telepresence.safety import PEPPER, UNKNOWN, Odometry
 
@@ -90,20 +91,17 @@ class Reader:
     def __init__(self) -> None:
         self._news = {name: _News(PEPPER.source(name).period) for name in (*LASERS, *SONARS)}
 
-    def read(self, values: Sequence[object], position: Sequence[float], stamp: float) -> Reading:
+    def read(self, values: Any, position: Any, stamp: float) -> Reading:
         """
         Args:
-            values: The answer.
-            position: x, y, theta of the odometry [m, m, rad].
+            values: What getListData answered; a value that is no number is one of a sensor that says nothing.
+            position: What getRobotPosition answered: x, y, theta of the odometry [m, m, rad].
             stamp: When the robot was asked [s, monotonic].
         Raises:
-            ValueError: The number of values does not fit, or the position is none.
+            UnexpectedReply: The number of values does not fit, or the position is none.
         """
-        if len(values) != len(KEYS):
-            raise ValueError(f"asked for {len(KEYS)} sensor values, the robot sent {len(values)}")
-        if len(position) != 3:
-            raise ValueError(f"the robot's position should be x, y, theta, it is {position}")
-        x, y, theta = (float(part) for part in position)
+        values = sequence(values, "sensor values", len(KEYS))
+        x, y, theta = numbers(position, 3, "getRobotPosition")
         points: dict[str, np.ndarray] = {}
         ranges: dict[str, float] = {}
         for index, (name, (_, heading)) in enumerate(LASERS.items()):
@@ -190,7 +188,7 @@ class RangeSensorReader:
                     self._greet()
                 self._receive(self._ask())
                 self.problem = ""
-            except (RobotError, ValueError) as error:
+            except RobotError as error:
                 self.problem = str(error)
 
     def _greet(self) -> None:
@@ -219,6 +217,7 @@ def _points_in_base(name: str, values: Sequence[object], heading: float) -> np.n
     """Points (15, 2) [m]. Values that are not finite stay so: the gate refuses them, and the robot stands."""
     missing = np.array([not _is_number(value) for value in values]).reshape(-1, 2).any(axis=1)
     points = np.array([value if _is_number(value) else 0.0 for value in values], float).reshape(-1, 2)
+    points[~(np.abs(points) <= LARGEST)] = math.nan
     with np.errstate(invalid="ignore"):
         outside = np.abs(np.arctan2(points[:, 1], points[:, 0])) > IN_FAN
     points[missing | outside | ~points.any(axis=1)] = 0.0

@@ -12,11 +12,12 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from naoqi_driver.connection import CallRefused, Connection, RobotError
+from naoqi_driver.replies import numbers, sequence
 
 from pepper_sensors.colour import convert, require_known
 
@@ -27,6 +28,9 @@ STEREO = 3
 (NAOqi 2.8 documentation, video_Stereo_pep)."""
 CAMERAS = {0: "CameraTop", 1: "CameraBottom", 2: "CameraDepth", STEREO: "CameraStereo"}
 """Index of a camera on Pepper -> its name; frames are named after it."""
+LATEST = 2**32 - 1 - 10**6
+"""Latest stamp of a picture [s]; a message's header holds a little more."""
+MOST_SUBSCRIBERS = 1000
 REPLY_TIMEOUT = 1.0
 """Seconds a picture may take beyond one frame period."""
 
@@ -48,20 +52,29 @@ class CameraPicture:
     angles: tuple[float, float, float, float]
 
 
-def read_reply(reply: Sequence) -> CameraPicture:
+def read_reply(reply: Any) -> CameraPicture:
     """The picture in a reply of getImageRemote.
 
     Raises:
-        ValueError: The reply is not such a container, or its parts contradict each other.
+        UnexpectedReply, ValueError: The reply is not such a container, or its parts contradict each other.
     """
-    if len(reply) < 12:
-        raise ValueError(f"a picture has 12 elements, the robot sent {len(reply)}")
-    width, height, layers, space, seconds, microseconds = (int(part) for part in reply[:6])
-    if not isinstance(reply[6], bytes | bytearray):
-        raise ValueError(f"the pixels came as {type(reply[6]).__name__}, not as bytes")
-    pixels, encoding = convert(reply[6], width, height, layers, space)
-    left, top, right, bottom = (float(part) for part in reply[8:12])
+    parts = sequence(reply, "a picture")
+    if len(parts) < 12:
+        raise ValueError(f"a picture has 12 elements, the robot sent {len(parts)}")
+    width, height, layers, space = (int(part) for part in numbers(parts[:4], 4, "a picture's size"))
+    if not isinstance(parts[6], bytes | bytearray):
+        raise ValueError(f"the pixels came as {type(parts[6]).__name__}, not as bytes")
+    pixels, encoding = convert(parts[6], width, height, layers, space)
+    seconds, microseconds = parts[4:6]
+    # Stamps count seconds since 1970; beyond what a message's header can hold there is none.
+    if not (_is_count(seconds, LATEST) and _is_count(microseconds, 10**6)):
+        raise ValueError("a picture's time is none")
+    left, top, right, bottom = numbers(parts[8:12], 4, "a picture's angles")
     return CameraPicture(pixels, encoding, seconds + microseconds * 1e-6, (left, top, right, bottom))
+
+
+def _is_count(value: object, largest: int) -> bool:
+    return isinstance(value, int) and 0 <= value <= largest
 
 
 class Camera:
@@ -137,14 +150,15 @@ class Camera:
 
     def _subscribe(self) -> None:
         link = self._connection.connections
-        for subscriber in self._connection.call("ALVideoDevice", "getSubscribers"):
+        subscribers = sequence(self._connection.call("ALVideoDevice", "getSubscribers"), "getSubscribers")
+        for subscriber in subscribers[:MOST_SUBSCRIBERS]:
             # The robot appends _2, _3 ... to a name that is in use.
-            stem, mark, number = str(subscriber).rpartition("_")
+            stem, mark, number = str(subscriber).rpartition("_") if isinstance(subscriber, str) else ("", "", "")
             if subscriber == self._name or (mark and number.isdigit() and stem == self._name):
                 log.info("removing the camera subscription %s that an earlier program left", subscriber)
                 self._connection.call("ALVideoDevice", "unsubscribe", subscriber)
         handle = self._connection.call("ALVideoDevice", "subscribeCamera", self._name, *self._settings)
-        if not handle:
+        if not handle or not isinstance(handle, str | int):
             source, resolution, space, _ = self._settings
             raise CallRefused(
                 f"the robot gives no handle for camera {source}: too many programs may be subscribed to it, or the "

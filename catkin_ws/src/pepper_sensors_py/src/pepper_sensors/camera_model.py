@@ -14,6 +14,8 @@ from typing import Any
 
 import yaml
 
+NARROWEST = 1e-3
+"""Smallest view angle, and how far a view stays from looking aside [rad]."""
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -49,7 +51,8 @@ def pinhole(width: int, height: int, angles: Sequence[float]) -> CameraModel:
         ValueError: The angles span no field of view.
     """
     left, top, right, bottom = angles
-    if not (-math.pi / 2 < right < left < math.pi / 2 and -math.pi / 2 < bottom < top < math.pi / 2):
+    edge = math.pi / 2 - NARROWEST
+    if not (-edge < right < left - NARROWEST < edge and -edge < bottom < top - NARROWEST < edge):
         raise ValueError(f"view angles left {left}, top {top}, right {right}, bottom {bottom} span no field of view")
     fx = width / (math.tan(left) - math.tan(right))
     fy = height / (math.tan(top) - math.tan(bottom))

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+LARGEST_SIDE = 4096
+"""Pixels; the largest of NAOqi's resolutions has 2560. All their widths are even."""
 YUV422, RGB, BGR, DEPTH = 9, 11, 13, 17
 
 
@@ -65,6 +67,8 @@ def convert(pixels: bytes | bytearray, width: int, height: int, layers: int, spa
     conversion = _CONVERSIONS[space]
     if layers != conversion.layers:
         raise ValueError(f"colour space {space} has {conversion.layers} bytes per pixel, the robot sent {layers}")
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE) or width % 2:
+        raise ValueError(f"{width}x{height} is no size of a picture")
     expected = width * height * layers
     if len(pixels) != expected:
         raise ValueError(f"{width}x{height}x{layers} needs {expected} bytes, the robot sent {len(pixels)}")

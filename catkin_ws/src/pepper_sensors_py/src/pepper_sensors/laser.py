@@ -13,10 +13,11 @@ frame is the front one's, not that of their projectors.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+from naoqi_driver.replies import is_number, sequence
 from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, MAX_RANGE, MIN_RANGE, RIGHT, SEGMENTS, FloorFrame
 
 SUBSCRIBER = "ROS"
@@ -64,18 +65,17 @@ class Scan(NamedTuple):
         return self.angle_min + self.increment * (len(self.ranges) - 1)
 
 
-def read_points(values: Sequence[object]) -> dict[str, np.ndarray]:
+def read_points(values: Any) -> dict[str, np.ndarray]:
     """The points of every line, (segments, 2) float [m] in its floor frame, leftmost first; NaN where the robot has no
     key.
 
     Args:
         values: What getListData answered for `KEYS`.
     Raises:
-        ValueError: The number of values does not fit.
+        UnexpectedReply: It is no list of that length.
     """
-    if len(values) != len(KEYS):
-        raise ValueError(f"asked for {len(KEYS)} laser values, the robot sent {len(values)}")
-    numbers = np.array([value if isinstance(value, int | float) else math.nan for value in values], float)
+    values = sequence(values, "laser values", len(KEYS))
+    numbers = np.array([value if is_number(value) else math.nan for value in values], float)
     points, first = {}, 0
     for name, line in LINES.items():
         points[name] = numbers[first : first + 2 * line.segments].reshape(-1, 2)

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import time
 
-import cv2
-import numpy as np
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
@@ -22,6 +20,7 @@ from telepresence_ros.node import Node
 from rto_node.client import RobotinoClient
 from rto_node.link import Link, find_address
 from telepresence.video.images import fill_image_message
+from telepresence.video.jpeg import decode_jpeg
 
 CALIBRATED_WIDTH = 640
 IDLE_PERIOD = 0.2
@@ -66,14 +65,15 @@ class CameraNode:
         if data is None:
             rospy.logdebug("the camera has no picture yet")
             return
+        try:
+            pixels = decode_jpeg(data)
+        except ValueError as error:
+            rospy.logwarn_throttle(10.0, "the robot's picture is left out: %s", error)
+            return
         if self._compressed.get_num_connections():
             compressed = CompressedImage(format="jpeg", data=data)
             compressed.header.stamp, compressed.header.frame_id = stamp, self._frame
             self._compressed.publish(compressed)
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
-        if pixels is None:
-            rospy.logwarn_throttle(10.0, "the robot's picture is not a JPEG (%d bytes)", len(data))
-            return
         self._pictures += 1
         image = fill_image_message(Image(), pixels, "bgr8")
         image.header.stamp, image.header.frame_id = stamp, self._frame

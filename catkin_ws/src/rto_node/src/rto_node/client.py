@@ -5,32 +5,46 @@
     GET /cam0             image/jpeg; 500 while the camera wakes up
 
 Port 80, no authentication. The robot stops 200 ms after the last velocity, so send one every 50 to 100 ms.
+
+Whatever answers at the robot's address, a question ends within its time with a value that is checked, or with a
+`RobotinoError` whose text is one short line: nobody can tell the robot's web server from another one.
 Source: wiki.openrobotino.org, page Rest api (27 July 2020).
 """
 
 from __future__ import annotations
 
-import http.client
 import json
 import math
 import socket
 import time
 from collections.abc import Callable, Sequence
+from http.client import RemoteDisconnected
 from typing import Any, NamedTuple
 
 from rto_node.robot_facts import SENSORS
+from telepresence.bounded_http import BadAnswer, BoundedConnection
+from telepresence.outside_text import clean
 
 TIMEOUT = 0.5
-"""Seconds allowed for connecting to the robot, and for its answer."""
+"""Seconds allowed for connecting to the robot, and for its whole answer."""
+PICTURE_TIMEOUT = 2.0
+"""Seconds allowed for a whole picture, of which a piece must come within `TIMEOUT`."""
 SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
 """Seconds without a new attempt after a failure; doubled from one failure to the next."""
 DEFAULT_PORT = 80
-MAX_ANSWER = 16 * 1024 * 1024
-"""Largest answer that is read [bytes]."""
+MAX_DATA, MAX_PICTURE = 256 * 1024, 8 * 1024 * 1024
+"""Largest answer that is read, of /data and of /cam0 [bytes]. A scan has about 10 000."""
+MAX_RANGES = 10_000
+"""Most ranges of a scan."""
+LARGEST = 1e6
+"""Largest size of a number that a robot may measure, in whatever unit: beyond it nothing is believed."""
+LARGEST_COUNT = 2.0**53
+ERROR_LENGTH = 160
+"""Characters of an error's text that the robot has a say in."""
 
 
 class RobotinoError(RuntimeError):
-    """Something about the robot went wrong; the text says what, and with which robot."""
+    """Something about the robot went wrong; the text says what, and with which robot, in one short line."""
 
 
 class RobotinoUnreachable(RobotinoError):
@@ -38,7 +52,7 @@ class RobotinoUnreachable(RobotinoError):
 
 
 class RequestRefused(RobotinoError):
-    """The robot answered, but not with what was asked for."""
+    """The robot answered, but not with what was asked for; none of it is used."""
 
 
 class Odometry(NamedTuple):
@@ -90,7 +104,7 @@ class RobotinoClient:
         self.host, self.port = parse_address(address)
         self._timeout = timeout
         self._clock = clock
-        self._connection: http.client.HTTPConnection | None = None
+        self._connection: BoundedConnection | None = None
         self._back_off = 0.0
         self._not_before = -math.inf
         self._failure = ""
@@ -104,25 +118,29 @@ class RobotinoClient:
 
     def odometry(self) -> Odometry:
         """Raises RobotinoError, as all of these do."""
-        x, y, phi, vx, vy, omega, seq = self._numbers("odometry", 7)
-        return Odometry(x, y, phi, vx, vy, omega, int(seq))
+        answer = self._array("odometry", 7)
+        x, y, phi, vx, vy, omega = (self._number(value, "odometry") for value in answer[:6])
+        return Odometry(x, y, phi, vx, vy, omega, int(self._number(answer[6], "odometry", LARGEST_COUNT)))
 
     def distances(self) -> tuple[float, ...]:
         """Readings of the nine infrared sensors [m], the first ahead, counter-clockwise; 0.41 is nothing, 0.04 the
         least."""
-        return self._numbers("distancesensorarray", SENSORS)
+        readings = self._numbers("distancesensorarray", SENSORS)
+        if min(readings) < 0.0:
+            raise self._refused(f"distancesensorarray holds a distance of {min(readings):g} m")
+        return readings
 
     def bumper(self) -> bool:
         return self._flag(self._member("bumper", "value"), "bumper")
 
     def power(self) -> Power:
         answer = self._object("powermanagement")
-        voltage = _number(answer.get("voltage"), "powermanagement")
+        voltage = self._number(answer.get("voltage"), "powermanagement")
         # One robot is known to count in millivolts.
         voltage = voltage / 1000.0 if voltage > 100.0 else voltage
-        return Power(
-            voltage, str(answer.get("batteryType", "")), bool(answer.get("batteryLow")), bool(answer.get("ext_power"))
-        )
+        kind = answer.get("batteryType")
+        kind = clean(kind, 20) if isinstance(kind, str) else ""
+        return Power(voltage, kind, bool(answer.get("batteryLow")), bool(answer.get("ext_power")))
 
     def analog_inputs(self) -> tuple[float, ...]:
         """Eight voltages [V]."""
@@ -141,28 +159,31 @@ class RobotinoClient:
         """The last scan; None if there is no laser."""
         if (answer := self._get("scan0")) is None:
             return None
-        try:
-            ranges = tuple(_number(value, "scan0") for value in answer["ranges"])
-            return Scan(
-                seq=int(answer["seq"]),
-                angle_min=_number(answer["angle_min"], "scan0"),
-                angle_increment=_number(answer["angle_increment"], "scan0"),
-                time_increment=_number(answer["time_increment"], "scan0"),
-                scan_time=_number(answer["scan_time"], "scan0"),
-                range_min=_number(answer["range_min"], "scan0"),
-                range_max=_number(answer["range_max"], "scan0"),
-                ranges=ranges,
-            )
-        except (TypeError, KeyError, ValueError) as error:
-            raise RequestRefused(f"Robotino at {self.address}: scan0 is not a scan: {error!r}") from None
+        ranges = answer.get("ranges") if isinstance(answer, dict) else None
+        if not isinstance(ranges, list) or len(ranges) > MAX_RANGES:
+            raise self._refused(f"scan0 is not a scan: {_start(answer)}")
+
+        def number(name: str, largest: float = LARGEST) -> float:
+            return self._number(answer.get(name), "scan0", largest)
+
+        return Scan(
+            seq=int(number("seq", LARGEST_COUNT)),
+            angle_min=number("angle_min"),
+            angle_increment=number("angle_increment"),
+            time_increment=number("time_increment"),
+            scan_time=number("scan_time"),
+            range_min=number("range_min"),
+            range_max=number("range_max"),
+            ranges=tuple(self._number(value, "scan0") for value in ranges),
+        )
 
     def picture(self) -> bytes | None:
         """A JPEG; None while the camera wakes up or has no new picture."""
-        status, body = self._ask("GET", "/cam0")
+        status, body = self._ask("GET", "/cam0", None, max(PICTURE_TIMEOUT, self._timeout), MAX_PICTURE)
         if status == 500:
             return None
         if status != 200:
-            raise RequestRefused(f"Robotino at {self.address}: /cam0 answered {status}")
+            raise self._refused(f"/cam0 answered {status}")
         return body
 
     # --- commands ----------------------------------------------------------------------------------------------------
@@ -199,82 +220,89 @@ class RobotinoClient:
         """The JSON at /data/name; None for an empty body."""
         status, body = self._ask("GET", f"/data/{name}")
         if status != 200:
-            raise RequestRefused(f"Robotino at {self.address}: {name} answered {status}: {_start(body)}")
+            raise self._refused(f"{name} answered {status}: {_start(body)}")
         if not body.strip():
             return None
         try:
-            return json.loads(body)
-        except ValueError as error:
-            raise RequestRefused(f"Robotino at {self.address}: {name} is not JSON: {error}") from None
+            return json.loads(body.decode(), parse_constant=_refuse_constant, object_pairs_hook=_object_of)
+        except (ValueError, RecursionError) as error:  # also a number of 5000 digits; brackets within brackets
+            raise self._refused(f"{name} is not JSON: {error}") from None
 
     def _put(self, name: str, value: Any) -> None:
         status, body = self._ask("PUT", f"/data/{name}", json.dumps(value).encode())
         if status != 200:
             raise RequestRefused(f"Robotino at {self.address} refused {name}: {status}: {_start(body)}")
 
+    def _refused(self, cause: str) -> RequestRefused:
+        return RequestRefused(f"Robotino at {self.address}: {clean(cause, ERROR_LENGTH)}")
+
     def _object(self, name: str) -> dict[str, Any]:
         answer = self._get(name)
         if not isinstance(answer, dict):
-            raise RequestRefused(f"Robotino at {self.address}: {name} is not an object: {_start(answer)}")
+            raise self._refused(f"{name} is not an object: {_start(answer)}")
         return answer
 
     def _member(self, name: str, member: str) -> Any:
         answer = self._object(name)
         if member not in answer:
-            raise RequestRefused(f"Robotino at {self.address}: {name} has no {member!r}: {_start(answer)}")
+            raise self._refused(f"{name} has no {member!r}: {_start(answer)}")
         return answer[member]
 
     def _array(self, name: str, count: int) -> list[Any]:
         answer = self._get(name)
         if not isinstance(answer, list) or len(answer) != count:
-            raise RequestRefused(f"Robotino at {self.address}: {name} has not {count} values: {_start(answer)}")
+            raise self._refused(f"{name} has not {count} values: {_start(answer)}")
         return answer
 
     def _numbers(self, name: str, count: int) -> tuple[float, ...]:
-        return tuple(_number(value, name) for value in self._array(name, count))
+        return tuple(self._number(value, name) for value in self._array(name, count))
+
+    def _number(self, value: Any, name: str, largest: float = LARGEST) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not -largest <= value <= largest:
+            raise self._refused(f"{name} holds {_start(value)} for a number")
+        return float(value)
 
     def _flags(self, name: str, count: int) -> tuple[bool, ...]:
         return tuple(self._flag(value, name) for value in self._array(name, count))
 
     def _flag(self, value: Any, name: str) -> bool:
         if not isinstance(value, bool):
-            raise RequestRefused(f"Robotino at {self.address}: {name} holds {_start(value)} for true or false")
+            raise self._refused(f"{name} holds {_start(value)} for true or false")
         return value
 
-    def _ask(self, method: str, path: str, body: bytes | None = None) -> tuple[int, bytes]:
+    def _ask(
+        self, method: str, path: str, body: bytes | None = None, time_allowed: float = 0.0, limit: int = MAX_DATA
+    ) -> tuple[int, bytes]:
         """Status and body. A connection that the robot has closed since the last request is opened once more."""
         if self._clock() < self._not_before:
             raise RobotinoUnreachable(self._failure)
+        deadline = time.monotonic() + (time_allowed or self._timeout)
         kept = self._connection is not None
         try:
             try:
-                answer = self._exchange(method, path, body)
-            except (ConnectionError, http.client.BadStatusLine):
+                answer = self._exchange(method, path, body, deadline, limit)
+            except (ConnectionError, RemoteDisconnected):
                 if not kept:
                     raise
                 self.close()
-                answer = self._exchange(method, path, body)
-        except (OSError, http.client.HTTPException) as error:
+                answer = self._exchange(method, path, body, deadline, limit)
+        except (OSError, BadAnswer) as error:
             # Whatever comes late must not be taken for the answer to the next request.
             self.close()
             self._back_off = min(LONGEST_BACK_OFF, max(SHORTEST_BACK_OFF, 2.0 * self._back_off))
             self._not_before = self._clock() + self._back_off
-            self._failure = f"Robotino at {self.address} does not answer: {_cause(error, self._timeout)}"
+            cause = clean(_cause(error, time_allowed or self._timeout), ERROR_LENGTH)
+            self._failure = f"Robotino at {self.address} does not answer: {cause}"
             raise RobotinoUnreachable(self._failure) from error
         self._back_off = 0.0
         return answer
 
-    def _exchange(self, method: str, path: str, body: bytes | None) -> tuple[int, bytes]:
+    def _exchange(self, method: str, path: str, body: bytes | None, deadline: float, limit: int) -> tuple[int, bytes]:
         if self._connection is None:
-            self._connection = http.client.HTTPConnection(self.host, self.port, timeout=self._timeout)
+            self._connection = BoundedConnection(self.host, self.port, self._timeout)
         headers = {"Content-Type": "application/json"} if body is not None else {}
-        self._connection.request(method, path, body, headers)
-        answer = self._connection.getresponse()
-        data = answer.read(MAX_ANSWER)
-        if not answer.isclosed():
-            self.close()
-            raise http.client.HTTPException(f"the answer is longer than {MAX_ANSWER} bytes")
-        return answer.status, data
+        answer = self._connection.exchange(method, path, body, headers, deadline, limit)
+        return answer.status, answer.body
 
 
 def parse_address(text: str) -> tuple[str, int]:
@@ -297,15 +325,30 @@ def parse_address(text: str) -> tuple[str, int]:
     return host.strip("[]"), int(port) if colon else DEFAULT_PORT
 
 
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise RequestRefused(f"{name} holds {_start(value)} for a number")
-    return float(value)
+def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON. Of two members of one name nobody can say which one another reader would take."""
+    made = dict(pairs)
+    if len(made) != len(pairs):
+        raise ValueError("a member twice")
+    return made
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number")
 
 
 def _start(value: Any) -> str:
-    text = value.decode(errors="replace").strip() if isinstance(value, bytes) else repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
+    """The beginning of what the robot sent, for an error's text."""
+    if isinstance(value, bytes):
+        return clean(value[:200].decode(errors="replace").strip(), 80)
+    if isinstance(value, list | dict):
+        return f"{type(value).__name__} of {len(value)}"
+    return clean(repr(value) if isinstance(value, str) else _number_text(value), 80)
+
+
+def _number_text(value: Any) -> str:
+    """Of a number of any size: Python refuses to write one of 5000 digits."""
+    return f"a number of {value.bit_length()} bits" if isinstance(value, int) and abs(value) >= 1 << 64 else str(value)
 
 
 def _cause(error: Exception, timeout: float) -> str:

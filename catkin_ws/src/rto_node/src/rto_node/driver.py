@@ -33,7 +33,9 @@ from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
+from telepresence.change_log import ChangeLog
 from telepresence.geometry import Velocity
+from telepresence.outside_text import clean
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -61,6 +63,7 @@ class Driver:
         self._wheels = [0.0, 0.0, 0.0]
         self._wheels_at: float | None = None
         self._state, self._state_due = "", 0.0
+        self._log = ChangeLog()
         self._drive_diagnostics = Diagnostics("drive", address)
         self._sensor_diagnostics = Diagnostics("sensors", address)
         self._publishers = {
@@ -128,9 +131,9 @@ class Driver:
                 self._outputs = None
 
     def _report(self, now: float, state: str) -> None:
+        state = clean(state)
+        self._log.note(now, state, rospy.loginfo)
         if state != self._state or now >= self._state_due:
-            if state != self._state:
-                rospy.loginfo("%s", state)
             self._state, self._state_due = state, now + STATE_PERIOD
             self._publishers["drive_state"].publish(state)
         level = ERROR if state.startswith("robot") else OK

@@ -14,38 +14,43 @@ from collections.abc import Callable
 import rospy
 
 from rto_node.client import RobotinoClient, RobotinoError, RobotinoUnreachable
+from telepresence.change_log import ChangeLog
 
 REMINDER_PERIOD = 30.0
 """Seconds after which a robot that still does not answer is named again."""
 
 
 class Link:
-    """A client for one thread that says when the robot is lost and found, once each."""
+    """A client for one thread that says when the robot is lost and found: at most one line a second."""
 
     def __init__(self, address: str) -> None:
         self.client = RobotinoClient(address)
         self.problem = ""
         """Why the robot does not answer; empty while it does."""
+        self._log = ChangeLog(self._answers)
         self._reminder = 0.0
+
+    @property
+    def _answers(self) -> str:
+        return f"Robotino at {self.client.address} answers"
 
     def ask(self, question: Callable[[RobotinoClient], object]) -> bool:
         """Do something with the client; False if the robot was not there or refused."""
+        now = time.monotonic()
         try:
             question(self.client)
-        except RobotinoUnreachable as error:
-            now = time.monotonic()
-            if not self.problem or now >= self._reminder:
-                self._reminder = now + REMINDER_PERIOD
-                rospy.logerr("%s; trying again", error)
-            self.problem = str(error)
-            return False
         except RobotinoError as error:
-            rospy.logwarn_throttle(10.0, "%s", error)
+            lost = isinstance(error, RobotinoUnreachable)
             self.problem = str(error)
+            if now >= self._reminder:
+                self._log.repeat()
+            if self._log.note(
+                now, f"{error}; trying again" if lost else self.problem, rospy.logerr if lost else rospy.logwarn
+            ):
+                self._reminder = now + REMINDER_PERIOD
             return False
-        if self.problem:
-            rospy.loginfo("Robotino at %s answers", self.client.address)
-            self.problem = ""
+        self._log.note(now, self._answers, rospy.loginfo)
+        self.problem = ""
         return True
 
 

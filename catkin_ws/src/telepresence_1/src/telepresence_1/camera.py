@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 
 from telepresence.video.images import LatestImage
+from telepresence.video.jpeg import decode_jpeg
 from telepresence_1.camera_sources import Source, SourceError, open_source
 from telepresence_1.jpeg import Jpeg
 from telepresence_1.placeholder_images import draw_notice
@@ -155,11 +156,12 @@ class Camera:
             if fits and len(picture.data) <= LARGEST_PASSED:
                 self.image.put(picture.data, stamp)
                 return picture.width, picture.height
-            pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
+            try:
+                pixels = decode_jpeg(picture.data)
+            except ValueError as error:
+                raise SourceError("Bad picture", f"The camera sends {error}.") from error
         else:
             pixels = picture
-        if pixels is None:
-            raise SourceError("Bad picture", "The camera's pictures cannot be decoded.")
         pixels = _fit(pixels, *self._size)
         self._put(pixels, stamp)
         return pixels.shape[1], pixels.shape[0]

@@ -30,6 +30,8 @@ log = logging.getLogger(__name__)
 
 NETWORK_TIMEOUT = 3000  # ms for connecting, and for the next picture
 MOTION_JPEG = cv2.VideoWriter.fourcc(*"MJPG")
+MOST_DAMAGED = 30
+"""Damaged pictures in a row after which a camera counts as lost."""
 _URL_SCHEMES = ("http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://")
 
 
@@ -196,7 +198,7 @@ class File:
 
 
 class Encoded:
-    """Reads a capture; one that delivers motion JPEG is read without decoding it.
+    """Reads a capture; one that delivers motion JPEG is read without decoding it, damaged pictures left out.
 
     Args:
         capture: Open, its format chosen.
@@ -205,18 +207,19 @@ class Encoded:
 
     def __init__(self, capture: cv2.VideoCapture, key: int, value: float) -> None:
         self._capture = capture
-        self._size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-        encoded = int(capture.get(cv2.CAP_PROP_FOURCC)) == MOTION_JPEG and min(self._size) > 0
+        encoded = int(capture.get(cv2.CAP_PROP_FOURCC)) == MOTION_JPEG
         self._raw = encoded and capture.set(key, value)
 
     def read(self) -> np.ndarray | Jpeg | None:
         """The next picture, None when there is none."""
-        picture = _read(self._capture)
-        if picture is None or not self._raw:
-            return picture
-        data = completed(picture.tobytes())
-        # A damaged picture of a camera is followed by a good one: what is left of it is shown as far as it goes.
-        return cv2.imdecode(picture, cv2.IMREAD_COLOR) if data is None else Jpeg(data, *self._size)
+        for _ in range(MOST_DAMAGED):
+            picture = _read(self._capture)
+            if picture is None or not self._raw:
+                return picture
+            whole = completed(picture.tobytes())
+            if whole is not None:
+                return whole
+        return None
 
 
 def _read(capture: cv2.VideoCapture) -> np.ndarray | None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from telepresence.video.jpeg_header import check_jpeg
+
 _START, _END, _SCAN, _TABLES = b"\xff\xd8", b"\xff\xd9", b"\xff\xda", b"\xff\xc4"
 
 
@@ -23,15 +25,21 @@ class Jpeg:
     height: int
 
 
-def completed(data: bytes) -> bytes | None:
-    """The JPEG file at the start of a camera's buffer; None when there is none, or its end is missing."""
+def completed(data: bytes) -> Jpeg | None:
+    """The picture at the start of a camera's buffer; None when there is none that `check_jpeg` lets pass, or its end is
+    missing."""
     end = data.rfind(_END)
     if not data.startswith(_START) or end < 0:
         return None
     # Headers have no escapes: before the scan, a marker is a marker or lies within a table, where it does no harm.
     head = data[: data.find(_SCAN) + 1]
     tables = b"" if _TABLES in head else _STANDARD_TABLES
-    return _START + tables + data[len(_START) : end + len(_END)]
+    whole = _START + tables + data[len(_START) : end + len(_END)]
+    try:
+        header = check_jpeg(whole)
+    except ValueError:
+        return None
+    return Jpeg(whole, header.width, header.height)
 
 
 def _standard_tables() -> bytes:

@@ -20,12 +20,18 @@ import numpy as np
 import qi
 from naoqi_driver.connection import Connection, RobotError
 
+from telepresence.change_log import ChangeLog
+
 log = logging.getLogger(__name__)
 
 MICROPHONES = {"stereo": (48000, 0, 0), "front": (16000, 3, 0)}
 """Choice of microphones -> rate [Hz], channels, deinterleaved, as `setClientPreferences` takes them."""
 FRONT_LEFT, FRONT_RIGHT = 2, 3
 """Order of Pepper's four microphones: rear left, rear right, front left, front right."""
+MOST_SAMPLES = 48_000
+"""Of each microphone in one block: a second. NAOqi sends a sixth of that at most."""
+BURST, FASTEST = 2.0, 1.5
+"""Seconds of sound that may come at once, and seconds of sound per second: what comes faster is left out."""
 SILENT_AFTER = 3.0
 """Seconds without a block after which the subscription counts as dead."""
 _DEVICE = "ALAudioDevice"
@@ -63,6 +69,8 @@ class MicrophoneStream:
         self._listen = listen
         self._link = -1  # number of the link on which the subscription was made
         self._last_block = self._asked = 0.0
+        self._credit = BURST
+        self._log = ChangeLog()
         self._told: str | None = None
         self._name = ""
         self._stop = threading.Event()
@@ -130,26 +138,33 @@ class MicrophoneStream:
         self._link = -1
 
     def _received(self, channels: int, count: int, buffer: Any) -> None:
-        samples = np.frombuffer(bytes(buffer), "<i2")
-        if not 0 < channels <= 8 or len(samples) < channels * count:
-            self._report(f"a block of {len(samples)} samples claims {channels} x {count}; it is left out")
+        size = len(buffer) if isinstance(buffer, bytes | bytearray) else -1
+        if not (0 < channels <= 8 and 0 < count <= MOST_SAMPLES and size >= 2 * channels * count):
+            self._report(f"a block of {size} bytes claims {channels} x {count} samples; it is left out")
             return
-        block: np.ndarray = samples[: channels * count].reshape(count, channels)
+        samples = np.frombuffer(buffer, "<i2", channels * count)
+        now = time.monotonic()
+        self._credit = min(BURST, self._credit + FASTEST * (now - self._last_block)) - count / self.rate
+        if self._credit < 0.0:
+            self._credit += count / self.rate
+            return  # nobody speaks faster than time goes by
+        block: np.ndarray = samples.reshape(count, channels)
         if channels == 4:
             block = block[:, (FRONT_LEFT, FRONT_RIGHT)]
         if block.shape[1] != self.channels:
             block = np.repeat(block[:, :1], self.channels, axis=1)
-        self._last_block = time.monotonic()
+        self._last_block = now
         self.blocks += 1
         if self.problem is not None:
             self.problem = self._told = None
+            self._log.repeat()
         self._on_block(block, self.rate, self._last_block)
 
     def _report(self, problem: str) -> None:
         self.problem = problem
         if problem != self._told and self._connection.connected:
-            log.warning("the robot is not heard: %s", problem)
-            self._told = problem
+            if self._log.note(time.monotonic(), f"the robot is not heard: {problem}", log.warning):
+                self._told = problem
 
 
 def _listener(on_sound: Callable[[int, int, Any], None]) -> object:

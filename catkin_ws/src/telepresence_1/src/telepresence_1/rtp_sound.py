@@ -16,6 +16,7 @@ import numpy as np
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline
 from telepresence.audio.schedule import Schedule
+from telepresence_1.network import NoRoute, local_address_towards
 
 PORT = 10001
 CODECS = ("l16", "opus")
@@ -117,6 +118,11 @@ class RtpSender:
         out = pipeline.get_by_name("out")
         for name, value in zip(("host", "port"), self._target, strict=True):
             out.set_property(name, value)
+        try:
+            own = local_address_towards(self._target[0])
+        except NoRoute:
+            own = "127.0.0.1"  # nothing arrives anyway until there is a way, and a new pipeline
+        out.set_property("bind-address", own)  # else it opens a port on all addresses, for sending alone
         with self._lock:
             self._schedule.forget()
 

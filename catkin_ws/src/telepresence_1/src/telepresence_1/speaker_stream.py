@@ -18,6 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotError
+from naoqi_driver.replies import number
 
 log = logging.getLogger(__name__)
 
@@ -112,7 +113,7 @@ class SpeakerStream:
         """
         link = self._connection.connections
         call = self._connection.call
-        now = int(call(_DEVICE, "getParameter", "outputSampleRate"))
+        now = self._robots_rate()
         if self._wanted and now != self._wanted:
             # Ignored on a real Pepper while the outputs are open.
             call(_DEVICE, "closeAudioOutputs", timeout=3.0)
@@ -121,7 +122,7 @@ class SpeakerStream:
             except CallRefused as error:
                 log.warning("the robot stays at %d Hz: %s", now, error)
             call(_DEVICE, "openAudioOutputs", timeout=3.0)
-            now = int(call(_DEVICE, "getParameter", "outputSampleRate"))
+            now = self._robots_rate()
         if now not in RATES:
             raise CallRefused(f"the robot plays {now} Hz, which is none of {RATES}")
         self._link = link
@@ -133,6 +134,9 @@ class SpeakerStream:
             self._before.clear()
             self._talking = False
             self.on_rate()
+
+    def _robots_rate(self) -> int:
+        return int(number(self._connection.call(_DEVICE, "getParameter", "outputSampleRate"), "outputSampleRate"))
 
     def put(self, frames: bytes) -> None:
         """Sound from the microphone, from any one thread: int16 little-endian, stereo interleaved, at `rate`."""

@@ -17,7 +17,9 @@ import urllib.parse
 from typing import Any
 
 from naoqi_driver.connection import CallRefused, Connection, RobotError
+from naoqi_driver.replies import kind, number, text
 
+from telepresence.outside_text import clean
 from telepresence_1.retry import Retry
 from telepresence_1.robot_focus import ACTIVITY, RobotFocus
 
@@ -143,7 +145,7 @@ class TabletLink:
         if self._watched_on != number:
             self._watch_errors()
             self._watched_on = number
-        wifi = self._ask("getWifiStatus")
+        wifi = text(self._ask("getWifiStatus"), "getWifiStatus", 40)
         if wifi != "CONNECTED":
             log.warning("the tablet's own Wi-Fi is %s: it may not reach %s", wifi, public(self.url))
         if self._stop.is_set():
@@ -157,8 +159,9 @@ class TabletLink:
         self._loaded_on = number
 
     def _watch_errors(self) -> None:
-        def report(code: int, text: str, _url: str) -> None:  # not the address: it may hold the key
-            self._load_error = f"{text} ({code})"
+        def report(*error: Any) -> None:  # code, text, address; not the address: it may hold the key
+            code, words = error[:2] if len(error) >= 2 else (None, None)
+            self._load_error = f"{clean(words, 80) if isinstance(words, str) else kind(words)} ({kind(code)})"
             self._wake.set()
 
         try:
@@ -184,7 +187,7 @@ class TabletLink:
     def _displayed(self) -> bool | None:
         """Return whether the tablet displays its web view; None when it does not say."""
         try:
-            scale = float(self._ask("getOnTouchScaleFactor"))
+            scale = number(self._ask("getOnTouchScaleFactor"), "getOnTouchScaleFactor")
         except CallRefused as error:
             log.debug("the tablet does not say what it shows: %s", error)
             return None

@@ -12,6 +12,7 @@ import rospy
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
+from telepresence_ros.sockets import narrow_sockets
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds within which all loops together must end."""
@@ -40,6 +41,7 @@ class Node:
         master_timeout: float = START_TIMEOUT,
     ) -> None:
         wait_for_master(master_timeout, stop)
+        narrow_sockets()
         rospy.init_node(name, disable_signals=stop is not None)
         route_logs_to_ros()
         self.stop = stop or threading.Event()

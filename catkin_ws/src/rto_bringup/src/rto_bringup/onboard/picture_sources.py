@@ -18,6 +18,7 @@ import numpy as np
 from rto_node.client import RobotinoClient, RobotinoError
 
 from telepresence.video.images import LatestImage
+from telepresence.video.jpeg_header import check_jpeg
 from telepresence.video.webrtc import planes_of
 
 log = logging.getLogger(__name__)
@@ -163,8 +164,9 @@ def web_pictures(address: str, rate: float) -> Pictures:
 
 def _decode(decoder: av.VideoCodecContext, jpeg: bytes) -> av.VideoFrame:
     try:
+        check_jpeg(jpeg)
         frames = decoder.decode(av.Packet(jpeg))
-    except av.FFmpegError as error:
+    except (ValueError, av.FFmpegError) as error:
         raise CameraLost(f"a picture is not a JPEG: {error}") from None
     if not frames:
         raise CameraLost(f"{len(jpeg)} bytes are not a whole JPEG")

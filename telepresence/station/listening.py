@@ -1,0 +1,75 @@
+"""Which sockets listen, from Linux's own tables in /proc/net (proc(5)); needs no rights for one's own processes."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+LISTENS = {"tcp": "0A", "tcp6": "0A", "udp": "07", "udp6": "07"}
+"""Table -> state of a TCP socket that accepts connections, or of a UDP socket that takes packets from anybody."""
+
+
+@dataclass(frozen=True, order=True)
+class Listening:
+    """A socket that others can send to.
+
+    Attributes:
+        protocol: tcp or udp.
+        address: Of this machine; 0.0.0.0 and :: are all of them.
+    """
+
+    protocol: str
+    address: str
+    port: int
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether it listens on every address of this machine."""
+        return self.address in ("0.0.0.0", "::")
+
+
+def listening() -> dict[int, Listening]:
+    """Return every listening socket of this network namespace, by inode."""
+    found = {}
+    for table, state in LISTENS.items():
+        path = Path("/proc/self/net") / table
+        for line in path.read_text().splitlines()[1:] if path.exists() else ():
+            words = line.split()
+            if words[3] == state:
+                found[int(words[9])] = Listening(table[:3], *_place(words[1]))
+    return found
+
+
+def listening_of(pids: Iterable[int]) -> dict[int, list[Listening]]:
+    """Return the listening sockets of each of these processes that has one; those of others' processes are not seen."""
+    every = listening()
+    found = {}
+    for pid in pids:
+        sockets = sorted(every[inode] for inode in _inodes(pid) if inode in every)
+        if sockets:
+            found[pid] = sockets
+    return found
+
+
+def _place(text: str) -> tuple[str, int]:
+    """Read "0100007F:2B67": words of the address in this machine's order of bytes, and the port."""
+    address, _, port = text.partition(":")
+    raw = bytes.fromhex(address)
+    family = socket.AF_INET if len(raw) == 4 else socket.AF_INET6
+    ordered = b"".join(raw[i : i + 4][::-1] for i in range(0, len(raw), 4))
+    return socket.inet_ntop(family, ordered), int(port, 16)
+
+
+def _inodes(pid: int) -> set[int]:
+    found = set()
+    try:
+        for file in Path(f"/proc/{pid}/fd").iterdir():
+            target = os.readlink(file)
+            if target.startswith("socket:["):
+                found.add(int(target[8:-1]))
+    except OSError:
+        pass  # it ended meanwhile, or is somebody else's
+    return found

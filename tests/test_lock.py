@@ -1,0 +1,117 @@
+"""The lock: every package that `./stack` and a robot's bundle install, at one version, its files known by their hashes.
+
+It is written by `./stack lock`; these tests say when that was forgotten, and ask no package index.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import runpy
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+import setuptools
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parents[1]
+STACK = ROOT / "requirements" / "stack.txt"
+TOOL = ROOT / "requirements" / "uv.txt"
+ROBOT = ROOT / "catkin_ws" / "src" / "rto_bringup" / "robot" / "requirements.txt"
+LOCKS = [STACK, TOOL, ROBOT]
+RENEW = "run:  ./stack lock"
+
+
+def locked(path: Path) -> dict[str, tuple[str, set[str]]]:
+    """Name of each package of a lock -> its version and the hashes of its files."""
+    found = {}
+    for line in path.read_text().replace("\\\n", "").splitlines():
+        if line and not line.startswith("#"):
+            name, version = re.match(r"([a-z0-9.-]+)==(\S+)", line).groups()
+            assert name not in found, f"{name} stands twice in {path.name}"
+            found[name] = version, set(re.findall(r"--hash=sha256:([0-9a-f]{64})(?=\s|$)", line))
+    return found
+
+
+def asked(path: Path) -> list[Requirement]:
+    """What a file of requirements asks for."""
+    return [Requirement(line) for line in path.read_text().splitlines() if line and not line.startswith("#")]
+
+
+def pinned(requirements: list[Requirement]) -> dict[str, str]:
+    """Name of each requirement, which must be of the form name==version -> the version."""
+    found = {}
+    for requirement in requirements:
+        (only,) = requirement.specifier
+        assert only.operator == "==" and "*" not in only.version, f"{requirement} names no single version"
+        found[canonicalize_name(requirement.name)] = only.version
+    return found
+
+
+@pytest.fixture
+def ours(monkeypatch: pytest.MonkeyPatch) -> list[Requirement]:
+    """Everything that setup.py and pyproject.toml ask for."""
+    given: dict = {}
+    monkeypatch.setattr(setuptools, "setup", given.update)
+    runpy.run_path(str(ROOT / "setup.py"))
+    lines = [*given["install_requires"], *itertools.chain(*given["extras_require"].values())]
+    lines += tomllib.loads((ROOT / "pyproject.toml").read_text())["build-system"]["requires"]
+    return list(map(Requirement, lines))
+
+
+def needed(requirements: list[Requirement]) -> set[str]:
+    """The names of these packages and of all that they need here, as the installed packages themselves say."""
+    waiting, found = [(each.name, extra) for each in requirements for extra in ("", *each.extras)], set()
+    while waiting:
+        name, extra = waiting.pop()
+        if (name, extra) not in found:
+            found.add((name, extra))
+            for each in map(Requirement, metadata.requires(name) or ()):
+                if each.marker is None or each.marker.evaluate({"extra": extra}):
+                    waiting += [(canonicalize_name(each.name), wanted) for wanted in ("", *each.extras)]
+    return {canonicalize_name(name) for name, _ in found}
+
+
+@pytest.mark.parametrize("path", LOCKS, ids=lambda path: path.parent.name + "/" + path.name)
+def test_every_package_has_hashes_and_no_place_that_it_comes_from(path):
+    packages = locked(path)
+    assert packages and all(hashes for _, hashes in packages.values())
+    assert "/" not in path.read_text().replace("./stack lock", "")
+
+
+def test_the_lock_has_what_setup_py_asks_for(ours):
+    lock = {name: version for name, (version, _) in locked(STACK).items()}
+    wrong = {name: (version, lock.get(name)) for name, version in pinned(ours).items() if lock.get(name) != version}
+    assert not wrong, f"asked for, and locked: {wrong}; {RENEW}"
+
+
+def test_the_lock_has_what_those_need_and_that_is_installed(ours):
+    lock = {name: version for name, (version, _) in locked(STACK).items()}
+    assert needed(ours) <= set(lock), RENEW  # Debian leaves out that its dateutil needs six
+    assert lock == {name: metadata.version(name) for name in lock}
+
+
+def test_the_robots_packages_are_those_tested_here():
+    lock, robot = locked(STACK), locked(ROBOT)
+    wanted = asked(ROBOT.with_suffix(".in"))
+    assert set(pinned(wanted)) == {"numpy", "aiortc", "aiohttp"}
+    assert pinned(wanted).items() <= {name: version for name, (version, _) in robot.items()}.items(), RENEW
+    assert set(robot) == needed(wanted), RENEW
+    assert robot == {name: lock[name] for name in robot}, RENEW
+
+
+def test_the_tool_that_writes_the_lock_is_locked_too():
+    assert pinned(asked(TOOL.with_suffix(".in"))) == {name: version for name, (version, _) in locked(TOOL).items()}
+
+
+def test_the_stack_installs_nothing_else():
+    """Every call of pip takes hashes or reads no index; none builds anything that it fetched."""
+    calls = re.findall(r"-m pip (.*)", (ROOT / "stack").read_text().replace("\\\n", ""))
+    assert len(calls) == 3
+    for call in calls:
+        assert ("--require-hashes" in call and "--only-binary :all:" in call) or (
+            "--no-index" in call and "--no-deps" in call and "--no-build-isolation" in call
+        )
