@@ -18,6 +18,8 @@ from hypothesis import HealthCheck, settings
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
+# Containers run the tests as root; a station of a test must end with the test, whoever runs it.
+os.environ.setdefault("TELEPRESENCE_AS_ROOT", "1")
 # As pepper_sim.naoqi has it: libqi reads it when it is loaded, which may be before that.
 os.environ.setdefault("QI_EVENTLOOP_THREAD_MAX_IDLE_DURATION", "1000000000")
 

@@ -25,6 +25,7 @@ from telepresence.station import firewall, processes
 from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
 from telepresence.stop_signals import stop_on
 from telepresence.web.page_auth import page_key
@@ -62,6 +63,9 @@ LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 def main(argv: list[str] | None = None) -> int:
     arguments = parse(sys.argv[1:] if argv is None else argv)
+    if must_leave_root():
+        print(f"stack up: not as root: run ./stack up, which becomes another user, or set {STAY}=1", file=sys.stderr)
+        return 1
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()

@@ -23,7 +23,10 @@ from typing import Any
 import gevent
 from gevent import pywsgi
 
+from telepresence.log_flood import LogFlood
+
 log = logging.getLogger(__name__)
+log.addFilter(LogFlood())
 
 FIRST_REQUEST_TIMEOUT = 1.0
 """Seconds within which a new connection must send its first line, so that idle ones do not occupy places."""
@@ -35,26 +38,7 @@ MAX_HEAD, MAX_HEADERS = 16384, 64
 """Bytes and lines of one request's headers; browsers send about 1 kB and 20."""
 MAX_UNREAD = 65536
 """Bytes of a body that are read though nobody wants them, so that the connection can be kept."""
-LOG_PERIOD = 1.0
-"""Seconds between two log lines about clients that misbehave."""
 _TOO_LARGE = b"HTTP/1.1 431 Request Header Fields Too Large\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
-
-
-class FloodLog:
-    """Writes at most one line in `LOG_PERIOD`, and with it how many were left out."""
-
-    def __init__(self, logger: logging.Logger) -> None:
-        self._logger = logger
-        self._next, self._left_out = 0.0, 0
-
-    def write(self, level: int, text: str, *values: object, exc_info: Any = None) -> None:
-        now = time.monotonic()
-        if now < self._next:
-            self._left_out += 1
-            return
-        more = f" (and {self._left_out} more like it)" if self._left_out else ""
-        self._next, self._left_out = now + LOG_PERIOD, 0
-        self._logger.log(level, text + more, *values, exc_info=exc_info)
 
 
 class Connections:
@@ -66,7 +50,6 @@ class Connections:
     """
 
     def __init__(self, places: int, places_per_address: int) -> None:
-        self.flood_log = FloodLog(log)
         self._places, self._per_address = places, places_per_address
         self._open: dict[Handler, None] = {}  # a set that remembers the order
         self._of_address: collections.Counter[str] = collections.Counter()
@@ -75,12 +58,12 @@ class Connections:
         """Whether a new connection may stay; if there is no place left, another one has to go for it."""
         address = handler.client_address[0]
         if self._of_address[address] >= self._per_address and not ipaddress.ip_address(address).is_loopback:
-            self.flood_log.write(logging.WARNING, "%s has %d connections open: no more", address, self._per_address)
+            log.warning("%s has %d connections open: no more", address, self._per_address)
             return False
         if len(self._open) >= self._places:
             waiting = next((one for one in self._open if one.due is not None and not one.ended), None)
             if waiting is not None:
-                self.flood_log.write(logging.WARNING, "all places are taken: %s waits no longer", address)
+                log.warning("all places are taken: %s waits no longer", address)
                 waiting.end()
         self._open[handler] = None
         self._of_address[address] += 1
@@ -183,14 +166,12 @@ class Handler(pywsgi.WSGIHandler):
 
     def _log_error(self, t: Any, v: Any, tb: Any) -> None:
         if not issubclass(t, gevent.GreenletExit):
-            self.connections.flood_log.write(
-                logging.ERROR, "%.80r failed", self.requestline, exc_info=None if t is None else (t, v, tb)
-            )
+            log.error("%.80r failed", self.requestline, exc_info=None if t is None else (t, v, tb))
 
     def _handle_client_error(self, ex: BaseException) -> Any:
         if self.ended or isinstance(ex, OSError):
             return None
-        self.connections.flood_log.write(logging.WARNING, "no request of %s: %.120r", self.client_address[0], str(ex))
+        log.warning("no request of %s: %.120r", self.client_address[0], str(ex))
         return ("431", _TOO_LARGE) if isinstance(ex, _HeadTooLarge) else ("400", pywsgi._BAD_REQUEST_RESPONSE)
 
 

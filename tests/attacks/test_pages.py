@@ -27,6 +27,8 @@ from telepresence.station.virtual_display import VirtualDisplay
 pytestmark = [pytest.mark.browser, pytest.mark.x11]
 
 KEY = secrets.token_urlsafe(16)
+BURST = 8
+"""Lines that a program may write at once, when something goes wrong for the first time."""
 OFF = [False] * 8
 """The simulated Robotino's digital outputs before each attack."""
 
@@ -166,7 +168,7 @@ def test_a_thousand_half_requests_keep_others_out(page, request, slow):
         with pytest.raises(BlockingIOError):  # they still wait: nobody had to be waited for
             client.recv(1)
     lines = page.log.read_bytes()[before:].count(b"\n")
-    assert lines <= 3 + (answered - begin), "a line a second"
+    assert lines <= BURST + 2 + (answered - begin), "a line a second"
 
 
 @pytest.mark.parametrize("page", ["screen", "robot"])
@@ -211,7 +213,7 @@ def test_a_flood_of_nonsense_fills_the_log(page, request):
                 client.sendall(nonsense)
                 client.recv(100)
     lines = page.log.read_bytes()[before:].count(b"\n")
-    assert lines <= 2 + (time.monotonic() - begin), "a line a second"
+    assert lines <= BURST + 2 + (time.monotonic() - begin), "a line a second"
 
 
 # --- a page in the pilot's browser -----------------------------------------------------------------------------------

@@ -82,6 +82,7 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     wait_until(lambda: close_to(colour(tablet), ORANGE), "the picture is on the tablet")
     status = json.loads(get(url, f"/status?k={KEY}"))
     assert status["name"] == "Anna" and status["state"] == "live" and status["viewers"] == 1
+    assert b"Not for everyone" in get(url, "/status"), "a page on loopback has a key, too"
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; on the tablet", "the status says so")
     assert probe.latest("/com_cam/status")[0] in (0, [0])
     assert life.focus == "robotvideo/behaviour"

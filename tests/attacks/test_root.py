@@ -1,0 +1,62 @@
+"""Root starts the station: whoever gets at the window's terminal must not be root by it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "stack").exists())
+PRIVATE = """
+set -e
+mount --bind {etc} /etc
+mount --bind {var} /var/lib
+useradd --create-home --home-dir /var/lib/anna --shell /bin/bash anna
+{command}
+"""
+REPORT = 'echo "$(id -un) $(stat -c %U $HOME) ${SUDO_UID:-}"; touch $HOME/here 2>&1; env'
+
+
+def run(folder: Path, command: str, **environment: str) -> subprocess.CompletedProcess:
+    """Run a shell command; for root with users of its own, in a mount namespace that goes with it."""
+    told = {name: value for name, value in os.environ.items() if name != "TELEPRESENCE_AS_ROOT"}
+    words = ["sh", "-c", command]
+    if os.geteuid() == 0:
+        (folder / "var").mkdir()
+        subprocess.run(["cp", "-a", "/etc", folder / "etc"], check=True)
+        script = PRIVATE.format(etc=folder / "etc", var=folder / "var", command=command)
+        words = ["unshare", "--mount", "sh", "-c", script]
+    return subprocess.run(words, env={**told, **environment}, cwd=ROOT, capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("caller", ["sudo", "root"])
+def test_a_command_of_the_station_is_root(tmp_path, caller):
+    """With sudo it is the person who called it; where everything is root's, a user of its own, or nobody at all."""
+    program = f"{sys.executable} -m telepresence.station.unprivileged sh -c '{REPORT}'"
+    before = "export SUDO_UID=$(id -u anna); " if caller == "sudo" and os.geteuid() == 0 else ""
+    done = run(tmp_path, before + program, XDG_CONFIG_HOME="/root")
+    if done.returncode:  # nobody else can read this checkout
+        assert "TELEPRESENCE_AS_ROOT=1" in done.stderr and not done.stdout
+        return
+    name, owner, *sudo = done.stdout.splitlines()[0].split()
+    assert name != "root" and owner == name and not sudo
+    if os.geteuid() == 0:
+        checkout = ROOT.owner()
+        assert name == ("anna" if caller == "sudo" else checkout if checkout != "root" else "telepresence")
+        assert f"as {name}" in done.stderr and "XDG_CONFIG_HOME" not in done.stdout and "cannot" not in done.stdout
+
+
+def test_the_station_is_started_as_root_without_the_command(tmp_path):
+    """Past ./stack: it says no, and what to do."""
+    done = run(tmp_path, f"{sys.executable} -m telepresence.station pepper nonsense:=1")
+    assert done.returncode == 1
+    assert ("./stack up" if os.geteuid() == 0 else "nonsense") in done.stderr
+
+
+def test_root_stays_root_where_it_is_told_to(tmp_path):
+    """No attack: for those who know what they do."""
+    program = f"{sys.executable} -m telepresence.station.unprivileged id -u"
+    assert run(tmp_path, program, TELEPRESENCE_AS_ROOT="1").stdout.strip() == str(os.geteuid())
