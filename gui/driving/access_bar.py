@@ -11,6 +11,10 @@ from PyQt5.QtWidgets import QAction, QMenu, QPushButton, QToolButton, QWidget
 from gui.driving.drive_access import DriveAccess
 from gui.styling import set_property
 from gui.widgets.label import caption, tip
+from telepresence.outside_text import clean
+
+LONGEST = 16
+"""Characters of a name on the button: a longer one would widen the window."""
 
 
 class AccessBar(QWidget):
@@ -49,17 +53,17 @@ class AccessBar(QWidget):
     def show_access(self) -> None:
         """Show the current state of the lease."""
         access, state = self._access, self._access.state
-        asking = state.asking if state is not None and access.mine else ""
+        asking = clean(state.asking, LONGEST) if state is not None and access.mine else ""
         if state is None:
             text, level = "Not connected", "off"
         elif access.mine:
             text, level = (f"{asking} asks to drive", "warn") if asking else ("You drive", "good")
         elif state.pilot:
-            text, level = f"{state.pilot} drives", "warn"
+            text, level = f"{clean(state.pilot, LONGEST)} drives", "warn"
         else:
             text, level = "Nobody drives", "off"
         if state is not None and state.other and not access.mine:
-            text, level = f"{state.other.strip('/')} drives", "warn"
+            text, level = f"{clean(state.other.strip('/'), LONGEST)} drives", "warn"
         button, account = self.menuButton, access.account
         who = f"You are {account.name}, {account.role}. " if account else ""
         here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""

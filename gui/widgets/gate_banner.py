@@ -11,6 +11,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Careful, Safety
 from gui.styling import restyle, set_property
 from gui.widgets.label import Label, tip
+from telepresence.outside_text import clean
 
 SILENT_AFTER = 1.0
 """[s] without a message after which the safety gate counts as silent."""
@@ -29,6 +30,9 @@ WORDS = {
     "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
     "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
 }  # fmt: skip
+
+LONGEST = 20
+"""Characters of a word that is none of these: a longer one would widen the window."""
 
 
 class GateBanner(QFrame):
@@ -123,7 +127,7 @@ class GateBanner(QFrame):
             self._say("Silent", "The safety gate fell silent. Expect no protection until it is back.", "bad")
 
     def _show(self, state: str, reason: str) -> None:
-        self._say(WORDS.get(state, state.capitalize()), reason, LEVELS.get(state, "off"))
+        self._say(WORDS.get(state, clean(state.capitalize(), LONGEST)), reason, LEVELS.get(state, "off"))
 
     def _say(self, word: str, reason: str, level: str) -> None:
         reason = reason[:1].upper() + reason[1:]

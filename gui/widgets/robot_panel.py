@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from gui.widgets.label import Label
 
@@ -36,6 +45,8 @@ class RobotPanel(QFrame):
         self._answer = Label()
         self._answer.setProperty("role", "note")
         self._answer.setWordWrap(True)
+        # A long word must not widen the window.
+        self._answer.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._speech, self._postures = QWidget(), QWidget()
         self._nothing = Label("This robot can neither speak nor take postures.")
         self._nothing.setProperty("role", "note")

@@ -126,6 +126,9 @@ class SoundPanel(QFrame):
         self._state = Label()
         self._state.setProperty("role", "note")
         self._state.setWordWrap(True)
+        self._state.setSizePolicy(
+            QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        )  # long words do not widen it
         layout = QGridLayout(self)
         layout.setContentsMargins(10, 10, 10, 10)
         layout.setHorizontalSpacing(12)
