@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import email.utils
-import http.client
 import ipaddress
 import os
 import shutil
@@ -15,16 +14,22 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.error
 import urllib.parse
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))  # this file is run by its path
+from telepresence.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
+from telepresence.outside_text import LONGEST_LOG, clean  # noqa: E402
+
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
+WEB_TIMEOUT = 3.0
+"""Seconds allowed for a whole page of the robot's."""
+LARGEST_PAGE = 1024 * 1024
+"""[bytes]"""
 SSH_PORT = 22
 SSH_TIMEOUT = 4.0
 """[s]"""
@@ -59,6 +64,7 @@ def report(check: Callable[[], Iterator[Finding]]) -> bool:
     """Print what a check finds; True if all of it is as it should be."""
     well = True
     for fine, what, remedy in check():
+        what, remedy = clean(what, LONGEST_LOG), clean(remedy, LONGEST_LOG)
         print(f"  {'✓' if fine else 'x'} {what}" + ("" if fine else f"\n      -> {remedy}"))
         well = well and fine
     return well
@@ -187,7 +193,7 @@ def ping(host: str) -> bool:
         print(f"  ✓ ping {host}: it answers")
     else:
         reason = (answer.stderr.strip() or answer.stdout.strip()).splitlines()[-1:] or ["no answer"]
-        print(f"  - ping {host}: {reason[0]}. Switched off, in another network, or a firewall drops pings")
+        print(f"  - ping {host}: {clean(reason[0])}. Switched off, in another network, or a firewall drops pings")
     return answer.returncode == 0
 
 
@@ -197,7 +203,7 @@ def ssh(host: str, port: int = SSH_PORT) -> bool:
         with socket.create_connection((host, port), timeout=SSH_TIMEOUT) as connection:
             first = connection.recv(256).decode(errors="replace").partition("\n")[0].strip()
         if first.startswith("SSH-"):
-            print(f"  ✓ ssh {host}: {first}")
+            print(f"  ✓ ssh {host}: {clean(first)}")
             return True
         reason = f"something else answers on port {port}" if first else "it hangs up at once"
     except ConnectionRefusedError:
@@ -229,16 +235,20 @@ def towards(host: str, port: int) -> Iterator[Finding]:
 
 def robot_clock(host: str, port: int) -> Iterator[Finding]:
     """Check the robot's clock by the date in its web server's answer (whole seconds)."""
+    connection = BoundedConnection(host, port, WEB_TIMEOUT)
     try:
-        with urllib.request.urlopen(f"http://{host}:{port}/", timeout=3.0) as answer:
-            date = answer.headers.get("Date")
-    except urllib.error.HTTPError as error:
-        date = error.headers.get("Date")
-    except (OSError, http.client.HTTPException) as error:
+        answer = connection.exchange("GET", "/", None, {}, time.monotonic() + WEB_TIMEOUT, LARGEST_PAGE)
+    except (OSError, BadAnswer) as error:
         yield False, f"web server at {host}:{port}", f"{error}; a Robotino answers there: is its restapid running?"
         return
-    if date:
-        ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+    finally:
+        connection.close()
+    if date := answer.headers.get("Date"):
+        try:
+            ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
+        except (ValueError, OverflowError):
+            yield False, f"web server at {host}:{port}: its date is {clean(date)}", "is it a Robotino's?"
+            return
         yield abs(ahead) < WRONG_CLOCK, f"robot's clock: {ahead:+.0f} s", "set it: pictures and commands carry times"
 
 
