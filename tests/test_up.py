@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import socket_table
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -44,6 +45,7 @@ class Station:
 
     def __init__(self, environment: dict[str, str], ports: dict[str, int]) -> None:
         self.environment = environment
+        self.ports = {**ports, "ROS_MASTER_URI": int(environment["ROS_MASTER_URI"].rpartition(":")[2])}
         self.lines: list[str] = []
         self.process = processes.start(
             [
@@ -161,6 +163,10 @@ def test_the_window_shows_the_robots_camera(station, wait_until):
 def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     wait_until(lambda: PROGRAMS <= station.nodes(), "all programs are registered")
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
+
+
+def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
+    wait_until(lambda: socket_table.agrees([station.process.pid], "pepper", station.ports), "sockets as in the table")
 
 
 def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):

@@ -31,11 +31,11 @@ class Listening:
         return self.address in ("0.0.0.0", "::")
 
 
-def listening() -> dict[int, Listening]:
-    """Return every listening socket of this network namespace, by inode."""
+def listening(pid: int | None = None) -> dict[int, Listening]:
+    """Return every listening socket of a process's network namespace (default: this one's), by inode."""
     found = {}
     for table, state in LISTENS.items():
-        path = Path("/proc/self/net") / table
+        path = Path("/proc", str(pid or "self"), "net", table)
         for line in path.read_text().splitlines()[1:] if path.exists() else ():
             words = line.split()
             if words[3] == state:
@@ -45,9 +45,16 @@ def listening() -> dict[int, Listening]:
 
 def listening_of(pids: Iterable[int]) -> dict[int, list[Listening]]:
     """Return the listening sockets of each of these processes that has one; those of others' processes are not seen."""
-    every = listening()
+    namespaces: dict[str, dict[int, Listening]] = {}
     found = {}
     for pid in pids:
+        try:
+            namespace = os.readlink(f"/proc/{pid}/ns/net")
+            if namespace not in namespaces:
+                namespaces[namespace] = listening(pid)
+        except OSError:
+            continue  # it ended meanwhile, or is somebody else's
+        every = namespaces[namespace]
         sockets = sorted(every[inode] for inode in _inodes(pid) if inode in every)
         if sockets:
             found[pid] = sockets

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).resolve().parents[2]
 RULES = ROOT / "telepresence" / "station" / "firewall.nft"
-STRANGER = ROOT / "tests" / "lab" / "ros_stranger.py"
+STRANGER = Path(__file__).parent / "ros_stranger.py"
 VPN, ROBOT = "10.8.0.1", "10.8.0.3"
 HOTEL, OUTSIDER = "192.168.77.2", "192.168.77.66"
 PORT = 11311
@@ -160,6 +160,17 @@ def test_a_stranger_finds_a_port_that_answers(network, address):
         print([port for port in map(int, sys.argv[1:]) if answers(port)])
     """)
     assert network.outsider.run(sys.executable, "-c", knock, *map(str, ports)) == "[]\n"
+
+
+def test_a_station_in_a_vpn_listens_where_nobody_expects_it(network):
+    """The table of docs/security.md names every socket: loopback or ROS_IP, never all addresses."""
+    import socket_table  # here, so that the other attacks of this file can be tried on versions without such a table
+
+    from telepresence.station.listening import listening_of
+
+    pid = network.station.pid
+    assert socket_table.compare(processes.descendants(pid), "VPN", {}, VPN) == []
+    assert {found.address for found in listening_of([pid])[pid]} == {VPN}, "the node"
 
 
 @pytest.fixture

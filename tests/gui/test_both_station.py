@@ -17,6 +17,7 @@ from pathlib import Path
 
 import av
 import pytest
+import socket_table
 from window_station import PASSWORD, ROOT, Station
 
 from gui.terminal.tmux import Tmux
@@ -45,7 +46,8 @@ class BothStation(Station):
     def start_everything(self, free_port):
         self.start_master()
         names = ("nao_port", "page_port", "robotino_port", "drive_port", "camera_port", "sound_port")
-        ports = [f"{name}:={free_port()}" for name in names]
+        self.ports = {name: free_port() for name in names}
+        ports = [f"{name}:={port}" for name, port in self.ports.items()]
         self.launch = self.start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
             "front_frame_rate:=8", "sign_in:=true", "voice:=false", *ports,
@@ -267,6 +269,10 @@ def robotino(signed_in, station, window, screen, wait_until):
 
 def test_signing_in_brings_picture_and_terminal(signed_in, window):
     assert first_pictures(window) >= 1 and "roslaunch" in window.output
+
+
+def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
+    wait_until(lambda: socket_table.agrees([station.launch.pid], "both", station.ports), "sockets as in the table")
 
 
 def test_holding_the_button_on_the_floor_drives_pepper_there(pepper, station, screen, video, photograph, wait_until):

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import socket_table
 from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station import processes
@@ -153,6 +154,12 @@ def test_pilot_and_robot_talk_by_webrtc(station, until_true):
     assert "/rto3/rto_voice" in station.probe.nodes()
     answered, answer = station.probe.call("/rto3/voice/mute_microphone", "std_srvs/SetBool", {"data": True})
     assert answered and answer["success"] and answer["message"].startswith("you: ")
+
+
+def test_it_listens_where_the_table_of_sockets_says(station, until_true):
+    """While pictures and sound flow."""
+    pid = station.program.process.pid
+    until_true(lambda: socket_table.agrees([pid], "robotino", station.ports), "sockets as in the table")
 
 
 def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):

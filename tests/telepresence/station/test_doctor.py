@@ -66,6 +66,15 @@ def test_ros_ip_of_loopback_is_refused_for_a_robot_elsewhere(monkeypatch):
     assert next(doctor.towards("192.168.0.1", 80))[0]
 
 
+def test_ros_for_other_machines_needs_the_firewall_rules(monkeypatch, capsys):
+    monkeypatch.delenv("ROS_HOSTNAME", raising=False)
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    assert list(doctor.protection()) == [] and "reached from this machine only" in capsys.readouterr().out
+    monkeypatch.setenv("ROS_IP", "10.8.0.1")
+    fine, what, cure = next(doctor.protection())
+    assert not fine and "10.8.0.1" in what and "not loaded" in cure and "firewall.nft" in cure
+
+
 def test_who_does_not_answer_is_explained(free_port):
     fine, _, cure = next(doctor.robot(f"127.0.0.1:{free_port()}"))
     assert not fine and "refuses" in cure

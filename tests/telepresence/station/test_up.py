@@ -1,6 +1,7 @@
 """The arguments of `./stack up`, and what it says when it cannot start."""
 
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -9,7 +10,7 @@ import threading
 import pytest
 
 from telepresence.station import up
-from telepresence.station.ros_master import master_proxy
+from telepresence.station.ros_master import master_answers, master_proxy
 
 pytestmark = pytest.mark.slow
 
@@ -67,6 +68,28 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
             up.require_free(port, "nao_port", "the simulated robot")
+
+
+@pytest.mark.ros
+def test_a_persons_roscore_is_kept_and_its_open_port_named(ros_environment, run_program, wait_until):
+    """Debian's rosout listens on every address; the master itself on loopback."""
+    uri = ros_environment["ROS_MASTER_URI"]
+    run_program("roscore", "-p", uri.rpartition(":")[2], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_until(lambda: master_answers(uri), "the master answers")
+    wait_until(lambda: master_proxy(uri).lookupNode("/test", "/rosout")[0] == 1, "rosout runs")
+    port = master_proxy(uri).lookupNode("/test", "/rosout")[2].strip("/").rpartition(":")[2]
+    assert f"(port {port})" in up.exposure(uri)
+
+
+def test_ros_for_other_machines_is_refused_without_firewall_rules(monkeypatch):
+    monkeypatch.delenv("ROS_HOSTNAME", raising=False)
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    up.require_protection(None)
+    monkeypatch.setenv("ROS_IP", "10.8.0.1")
+    up.require_protection("mine")
+    for setting, words in ((None, "the rules are not loaded.*firewall:=mine"), ("off", "mine is the only value")):
+        with pytest.raises(RuntimeError, match=re.compile(words, re.DOTALL)):
+            up.require_protection(setting)
 
 
 @pytest.mark.ros
