@@ -57,7 +57,6 @@ def main() -> int:
     )
     arguments = parser.parse_args()
     if arguments.security:
-        sys.path.insert(0, str(ROOT))
         from telepresence.station import doctor_security
 
         well = report(lambda: doctor_security.findings(arguments.address))

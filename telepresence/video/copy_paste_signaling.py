@@ -133,7 +133,7 @@ def parse(line: str) -> Message:
     """
     try:
         content = json.loads(line)
-    except (ValueError, RecursionError):  # brackets within brackets
+    except (ValueError, RecursionError):
         if len(line) >= TERMINAL_LINE:
             reason = f"it was cut: a terminal takes no line longer than {TERMINAL_LINE} characters; start both sides "
             raise ValueError(reason + "with one address (--address, _address:=), which makes it shorter") from None
