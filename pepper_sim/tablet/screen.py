@@ -149,13 +149,14 @@ def _png_size(data: bytes) -> tuple[int, int]:
     gigabytes too, so each must end within the file.
 
     Raises:
-        ValueError: A chunk goes on behind the end, or there is no size.
+        ValueError: A chunk goes on behind the end, or the last one is missing.
     """
-    at = len(_PNG)
-    while at + 8 <= len(data) and data[at + 4 : at + 8] != b"IEND":
+    at, kind = len(_PNG), b""
+    while kind != b"IEND":
+        kind = data[at + 4 : at + 8]
         at += 12 + int.from_bytes(data[at : at + 4], "big")
-    if at > len(data) or len(data) < 24:
-        raise ValueError(f"a damaged picture of {len(data)} bytes")
+        if at > len(data) or at < 24:  # the first one has the size
+            raise ValueError(f"a damaged picture of {len(data)} bytes")
     width, height = struct.unpack(">II", data[16:24])
     return width, height
 
