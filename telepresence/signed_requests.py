@@ -142,12 +142,17 @@ def answer_proven(key: RobotKey, request_proof: bytes, answer: Answer, header: s
 
 def _proof(key: RobotKey, request: Request, challenge: str, nonce: str) -> bytes:
     words = (request.method, request.path, challenge, nonce, request.content_type)
-    return key.mac("signaling request", *(word.encode() for word in words), request.body)
+    return key.mac("signaling request", *map(_as_bytes, words), request.body)
 
 
 def _answer_mac(key: RobotKey, request_proof: bytes, answer: Answer) -> bytes:
     words = (str(answer.status), answer.location, answer.content_type)
-    return key.mac("signaling answer", request_proof, *(word.encode() for word in words), answer.body)
+    return key.mac("signaling answer", request_proof, *map(_as_bytes, words), answer.body)
+
+
+def _as_bytes(text: str) -> bytes:
+    """Encode a header or a path of a stranger; aiohttp hands over as surrogates what is no UTF-8."""
+    return text.encode("utf-8", "surrogateescape")
 
 
 def _fields(header: str) -> dict[str, str]:

@@ -19,9 +19,9 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
 STACK = ROOT / "requirements" / "stack.txt"
-TOOL = ROOT / "requirements" / "uv.txt"
+TOOLS = [ROOT / "requirements" / f"{name}.txt" for name in ("uv", "fuzz")]
 ROBOT = ROOT / "catkin_ws" / "src" / "rto_bringup" / "robot" / "requirements.txt"
-LOCKS = [STACK, TOOL, ROBOT]
+LOCKS = [STACK, ROBOT, *TOOLS]
 RENEW = "run:  ./stack lock"
 
 
@@ -103,14 +103,15 @@ def test_the_robots_packages_are_those_tested_here():
     assert robot == {name: lock[name] for name in robot}, RENEW
 
 
-def test_the_tool_that_writes_the_lock_is_locked_too():
-    assert pinned(asked(TOOL.with_suffix(".in"))) == {name: version for name, (version, _) in locked(TOOL).items()}
+@pytest.mark.parametrize("path", TOOLS, ids=lambda path: path.name)
+def test_a_tool_for_maintainers_is_locked_too(path):
+    assert pinned(asked(path.with_suffix(".in"))) == {name: version for name, (version, _) in locked(path).items()}
 
 
 def test_the_stack_installs_nothing_else():
     """Every call of pip takes hashes or reads no index; none builds anything that it fetched."""
     calls = re.findall(r"-m pip (.*)", (ROOT / "stack").read_text().replace("\\\n", ""))
-    assert len(calls) == 3
+    assert len(calls) == 3  # the lock, the tree itself, a tool
     for call in calls:
         assert ("--require-hashes" in call and "--only-binary :all:" in call) or (
             "--no-index" in call and "--no-deps" in call and "--no-build-isolation" in call

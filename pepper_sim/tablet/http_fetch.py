@@ -1,4 +1,8 @@
-"""HTTP for a web view: cookies, redirects, time-outs; another thread can cancel a request at any moment."""
+"""HTTP for a web view: cookies, redirects, time-outs; another thread can cancel a request at any moment.
+
+It runs on the pilot's computer, where pages of others find more than on a tablet: a redirect is followed on the page's
+own server only, and never elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -96,7 +100,8 @@ class Fetcher:
         self._opener = opener
 
     def get(self, url: str) -> Any:
-        """Return the response to a GET, after redirects, whatever its status; the caller closes it.
+        """Return the response to a GET, after redirects of the server to itself, whatever its status; the caller
+        closes it.
 
         Raises:
             LoadError: There is no answer, or it is not HTTP.
@@ -238,11 +243,19 @@ class _RedirectHandler(urllib.request.HTTPRedirectHandler):
 
     def http_error_302(self, req: Any, fp: Any, code: int, msg: str, headers: Any) -> Any:
         fp.close()
-        check_url(urllib.parse.urljoin(req.full_url, headers.get("Location", "")))
+        target = urllib.parse.urljoin(req.full_url, headers.get("Location", ""))
+        check_url(target)
+        if _server(target) != _server(req.full_url):
+            raise LoadError(CONNECT, "net::ERR_UNSAFE_REDIRECT")
         # The base class reads the body to its end, which may never come.
         return super().http_error_302(req, io.BytesIO(), code, msg, headers)
 
     http_error_301 = http_error_303 = http_error_307 = http_error_308 = http_error_302
+
+
+def _server(url: str) -> tuple[str, str | None, int | None]:
+    parts = urllib.parse.urlsplit(url)
+    return parts.scheme, parts.hostname, parts.port
 
 
 def _load_error(error: Exception) -> LoadError:

@@ -127,7 +127,7 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
     """
     if not data.startswith(_PNG):
         return cv2.cvtColor(decode_jpeg(data, max_pixels=MAX_PIXELS), cv2.COLOR_BGR2RGB)
-    width, height = struct.unpack(">II", data[16:24]) if len(data) >= 24 else (0, 0)
+    width, height = _png_size(data)
     if not 0 < width * height <= MAX_PIXELS:
         raise ValueError(f"a picture of {width}x{height} pixels; at most {MAX_PIXELS} pixels are decoded")
     pixels: np.ndarray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -142,6 +142,23 @@ def decode(data: bytes, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndar
         rgb = pixels[:, :, 2::-1] * alpha + np.array(background, np.float32) * (1.0 - alpha)
         return (rgb + 0.5).astype(np.uint8)
     return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+
+
+def _png_size(data: bytes) -> tuple[int, int]:
+    """Return the width and height that a PNG file claims. OpenCV makes room for as many bytes as a chunk says it has,
+    gigabytes too, so each must end within the file.
+
+    Raises:
+        ValueError: A chunk goes on behind the end, or the last one is missing.
+    """
+    at, kind = len(_PNG), b""
+    while kind != b"IEND":
+        kind = data[at + 4 : at + 8]
+        at += 12 + int.from_bytes(data[at : at + 4], "big")
+        if at > len(data) or at < 24:  # the first one has the size
+            raise ValueError(f"a damaged picture of {len(data)} bytes")
+    width, height = struct.unpack(">II", data[16:24])
+    return width, height
 
 
 def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) -> np.ndarray:

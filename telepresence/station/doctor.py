@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import email.utils
-import http.client
 import ipaddress
 import os
 import shutil
@@ -21,11 +20,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))  # this file is run by its path
+from telepresence.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
 from telepresence.outside_text import LONGEST_LOG, clean  # noqa: E402
 
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
+WEB_TIMEOUT = 3.0
+"""Seconds allowed for a whole page of the robot's."""
+LARGEST_PAGE = 1024 * 1024
+"""[bytes]"""
 SSH_PORT = 22
 SSH_TIMEOUT = 4.0
 """[s]"""
@@ -53,7 +57,6 @@ def main() -> int:
     )
     arguments = parser.parse_args()
     if arguments.security:
-        sys.path.insert(0, str(ROOT))
         from telepresence.station import doctor_security
 
         well = report(lambda: doctor_security.findings(arguments.address))
@@ -258,20 +261,19 @@ def towards(host: str, port: int) -> Iterator[Finding]:
 
 def robot_clock(host: str, port: int) -> Iterator[Finding]:
     """Check the robot's clock by the date in its web server's answer (whole seconds)."""
-    connection = http.client.HTTPConnection(host, port, timeout=3.0)  # follows no redirect
+    connection = BoundedConnection(host, port, WEB_TIMEOUT)
     try:
-        connection.request("GET", "/")
-        date = connection.getresponse().headers.get("Date")
-    except (OSError, http.client.HTTPException) as error:
+        answer = connection.exchange("GET", "/", None, {}, time.monotonic() + WEB_TIMEOUT, LARGEST_PAGE)
+    except (OSError, BadAnswer) as error:
         yield False, f"web server at {host}:{port}", f"{error}; a Robotino answers there: is its restapid running?"
         return
     finally:
         connection.close()
-    if date:
+    if date := answer.headers.get("Date"):
         try:
             ahead = email.utils.parsedate_to_datetime(date).timestamp() - time.time()
         except (ValueError, OverflowError):
-            yield False, f"web server at {host}:{port}: its date is {date!r}", "is it a Robotino's?"
+            yield False, f"web server at {host}:{port}: its date is {clean(date)}", "is it a Robotino's?"
             return
         yield abs(ahead) < WRONG_CLOCK, f"robot's clock: {ahead:+.0f} s", "set it: pictures and commands carry times"
 

@@ -10,7 +10,6 @@ import ipaddress
 import json
 import os
 import re
-import socket
 import stat
 import subprocess
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from telepresence import robot_key
-from telepresence.station.doctor import ROOT, Finding
+from telepresence.station.doctor import ROOT, Finding, protection
 
 JUDGED = "November 2026"
 """When the table below was last compared with its sources."""
@@ -96,7 +95,7 @@ def findings(address: str | None) -> Iterator[Finding]:
     """Check everything; `address` of a robot: whether there is a key for it, too."""
     yield from rights()
     yield from sockets()
-    yield from ros_address()
+    yield from protection()
     yield from files()
     yield from robots(address)
     yield from debian()
@@ -237,17 +236,6 @@ def _inodes(process: Path) -> Iterator[str]:
     for link in links:
         if found := re.fullmatch(r"socket:\[(\d+)\]", link):
             yield found[1]
-
-
-def ros_address() -> Iterator[Finding]:
-    """Check that ROS, which asks nobody for a password, is announced on loopback only."""
-    announced = os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME") or ""
-    try:
-        inside = not announced or ipaddress.ip_address(socket.gethostbyname(announced)).is_loopback
-    except OSError:
-        inside = False
-    remedy = "whoever reaches this computer drives the robot and turns sign-in off: firewall of docs/remote.md"
-    yield inside, f"ROS_IP is {announced or 'not set'}", remedy
 
 
 # --- files and keys --------------------------------------------------------------------------------------------------

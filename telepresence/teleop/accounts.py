@@ -114,6 +114,8 @@ class Users:
 
     def find(self, name: str) -> Account | None:
         """Return the account with which this name may drive: one of a version before 0.4 may after it has signed in."""
+        if not name.isprintable():  # nor can half a character be looked up
+            return None
         with self._open() as database:
             row = database.execute("SELECT name, role, rank, public FROM accounts WHERE name = ?", (name,)).fetchone()
         return Account(*row) if row else None
@@ -139,7 +141,8 @@ class Users:
             UserError: It is wrong. The text does not say whether the name or the password was.
         """
         now = time.time() if now is None else now
-        name, password = name.strip()[:LONGEST_NAME], password[:LONGEST_PASSWORD]
+        name = name.strip()[:LONGEST_NAME].encode(errors="replace").decode()  # half a character cannot be looked up
+        password = password[:LONGEST_PASSWORD]
         with self._open() as database:
             failed, wait = _count_try(database, name, now)
             row = database.execute("SELECT * FROM accounts WHERE name = ?", (name,)).fetchone()

@@ -76,6 +76,7 @@ ALLOWED = {
     ("al_dialog.py", "tell"): "a method of NAOqi's",
     ("__main__.py", "tell"): "an option of the window's command line",
     ("range_sensors.py", "guard"): "typing.TypeGuard",
+    ("replies.py", "guard"): "typing.TypeGuard",
     ("server.py", "hub"): "gevent's",
     ("mjpeg.py", "hub"): "gevent's",
 }

@@ -122,6 +122,18 @@ def test_a_redirect_out_of_http_is_refused(target: str, site, glass, eventually)
     assert glass.events[1][:2] == (-10, "net::ERR_UNKNOWN_URL_SCHEME")
 
 
+def test_a_redirect_to_another_server_is_not_followed(site, glass, eventually) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        target = f"http://127.0.0.1:{other.getsockname()[1]}/"
+        site.serve("/", b"", status=302, headers={"Location": target})
+        glass.open(site.url())
+        assert eventually(lambda: len(glass.events) == 2)
+        assert glass.events[1][:2] == (-6, "net::ERR_UNSAFE_REDIRECT")
+        other.settimeout(0.0)
+        with pytest.raises(BlockingIOError):
+            other.accept()
+
+
 def test_a_circle_of_redirects_ends(site, glass, eventually) -> None:
     site.serve("/", b"", status=302, headers={"Location": "/"})
     glass.open(site.url())
