@@ -173,10 +173,15 @@ class Scene:
         before = {name: self._count(name) for name in self._programs if what in name}
 
         for name, count in before.items():
-            wait_for(
-                lambda name=name, count=count: (self._count(name) > count or not self._programs[name].alive),
-                f"somebody asks for {name}",
-            )
+            program = self._programs[name]
+            try:
+                wait_for(
+                    lambda name=name, count=count, program=program: self._count(name) > count or not program.alive,
+                    f"somebody asks for {name}",
+                )
+            except AssertionError:
+                program.kill()  # the next attack finds a new one
+                raise
 
     def _count(self, questions: str) -> int:
         return sum(self.robot.asked.get(name, 0) for name in questions.split(" or "))
