@@ -11,8 +11,6 @@ and services: telepresence_msgs/msg and telepresence_msgs/srv.
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import math
 import secrets
 import struct
@@ -22,7 +20,9 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
+from telepresence.teleop import signing
 from telepresence.teleop.command_timeout import ZEROS_TIME
+from telepresence.teleop.signing import NONCE, Check, Received
 
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends."""
@@ -38,8 +38,6 @@ OTHER_TIME = 0.5
 FORGOTTEN = 30.0
 """Seconds of silence after which a window is forgotten."""
 MOST_WINDOWS = 32
-NONCE = 16
-"""Length of a random number and of a proof [bytes]."""
 PILOT, WATCHER = "pilot", "watcher"
 
 
@@ -92,20 +90,22 @@ class Joined(NamedTuple):
 
 def session_key(account_key: bytes, window_nonce: bytes, lease_nonce: bytes) -> bytes:
     """Return the key with which a window signs from now on."""
-    return hmac.digest(account_key, b"telepresence drive lease" + window_nonce + lease_nonce, hashlib.sha256)
+    return signing.session_key(account_key, "drive lease", window_nonce, lease_nonce)
 
 
 def sign_command(key: bytes, command: Command) -> bytes:
     """Return the proof that belongs into the command."""
-    velocity = command.velocity or ZERO
-    body = struct.pack("<Id?3d", command.number, command.sent, command.velocity is not None, *velocity)
-    return hmac.digest(key, b"command" + body + command.hold.encode(), hashlib.sha256)[:NONCE]
+    return signing.sign(key, "command", command.number, *_parts(command))
 
 
 def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
     """Return the proof for `DriveLease.ask`."""
-    body = struct.pack("<I", number) + action.encode() + b"\0" + to.encode()
-    return hmac.digest(key, b"request" + body, hashlib.sha256)[:NONCE]
+    return signing.sign(key, "request", number, action.encode(), to.encode())
+
+
+def _parts(command: Command) -> tuple[bytes, bytes]:
+    velocity = command.velocity or ZERO
+    return struct.pack("<d?3d", command.sent, command.velocity is not None, *velocity), command.hold.encode()
 
 
 @dataclass(eq=False)
@@ -115,11 +115,9 @@ class _Window:
     session: str
     account: Account
     node: str
-    key: bytes = field(repr=False)
+    received: Received = field(repr=False)
+    """Commands and requests are counted on their own, because the two use different channels."""
     last_message: float
-    number: int = 0
-    """Number of its last command; `asked` is that of its last request, because the two use different channels."""
-    asked: int = 0
     offset: float = math.inf
     """Least difference seen between our clock and its own [s]."""
     measured: float = 0.0
@@ -153,6 +151,13 @@ class State:
     windows: tuple[str, ...] = ()
 
 
+def _outranks(account: Account, other: Account) -> bool:
+    """Whether what one person has done may be undone by another: any pilot ranks above a watcher."""
+    if account.role != other.role:
+        return account.role == PILOT
+    return account.rank > other.rank
+
+
 class DriveLease:
     """Decides which window's commands reach the robot.
 
@@ -165,7 +170,7 @@ class DriveLease:
         self._windows: dict[str, _Window] = {}
         self._pilot: _Window | None = None
         self._asking: _Window | None = None
-        self._stopped_by = ""
+        self._stopper: Account | None = None
         self._velocity, self._velocity_at = ZERO, -math.inf
         self._zeros_until = -math.inf
         self._other, self._other_at = "", -math.inf
@@ -184,8 +189,8 @@ class DriveLease:
         if len(self._windows) >= MOST_WINDOWS:
             return Joined("", b"", f"There are {MOST_WINDOWS} windows already. Close one and wait {FORGOTTEN:.0f} s.")
         session, own_nonce = secrets.token_hex(8), secrets.token_bytes(NONCE)
-        key = session_key(account.key, nonce, own_nonce)
-        self._windows[session] = _Window(session, account, node, key, now)
+        received = Received(session_key(account.key, nonce, own_nonce))
+        self._windows[session] = _Window(session, account, node, received, now)
         return Joined(session, own_nonce)
 
     def receive(self, session: str, command: Command, now: float) -> Velocity | None:
@@ -200,7 +205,7 @@ class DriveLease:
         self._held = bool(self._pilot is not None and self._pilot.hold)
         if command.velocity is None:
             return None
-        if window is not self._pilot or self._stopped_by or (self._held and any(command.velocity)):
+        if window is not self._pilot or self._stopper or (self._held and any(command.velocity)):
             self.refused += 1
             return None
         self._zeros_until = -math.inf
@@ -216,14 +221,14 @@ class DriveLease:
         window = self._windows.get(session)
         if window is None:
             return Reply(False, "This robot does not know this window any more; it joins again by itself.")
-        genuine = hmac.compare_digest(proof, sign_request(window.key, number, action, to))
-        if not genuine:
+        check = window.received.check(proof, "request", number, action.encode(), to.encode())
+        if check is Check.FORGED:
             self.refused += 1
             return Reply(False, f"The robot knows another password for {window.account.name}. Sign in again.")
-        if number <= window.asked:
+        if check is Check.REPEATED:
             self.refused += 1
             return Reply(False, "A later request was here first. Ask again.")
-        window.asked, window.last_message, window.proven = number, now, True
+        window.last_message, window.proven = now, True
         actions = {
             "take": lambda: self._take(window, now),
             "release": lambda: self._release(window, now),
@@ -275,7 +280,7 @@ class DriveLease:
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
             asking=asking.account.name if asking and now - asking.last_message <= LEASE else "",
-            stopped_by=self._stopped_by,
+            stopped_by=self._stopper.name if self._stopper else "",
             hold=self._hold_reason(),
             other=self._other if now - self._other_at <= OTHER_TIME else "",
             velocity=self._velocity,
@@ -322,18 +327,25 @@ class DriveLease:
         return Reply(True)
 
     def _stop(self, window: _Window, now: float) -> Reply:
-        self._stopped_by = self._stopped_by or window.account.name
+        if self._stopper is None or _outranks(window.account, self._stopper):
+            self._stopper = window.account
         self._velocity, self._velocity_at = ZERO, now
         self._zeros_until = now + ZEROS_TIME
         return Reply(True)
 
     def _reset_stop(self, window: _Window) -> Reply:
-        pilot = self._pilot
-        if window.account.role != PILOT:
-            return Reply(False, f"{window.account.name} may stop the robot; only a pilot lets it go again.")
-        if pilot is not None and pilot is not window and window.account.rank <= pilot.account.rank:
-            return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
-        self._stopped_by = ""
+        """Reset a stop for who pressed it, in whatever session, or for a higher rank; a watcher's for the pilot too."""
+        account, stopper, pilot = window.account, self._stopper, self._pilot
+        if account.role != PILOT:
+            return Reply(False, f"{account.name} may stop the robot; only a pilot lets it go again.")
+        if stopper is not None and stopper.name != account.name:
+            if not _outranks(account, stopper):
+                return Reply(
+                    False, f"{stopper.name} has pressed the red stop: {stopper.name} or a higher rank resets it."
+                )
+            if pilot is not None and pilot.account.name != account.name and not _outranks(account, pilot.account):
+                return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
+        self._stopper = None
         return Reply(True)
 
     def _leave(self, window: _Window, now: float) -> Reply:
@@ -347,13 +359,11 @@ class DriveLease:
     # --- checks and transitions ---
 
     def _is_genuine(self, window: _Window, command: Command, now: float) -> bool:
-        if command.number <= window.number:
-            return False
-        if not hmac.compare_digest(command.proof, sign_command(window.key, command)):
+        if window.received.check(command.proof, "command", command.number, *_parts(command)) is not Check.GOOD:
             return False
         if not all(map(math.isfinite, (command.sent, *(command.velocity or ZERO)))):
             return False
-        window.number, window.proven = command.number, True
+        window.proven = True
         drift = DRIFT * max(0.0, now - window.measured)
         window.offset, window.measured = min(window.offset + drift, now - command.sent), now
         if now - command.sent - window.offset > LATE:
@@ -372,8 +382,8 @@ class DriveLease:
         return velocity
 
     def _hold_reason(self) -> str:
-        if self._stopped_by:
-            return f"{self._stopped_by} has pressed the red stop."
+        if self._stopper is not None:
+            return f"{self._stopper.name} has pressed the red stop."
         return self._pilot.hold if self._pilot is not None else ""
 
     def _forget(self, now: float) -> None:

@@ -6,6 +6,10 @@
 
 A person takes a minute and makes mistakes, so nothing here has a time limit, and a line that is of no use is explained
 and asked for again.
+
+No key is needed: who the other end is, the person knows who carries the lines, and the lines hold the fingerprints of
+both certificates. So they must go a way on which nobody changes them, such as between two terminals of one screen or
+over ssh; who reads them can do nothing with them. What is pasted is read within bounds all the same.
 """
 
 from __future__ import annotations
@@ -22,6 +26,8 @@ from typing import TextIO
 from aiortc import RTCIceCandidate, RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE, BaseSignaling, SignalingBye, object_from_string, object_to_string
 
+from telepresence.video.foreign_sdp import MAX_CANDIDATES, checked
+
 Message = RTCSessionDescription | RTCIceCandidate | SignalingBye
 SEND_PROMPT = "-- Please send this message to the remote party --"
 RECEIVE_PROMPT = "-- Please enter a message from remote party --"
@@ -29,6 +35,10 @@ EXITING = "Exiting.."
 """The words that the Robotino guide's reader looks for."""
 TERMINAL_LINE = 4095
 """Characters of a line that a Linux terminal takes; the rest is dropped without a word."""
+LONGEST_LINE = 64 * 1024
+"""Bytes of a line that is pasted; a longer one is of no use."""
+MOST_LINES = 100
+"""Lines that wait to be looked at; more are left out."""
 NO_CONNECTION_YET = 10.0
 """Seconds after both descriptions are known, after which a missing connection is explained."""
 
@@ -112,10 +122,11 @@ class CopyPasteSignaling(BaseSignaling):
         with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
             while data := self._read_some():
                 *whole, rest = (rest + data).split(b"\n")
+                rest = rest[: LONGEST_LINE + 1]
                 for line in whole:
-                    loop.call_soon_threadsafe(lines.put_nowait, line.decode(errors="replace"))
+                    loop.call_soon_threadsafe(_queue, lines, line)
             if rest:
-                loop.call_soon_threadsafe(lines.put_nowait, rest.decode(errors="replace"))
+                loop.call_soon_threadsafe(_queue, lines, rest)
             loop.call_soon_threadsafe(lines.put_nowait, None)
 
     def _read_some(self) -> bytes:
@@ -125,15 +136,22 @@ class CopyPasteSignaling(BaseSignaling):
             return b""
 
 
+def _queue(lines: asyncio.Queue[str | None], line: bytes) -> None:
+    if lines.qsize() < MOST_LINES:
+        lines.put_nowait(line[: LONGEST_LINE + 1].decode(errors="replace"))
+
+
 def parse(line: str) -> Message:
     """Return what a pasted line says.
 
     Raises:
         ValueError: It says nothing; the text explains that to whoever pasted it.
     """
+    if len(line) > LONGEST_LINE:
+        raise ValueError(f"it is longer than {LONGEST_LINE} characters")
     try:
         content = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         if len(line) >= TERMINAL_LINE:
             reason = f"it was cut: a terminal takes no line longer than {TERMINAL_LINE} characters; start both sides "
             raise ValueError(reason + "with one address (--address, _address:=), which makes it shorter") from None
@@ -144,7 +162,10 @@ def parse(line: str) -> Message:
     try:
         if kind == "candidate":  # browsers name these two differently
             content = {"id": content.get("sdpMid"), "label": content.get("sdpMLineIndex"), **content}
-        return object_from_string(json.dumps(content))
+        message = object_from_string(json.dumps(content))
+        if isinstance(message, RTCSessionDescription):
+            checked(message.sdp)
+        return message
     except Exception as error:  # aiortc parses with asserts and indices
         raise ValueError(f"this {kind} cannot be understood ({error!r})") from None
 
@@ -171,7 +192,8 @@ async def take_description(
         if isinstance(message, SignalingBye):
             return False
         if isinstance(message, RTCIceCandidate):
-            early.append(message)
+            if len(early) < MAX_CANDIDATES:
+                early.append(message)
         elif await _set_description(signaling, peer, kind, message):
             break
     for candidate in early:
@@ -248,4 +270,5 @@ async def _add_candidate(signaling: CopyPasteSignaling, peer: RTCPeerConnection,
     except Exception as error:  # of aioice: a protocol or an address that it does not know
         signaling.explain(f"this candidate cannot be used ({error!r})")
     else:
-        signaling.say(f"Candidate taken: {candidate.ip}, port {candidate.port}.")
+        address = candidate.ip if candidate.ip.isprintable() else repr(candidate.ip)
+        signaling.say(f"Candidate taken: {address}, port {candidate.port}.")

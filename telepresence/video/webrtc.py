@@ -25,7 +25,9 @@ import numpy as np
 from aiortc import MediaStreamTrack, RTCConfiguration, RTCPeerConnection, VideoStreamTrack
 from aiortc.jitterbuffer import JitterBuffer, JitterFrame
 from aiortc.mediastreams import VIDEO_TIME_BASE, MediaStreamError
+from aiortc.rtcrtpreceiver import RemoteStreamTrack
 
+from telepresence.video.bounded_decoding import bound_receivers
 from telepresence.video.frame_timestamp import draw_time, strip_height
 from telepresence.video.images import LatestImage
 
@@ -96,6 +98,7 @@ def _addresses_to_offer(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 
 
 aioice.ice.get_host_addresses = _addresses_to_offer
+bound_receivers()
 
 
 @contextlib.contextmanager
@@ -192,11 +195,13 @@ def with_time(planes: np.ndarray, stamp: float) -> np.ndarray:
 
 
 async def drain(track: MediaStreamTrack, take: Callable[[av.VideoFrame], None]) -> None:
-    """Hand over every picture as it arrives, until the track ends. `take` must be quick: aiortc's queue has no end."""
+    """Hand over every picture as it arrives, until the track ends; the newest where several wait."""
     while True:
         try:
             frame = await track.recv()
         except MediaStreamError:
             return
+        if isinstance(track, RemoteStreamTrack) and track._queue.qsize() > 1:  # the end of the track may be the one
+            continue
         if isinstance(frame, av.VideoFrame):  # a track that is not decoded would deliver packets
             take(frame)

@@ -18,6 +18,7 @@ from pathlib import Path
 from media.far_network import FarMachine, FarNetwork
 from report import Row
 
+from telepresence.robot_key import RobotKey
 from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,8 +47,10 @@ def run() -> list[Row]:
         place = ("--address", robot.address, "--scene", "apartment")
         start(robot, sys.executable, "-m", "robotino_sim", "--camera", "640x480", *place)
         start(robot, sys.executable, "-m", "pepper_sim", *place)
+        os.environ["XDG_CONFIG_HOME"] = folder  # the pilot's store of keys
+        RobotKey.make(Path(folder) / "robot.key").store(robot.address)
         start(robot, str(NODES / "rto_bringup/robotino_onboard"), *f"camera --source {robot.address}:8080".split(),
-              *f"--address {robot.address} --rate 30".split())  # fmt: skip
+              *f"--address {robot.address} --rate 30 --key {folder}/robot.key".split())  # fmt: skip
         time.sleep(WARM_UP)
         rest = ("--hostname", f"{robot.address}:8080")
         naoqi = (f"--pip={robot.address}", "--pport=9559")

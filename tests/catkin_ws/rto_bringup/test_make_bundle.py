@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 import sysconfig
@@ -13,6 +14,7 @@ from rto_node.drive_link import DriveLink
 from rto_node.robot_sound import RobotSound
 from rto_node.webrtc_camera import WebrtcCamera
 
+from telepresence.robot_key import RobotKey
 from telepresence.station import processes
 
 pytestmark = pytest.mark.slow
@@ -34,8 +36,16 @@ def bundle(tmp_path_factory):
         "robotino_onboard.pyz",
         "requirements.txt",
         "robotino-onboard@.service",
+        "robot.key",
     }
     return folder / "robotino_onboard.pyz"
+
+
+def provide_key(path: Path, new: bool) -> str:
+    spec = importlib.util.spec_from_file_location("make_bundle", ROBOT / "make_bundle.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.provide_key(path, new)
 
 
 @pytest.fixture(scope="module")
@@ -113,9 +123,30 @@ def port_of(announcement: str) -> int:
     return int(announcement.rpartition(":")[2])
 
 
-def test_the_drive_server_reports_to_a_pilot(start, free_port, until_true):
+def test_the_key_is_made_once_shown_once_and_for_its_owner_only(bundle):
+    path = bundle.with_name("robot.key")
+    key = RobotKey.read(path)
+    again = subprocess.run(
+        [sys.executable, "-S", str(ROBOT / "make_bundle.py"), str(bundle.parent)], capture_output=True, text=True
+    )
+    assert again.returncode == 0 and key.fingerprint in again.stdout and key.text not in again.stdout
+    assert RobotKey.read(path) == key
+    said = provide_key(path, new=True)
+    assert RobotKey.read(path) != key and RobotKey.read(path).text in said
+    path.chmod(0o644)
+    refused = subprocess.run(
+        [sys.executable, "-S", str(ROBOT / "make_bundle.py"), str(bundle.parent)], capture_output=True, text=True
+    )
+    path.chmod(0o600)
+    assert refused.returncode == 1 and "chmod 600" in refused.stderr
+
+
+def test_the_drive_server_reports_to_a_pilot_with_the_key_beside_it(bundle, start, free_port, until_true):
     port = port_of(start("drive", "--port", "0", "--robot", f"127.0.0.1:{free_port()}")[1])
-    link = DriveLink(f"127.0.0.1:{port}")
+    without = DriveLink(f"127.0.0.1:{port}")
+    until_true(lambda: "./stack pair 127.0.0.1" in without.problem, "who has no key learns what to type")
+    without.close()
+    link = DriveLink(f"127.0.0.1:{port}", RobotKey.read(bundle.with_name("robot.key")))
     try:
         until_true(
             lambda: link.report()[0] is not None and link.report()[0].state == "fault", "the gate has no sensors"
@@ -153,6 +184,25 @@ def test_each_program_has_its_service_in_the_documentation():
     unit = (ROBOT / "robotino-onboard@.service").read_text()
     for role in ROLES:
         assert f"robotino-onboard@{role}" in page and f"robotino-onboard@{role}" in unit
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "NoNewPrivileges=yes",
+        "CapabilityBoundingSet=",
+        "ProtectSystem=strict",
+        "ProtectHome=yes",
+        "PrivateTmp=yes",
+        "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_NETLINK",
+        "SystemCallFilter=@system-service",
+        "DevicePolicy=closed",
+        "MemoryMax=1G",
+    ],
+)
+def test_a_program_that_is_taken_over_can_do_little_else(line):
+    """`systemd-analyze security --offline=true` rates the unit 1.8 of 10 ("OK"); without these lines 9.2 ("UNSAFE")."""
+    assert line in (ROBOT / "robotino-onboard@.service").read_text().splitlines()
 
 
 def test_requirements_are_the_versions_tested_here():

@@ -233,6 +233,19 @@ def test_anybody_stops_and_only_a_pilot_lets_go(lease, anna):
     assert chief.ask("reset_stop", 1.4).ok
 
 
+def test_a_stop_is_reset_by_who_pressed_it_or_a_higher_rank(lease, anna):
+    ben, chief = Window(lease, "ben"), Window(lease, "chief")
+    ben.ask("stop", 1.0)
+    refused = anna.ask("reset_stop", 1.0)
+    assert not refused.ok and "ben has pressed" in refused.reason
+    again = Window(lease, "ben", now=1.1, node="/another_window")
+    assert again.ask("reset_stop", 1.1).ok, "after an outage a person comes back in another session"
+    anna.ask("stop", 1.2)
+    chief.ask("stop", 1.2)
+    assert not anna.ask("reset_stop", 1.3).ok, "the stop of the higher rank counts"
+    assert chief.ask("reset_stop", 1.3).ok
+
+
 def test_a_stop_outlives_a_change_of_pilot(lease, anna):
     anna.ask("stop")
     Window(lease, "chief").ask("take")

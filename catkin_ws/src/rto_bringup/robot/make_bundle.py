@@ -4,13 +4,15 @@
     python3 catkin_ws/src/rto_bringup/robot/make_bundle.py [FOLDER]
 
 The file holds our own modules only: those of rto_bringup.onboard and all that they import. The packages that they need
-from elsewhere are in requirements.txt.
+from elsewhere are in requirements.txt. Beside it lies robot.key, without which nobody drives the robot, sees through
+its camera or talks through it: a new key the first time, shown once; afterwards it is kept.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import os
 import shutil
 import sys
 import tempfile
@@ -20,17 +22,23 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[3]
+sys.path.insert(0, str(ROOT))
+from telepresence.robot_key import RobotKey  # noqa: E402  works in a checkout that is not installed
+
 SOURCES = (ROOT, ROOT / "catkin_ws/src/rto_node/src", ROOT / "catkin_ws/src/rto_bringup/src")
 """Where our modules are."""
 PROGRAMS = "rto_bringup.onboard"
 BESIDE = ("requirements.txt", "robotino-onboard@.service")
 NAME = "robotino_onboard.pyz"
+KEY = "robot.key"
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Pack what runs on the robot into one file.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path("robotino_onboard"), help="made if it is missing")
-    folder = parser.parse_args(arguments).folder
+    parser.add_argument("--new-key", action="store_true", help="make another key, in place of the one in the folder")
+    options = parser.parse_args(arguments)
+    folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         for name, source in modules(PROGRAMS).items():
@@ -44,8 +52,32 @@ def main(arguments: list[str] | None = None) -> int:
         zipapp.create_archive(scratch, folder / NAME, "/usr/bin/env python3", compressed=True)
     for name in BESIDE:
         shutil.copy(HERE / name, folder)
-    print(f"{folder / NAME} and {', '.join(BESIDE)}: copy the folder to the robot")
+    try:
+        said = provide_key(folder / KEY, options.new_key)
+    except (OSError, ValueError) as error:
+        print(f"make_bundle: {error}", file=sys.stderr)
+        return 1
+    print(f"{folder / NAME}, {', '.join(BESIDE)} and {KEY}: copy the folder to the robot")
+    print(said)
     return 0
+
+
+def provide_key(path: Path, new: bool = False) -> str:
+    """Make the robot's key, unless it is there and is to be kept; what to say about it.
+
+    Raises:
+        OSError, ValueError: The key that is there cannot be used, or none can be written.
+    """
+    if new:
+        path.unlink(missing_ok=True)
+    if os.path.lexists(path):
+        return f"The robot's key {RobotKey.read(path).fingerprint} is kept ({path}; --new-key makes another one)."
+    key = RobotKey.make(path)
+    return (
+        f"The robot's key {key.fingerprint} is new, in {path}; whoever has it drives the robot. Shown this once:\n"
+        f"    {key.text}\n"
+        f"On each pilot's computer:  ./stack pair ROBOT --file {path}  or type it after  ./stack pair ROBOT"
+    )
 
 
 def modules(package: str) -> dict[str, Path]:

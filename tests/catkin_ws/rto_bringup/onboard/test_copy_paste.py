@@ -16,7 +16,7 @@ from rto_bringup.onboard.camera_server import CameraServer
 from rto_bringup.onboard.picture_sources import open_source
 from rto_node.webrtc_camera import receive_by_copy_and_paste
 
-from telepresence.video.copy_paste_signaling import CopyPasteSignaling, parse
+from telepresence.video.copy_paste_signaling import LONGEST_LINE, MOST_LINES, CopyPasteSignaling, parse
 
 LOOPBACK = "127.0.0.1"
 DEADLINE = 20.0
@@ -261,3 +261,47 @@ def test_a_line_that_a_terminal_cut_is_named():
 
 def test_the_lines_are_aiortcs():
     assert parse('{"type": "bye"}') is object_from_string('{"type": "bye"}')
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[" * 60_000,
+        '{"type": ' * 10_000,
+        '{"type": "offer", "sdp": ' + "9" * 5000 + "}",
+        '{"type": "offer", "sdp": ["v=0"]}',
+        '{"type": "offer", "sdp": "' + "a=x\\r\\n" * 5000 + '"}',
+        '{"type": "offer", "sdp": "m=application 9 UDP/DTLS/SCTP webrtc-datachannel"}',
+        '{"type": "candidate", "id": [], "label": {}, "candidate": 7}',
+        '{"type": "candidate", "id": "0", "label": 0, "candidate": "candidate:1 1 udp x"}',
+        '{"type": ["offer"]}',
+        " " * (LONGEST_LINE + 1),
+    ],
+)
+def test_a_line_that_is_made_to_do_harm_is_explained(line: str) -> None:
+    with pytest.raises(ValueError, match=r"it|this"):
+        parse(line)
+
+
+def test_more_than_a_person_pastes_is_left_out():
+    async def paste() -> tuple[int, int]:
+        source, keys = os.pipe()
+        signaling = CopyPasteSignaling("the other terminal", source, io.StringIO())
+        await signaling.connect()
+        lines = signaling._lines
+
+        def write() -> None:
+            os.write(keys, b"{" * (1 << 16))
+            for _ in range(64):
+                os.write(keys, b"x" * (1 << 16))
+            os.write(keys, b"\n{}" * 5000 + b"\n")
+            os.close(keys)
+
+        await asyncio.to_thread(write)
+        while not lines.qsize() or lines._queue[-1] is not None:
+            await asyncio.sleep(0.01)
+        os.close(source)
+        return lines.qsize(), max(len(each) for each in lines._queue if each is not None)
+
+    count, longest = asyncio.run(asyncio.wait_for(paste(), DEADLINE))
+    assert count == MOST_LINES + 1 and longest == LONGEST_LINE + 1

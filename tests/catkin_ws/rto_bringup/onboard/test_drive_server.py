@@ -21,8 +21,8 @@ from telepresence.safety import UNKNOWN
 def make_link(until_true):
     made = []
 
-    def make(port: int) -> DriveLink:
-        link = DriveLink(f"127.0.0.1:{port}")
+    def make(port: int, name: str = "") -> DriveLink:
+        link = DriveLink(f"127.0.0.1:{port}", name=name)
         made.append(link)
         until_true(lambda: not link.problem, "the drive server answers")
         return link
@@ -97,7 +97,7 @@ def test_a_flood_of_noise_disturbs_nobody(link, drive_server, hold, until_true):
 
 
 def test_two_pilots(link, make_link, drive_server, hold, until_true):
-    other = make_link(drive_server.port)
+    other = make_link(drive_server.port, "other@elsewhere")
     hold(link, 0.0, 0.1, 0.0)
     until_true(lambda: given(link)[1] > 0.09, "the first drives")
     driving = hold(other, 0.0, -0.1, 0.0)
@@ -106,7 +106,8 @@ def test_two_pilots(link, make_link, drive_server, hold, until_true):
     assert not other.ask("reset stop").ok
     assert other.ask("stop").ok, "anybody may stop"
     until_true(lambda: state(link) == "stopped", "the robot is stopped")
-    assert link.ask("reset stop").ok
+    assert not link.ask("reset stop").ok, "who pressed it resets it"
+    assert other.ask("reset stop").ok
     driving.let_go()
 
 

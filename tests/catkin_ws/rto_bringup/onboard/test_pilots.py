@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rto_bringup.onboard.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Request
 from rto_node.drive_datagram import decode, encode
+from rto_node.drive_session import COOKIE_LIFE, HELLO, MESSAGE, OPEN, PilotHandshake
 
+from telepresence.robot_key import RobotKey
+
+KEY = RobotKey(bytes(range(32)))
 HERE, THERE = ("10.0.0.2", 5000), ("10.0.0.3", 6000)
 SLOW, FAST = (0.1, 0.0, 0.0), (0.2, 0.0, 0.0)
 
@@ -13,39 +19,53 @@ SLOW, FAST = (0.1, 0.0, 0.0), (0.2, 0.0, 0.0)
 class Pilot:
     """A pilot who receives every report at once unless stated otherwise."""
 
-    def __init__(self, pilots: Pilots, address=HERE, now: float = 100.0) -> None:
-        self.pilots, self.address, self.seq = pilots, address, 0
-        (welcome,) = pilots.receive(encode(type="hello"), address, now)
-        self.token = decode(welcome.datagram)["session"]
+    def __init__(self, pilots: Pilots, address=HERE, now: float = 100.0, name="", rank=0) -> None:
+        self.pilots, self.address, self.number = pilots, address, 0
+        handshake = PilotHandshake(KEY, name or f"pilot@{address[0]}", rank)
+        (challenge,) = pilots.receive(handshake.hello, address, now)
+        assert handshake.take(challenge.datagram)
+        self.open, self.wire = handshake.open, handshake.session
+        (self.welcome,) = pilots.receive(handshake.open, address, now)
         self.echo = None
+
+    def read(self, outgoing: Outgoing) -> dict:
+        return decode(self.wire.unseal(outgoing.datagram))
 
     @property
     def session(self):
-        return next(each for each in self.pilots.sessions if each.token == self.token)
+        return next(each for each in self.pilots.sessions if each.opened.session.id == self.wire.id)
 
     def receive(self, stamp: float) -> None:
         self.pilots.reported(self.session, stamp)
         self.echo = stamp
 
-    def drive(self, now: float, velocity=SLOW, *, after: float | None = None, seq: int | None = None, receive=True):
-        """A command given at `now` that arrives at once, unless `after` says otherwise."""
+    def command(self, now: float, velocity=SLOW, *, after: float | None = None, receive=True) -> bytes:
         if receive:
             self.receive(now - 0.01)
-        self.seq = self.seq + 1 if seq is None else seq
         after = now - self.echo if after is None else after
-        return self.pilots.receive(
-            encode(type="drive", session=self.token, seq=self.seq, echo=self.echo, after=after, velocity=velocity),
-            self.address,
-            now,
-        )
+        return self.wire.seal(encode(type="drive", echo=self.echo, after=after, velocity=velocity))
 
-    def ask(self, what: str, number: int = 1, now: float = 101.0):
-        return self.pilots.receive(encode(type="ask", session=self.token, id=number, what=what), self.address, now)
+    def drive(self, now: float, velocity=SLOW, *, after: float | None = None, receive=True):
+        """A command given at `now` that arrives at once, unless `after` says otherwise."""
+        return self.pilots.receive(self.command(now, velocity, after=after, receive=receive), self.address, now)
+
+    def ask(self, what: str, number: int | None = None, now: float = 101.0):
+        self.number = self.number + 1 if number is None else number
+        body = encode(type="ask", id=self.number, what=what)
+        return self.pilots.receive(self.wire.seal(body), self.address, now)
+
+    def may(self, what: str) -> bool:
+        """Ask; whether it is done, else `text` says why not."""
+        (answer,) = self.ask(what)
+        if isinstance(answer, Request):
+            return True
+        self.text = self.read(answer)["text"]
+        return False
 
 
 @pytest.fixture
 def pilots():
-    return Pilots()
+    return Pilots(KEY)
 
 
 @pytest.fixture
@@ -79,9 +99,10 @@ def test_letting_go_is_no_cut(pilots, pilot):
 
 
 def test_a_command_that_is_not_newer_is_ignored(pilots, pilot):
-    pilot.drive(101.0, SLOW, seq=5)
-    pilot.drive(101.05, FAST, seq=5)
-    pilot.drive(101.06, FAST, seq=4)
+    first, second = pilot.command(101.0, FAST), pilot.command(101.0, SLOW)
+    pilots.receive(second, HERE, 101.0)
+    pilots.receive(second, HERE, 101.05)
+    pilots.receive(first, HERE, 101.06)
     assert pilots.command(101.07).vx == SLOW[0]
     assert pilots.command(101.0 + SILENCE + 0.001) is None, "nor does it keep the robot driving"
 
@@ -118,18 +139,17 @@ def test_a_clock_that_runs_ahead_is_refused(pilots, pilot):
 @pytest.mark.parametrize("velocity", ["[NaN,0,0]", "[1e999,0,0]", "[0,0]"])
 def test_what_cannot_be_used_stops_the_robot(pilots, pilot, velocity):
     pilot.drive(101.0)
-    bad = encode(type="drive", session=pilot.token, seq=9, echo=101.0, after=0.0, velocity=[7]).replace(
-        b"[7]", velocity.encode()
-    )
-    (answer,) = pilots.receive(bad, HERE, 101.05)
-    assert decode(answer.datagram)["type"] == "refused"
+    bad = encode(type="drive", echo=101.0, after=0.0, velocity=[7]).replace(b"[7]", velocity.encode())
+    (answer,) = pilots.receive(pilot.wire.seal(bad), HERE, 101.05)
+    assert pilot.read(answer)["type"] == "refused"
     assert pilots.command(101.06) is None
     assert "refused" in pilots.problem
 
 
 def test_noise_from_elsewhere_does_not_stop_the_robot(pilots, pilot):
     pilot.drive(101.0)
-    pilots.receive(b"\x00\x01noise", THERE, 101.05)
+    for address in (THERE, HERE):
+        assert pilots.receive(b"\x00\x01noise", address, 101.05) == []
     assert pilots.command(101.06) is not None
 
 
@@ -149,34 +169,51 @@ def test_a_pilot_who_leaves_frees_the_robot_at_once(pilots, pilot):
     pilot.drive(101.0)
     pilots.release(pilot.session)
     assert pilots.command(101.01) is None
-    assert not pilots.cut
+    assert not pilots.cut and pilots.sessions == (other.session,)
     other.drive(101.02, FAST)
     assert pilots.command(101.03).vx == FAST[0]
 
 
-def test_anybody_may_stop_but_only_the_driver_resets(pilots, pilot):
-    other = Pilot(pilots, THERE)
+def test_a_stop_is_reset_by_who_pressed_it_or_a_higher_rank(pilots, pilot):
+    other, chief = Pilot(pilots, THERE), Pilot(pilots, ("10.0.0.4", 1), rank=5)
     pilot.drive(101.0)
-    (request,) = other.ask("stop")
-    assert isinstance(request, Request)
-    (answer,) = other.ask("reset stop", 2)
-    assert decode(answer.datagram)["ok"] is False
-    assert "10.0.0.2" in decode(answer.datagram)["text"]
+    assert other.may("stop")
+    assert not pilot.may("reset stop"), "not even by who drives"
+    assert "pilot@10.0.0.3 at 10.0.0.3 has pressed stop" in pilot.text
+    assert other.may("reset stop") and pilot.may("stop")
+    assert not other.may("reset stop") and chief.may("reset stop")
+    assert pilot.may("stop") and chief.may("stop")
+    assert not pilot.may("reset stop") and chief.may("reset stop"), "the stop of the higher rank counts"
+
+
+def test_who_pressed_stop_resets_it_after_an_outage(pilots, pilot):
+    assert pilot.may("stop")
+    pilots.command(110.0)
+    assert pilots.sessions == ()
+    stranger, again = (Pilot(pilots, (HERE[0], port), 110.0, name) for port, name in ((1, "x"), (2, "")))
+    assert not stranger.may("reset stop") and again.may("reset stop")
+
+
+def test_only_the_driver_or_a_higher_rank_resets_the_bumper_while_somebody_drives(pilots, pilot):
+    other, chief = Pilot(pilots, THERE), Pilot(pilots, ("10.0.0.4", 1), rank=1)
+    assert other.may("reset bumper")
+    pilot.drive(101.0)
+    assert not other.may("reset bumper") and "another pilot drives" in other.text
+    assert pilot.may("reset bumper") and chief.may("reset bumper")
 
 
 def test_a_request_is_done_once_however_often_it_is_asked(pilots, pilot):
     (request,) = pilot.ask("stop", 7)
-    first = pilots.answered(request, True, "stopped")
+    first = pilot.read(pilots.answered(request, True, "stopped"))
     (again,) = pilot.ask("stop", 7)
-    assert again == first
+    assert pilot.read(again) == first
     assert isinstance(pilot.ask("stop", 8)[0], Request)
 
 
 def test_a_session_belongs_to_its_address(pilots, pilot):
     pilot.drive(101.0)
     pilot.address = THERE
-    (answer,) = pilot.drive(101.05, FAST)
-    assert decode(answer.datagram) == {"type": "unknown session"}
+    assert pilot.drive(101.05, FAST) == []
     assert pilots.command(101.06).vx == SLOW[0]
 
 
@@ -184,15 +221,47 @@ def test_sessions_end_and_are_limited(pilots, pilot):
     assert len(pilots.sessions) == 1
     pilots.command(103.0)
     assert pilots.sessions == ()
-    answers = [pilots.receive(encode(type="hello"), ("10.0.0.9", port), 104.0)[0] for port in range(12)]
-    kinds = [decode(answer.datagram)["type"] for answer in answers]
-    assert kinds == ["welcome"] * 8 + ["refused"] * 4
-    assert all(isinstance(answer, Outgoing) for answer in answers)
+    made = [Pilot(pilots, ("10.0.0.9", port), 104.0) for port in range(12)]
+    assert [each.read(each.welcome)["type"] for each in made] == ["welcome"] * 8 + ["refused"] * 4
 
 
-def test_a_second_greeting_from_one_place_is_the_same_pilot(pilots, pilot):
-    pilot.drive(101.0, SLOW, seq=50)
+def test_what_proves_nothing_takes_no_place(pilots):
+    for port in range(100):
+        handshake = PilotHandshake(KEY, "somebody", 0)
+        pilots.receive(handshake.hello, ("10.0.0.9", port), 104.0)
+        wrong = PilotHandshake(RobotKey(bytes(32)), "somebody", 0)
+        pilots.receive(wrong.hello, ("10.0.0.9", port), 104.0)
+    assert pilots.sessions == ()
+    assert Pilot(pilots, THERE, 104.0).session
+
+
+def test_a_handshake_counts_once_from_one_place_and_for_a_while(pilots):
+    handshake = PilotHandshake(KEY, "somebody", 0)
+    (challenge,) = pilots.receive(handshake.hello, HERE, 100.0)
+    handshake.take(challenge.datagram)
+    assert pilots.receive(handshake.open, THERE, 100.1) == [], "the cookie is for another address"
+    assert pilots.receive(handshake.open, HERE, 100.1 + COOKIE_LIFE) == [], "the cookie is too old"
+    first, again = (pilots.receive(handshake.open, HERE, 100.2)[0] for _ in range(2))
+    assert handshake.session.unseal(first.datagram) == handshake.session.unseal(again.datagram), "welcome was lost"
+    assert len(pilots.sessions) == 1
+    Pilot(pilots, HERE, 100.3)
+    assert pilots.receive(handshake.open, HERE, 100.4) == [], "a recorded open begins no second session"
+
+
+def test_a_pilot_who_starts_anew_at_one_place_is_the_same_one(pilots, pilot):
+    pilot.drive(101.0, SLOW)
     again = Pilot(pilots, HERE, 101.01)
-    assert again.token == pilot.token, "an answer that is on its way stays true"
-    again.drive(101.02, FAST, seq=1)
-    assert pilots.command(101.03).vx == FAST[0], "a program that was started anew counts from the beginning"
+    assert len(pilots.sessions) == 1 and pilots.driver is again.session
+    assert pilot.drive(101.02, FAST, receive=False) == []
+    again.drive(101.03, FAST)
+    assert pilots.command(101.04).vx == FAST[0]
+
+
+@settings(max_examples=300)
+@given(st.sampled_from([b"", HELLO, OPEN, MESSAGE]), st.one_of(st.binary(max_size=120), st.binary(max_size=1500)))
+def test_nothing_comes_of_bytes_without_the_key(kind, tail):
+    pilots = Pilots(KEY)
+    datagram = kind + tail
+    answers = pilots.receive(datagram, HERE, 100.0)
+    assert sum(len(answer.datagram) for answer in answers) <= len(datagram)
+    assert pilots.sessions == () and pilots.driver is None and pilots.command(100.0) is None

@@ -23,6 +23,7 @@ from typing import Any
 
 import qi
 
+from naoqi_driver.callback_port import close_to_strangers, end_stuck
 from naoqi_driver.certificate_pin import CertificatePin
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
 from naoqi_driver.tls_relay import TlsRelay
@@ -231,22 +232,25 @@ class Connection:
         """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
 
         Args:
-            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one).
-                Without it libqi listens on loopback: enough for a simulated robot.
+            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one);
+                loopback is enough for a simulated robot. Nobody but the robot gets through: see `callback_port`.
 
         Raises:
             RobotUnreachable: No link, or no answer in time.
-            CallRefused: The name is taken, or `listen` is no address of this machine.
+            CallRefused: The name is taken, `listen` is no address of this machine, or strangers cannot be kept out.
         """
         session = self._session
         if session is None:
             raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
         try:
-            if listen is not None:
-                session.listen(listen)
+            if not session.endpoints() or end_stuck(session.endpoints()):
+                session.listen(listen or "tcp://127.0.0.1:0")
+            close_to_strangers(session.endpoints(), self.address.url)
             future = session.registerService(name, service, _async=True)
         except RuntimeError as error:
             raise self.translate(error, name, False, 0.0) from None
+        except OSError as error:
+            raise CallRefused(f"{name}: strangers cannot be kept out: {error}") from None
         PendingCall(self, future, f"registering {name}").result()
 
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:

@@ -1,5 +1,8 @@
 """DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_datagram`). No ROS.
 
+It needs the robot's key, `./stack pair ROBOT`; only a robot on this machine's loopback, a simulated one, needs none.
+What is not signed with the key is not believed.
+
 A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and receives what
 the robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
 """
@@ -7,6 +10,7 @@ the robot made of it. A velocity that is not renewed is dropped here; one that n
 from __future__ import annotations
 
 import contextlib
+import getpass
 import math
 import select
 import socket
@@ -14,14 +18,26 @@ import threading
 import time
 from typing import NamedTuple
 
-from rto_node.drive_datagram import DEFAULT_PORT, MAX_DATAGRAM, PERIOD, BadMessage, Report, decode, encode, parse_report
+from rto_node.drive_datagram import (
+    DEFAULT_PORT,
+    MAX_DATAGRAM,
+    PERIOD,
+    BadMessage,
+    Report,
+    decode,
+    encode,
+    parse_report,
+    short,
+)
+from rto_node.drive_session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
+from telepresence.robot_key import RobotKey, is_loopback
 
 COMMAND_TIMEOUT = 0.3
 """Seconds for which a velocity is valid here: keyboards and windows repeat it every 0.1 s."""
 SILENCE = 0.5
 """Seconds without a report after which the robot counts as not answering."""
 HELLO_PERIOD = 0.25
-"""Seconds between two greetings while the robot knows no session of ours."""
+"""Seconds between two greetings while the robot is silent or knows no session of ours."""
 REOPEN_PERIOD = 2.0
 """Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0
@@ -40,15 +56,19 @@ class DriveLink:
 
     Args:
         address: Host or host:port of the drive server.
+        key: The robot's; by default that of the pilot's store, looked for again at every greeting.
+        name, rank: As what the robot knows this pilot; by default the user and this computer.
     Attributes:
         problem: Why the robot does not answer; empty while it does.
         outages: How often it fell silent.
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is none, or the name or rank is unfit.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, key: RobotKey | None = None, name: str = "", rank: int = 0) -> None:
         self.host, self.port = parse_address(address)
+        self._key, self._name, self._rank = key, name or default_name(), rank
+        PilotHandshake(None, self._name, self._rank)
         self.problem = f"The drive server at {self.host}:{self.port} has not answered yet."
         self.outages = 0
         self._lock = threading.Lock()  # protects what the pilot gives and asks
@@ -60,11 +80,16 @@ class DriveLink:
         self._answered = threading.Condition(self._lock)
         self._number = 0
         self._report: Report | None = None
+        self._echo: float | None = None  # the stamp of the newest report in this session
         self._heard_at = -math.inf
         self._fresh = threading.Event()
-        self._session = ""
-        self._seq = 0
+        self._session: Session | None = None
+        self._handshake: PilotHandshake | None = None
+        self._handshake_end = math.inf
         self._hint = ""
+        self._tried_key = key
+        self._obstacle = ""
+        """Why no session can be opened, whatever is sent."""
         self._socket: socket.socket | None = None
         self._opened_at = -math.inf
         self._waker, self._wake = socket.socketpair()
@@ -136,13 +161,13 @@ class DriveLink:
             self._judge(now)
             if now >= due:
                 due = now + PERIOD
-                if self._session:
+                if self._session is not None:
                     self._send_drive(now)
                     self._send_requests()
-                if (not self._session or now - self._heard_at > REOPEN_PERIOD) and now >= hello_due:
+                if (self._session is None or now - self._heard_at > SILENCE) and now >= hello_due:
                     hello_due = now + HELLO_PERIOD
                     self._open(now)
-                    self._send(encode(type="hello"))
+                    self._greet(now)
             sockets = [each for each in (self._socket, self._wake) if each is not None]
             ready, _, _ = select.select(sockets, [], [], max(0.0, due - time.monotonic()))
             if self._wake in ready:
@@ -151,9 +176,8 @@ class DriveLink:
             if self._socket in ready:
                 self._receive()
         self._velocity = None
-        if self._session:
-            self._send_drive(time.monotonic())
-            self._send(encode(type="ask", session=self._session, id=0, what="leave"))
+        self._send_drive(time.monotonic())
+        self._send_body(encode(type="ask", id=0, what="leave"))
         if self._socket is not None:
             self._socket.close()
 
@@ -164,6 +188,9 @@ class DriveLink:
             return
         if not self.problem:
             self.outages += 1
+        if self._obstacle:
+            self.problem = f"The drive server at {self.host}:{self.port} {self._obstacle}"
+            return
         lasting = f" for {silent:.1f} s" if math.isfinite(silent) else ""
         hint = self._hint or "is it running, and is the network there?"
         self.problem = f"The drive server at {self.host}:{self.port} does not answer{lasting}: {hint}"
@@ -175,7 +202,7 @@ class DriveLink:
                 return
             self._socket.close()
             self._socket = None
-        self._session, self._opened_at = "", now
+        self._session, self._handshake, self._opened_at = None, None, now
         try:
             family, kind, _, _, target = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[0]
             opened = socket.socket(family, kind)
@@ -191,21 +218,39 @@ class DriveLink:
             return
         self._socket = opened
 
+    def _greet(self, now: float) -> None:
+        """Say hello, or go on with the handshake that has begun."""
+        if self._socket is None:
+            return
+        try:
+            if self._handshake is None or now > self._handshake_end:
+                key = self._key or RobotKey.of(self.host)
+                if key != self._tried_key:
+                    self._tried_key, self._obstacle = key, ""
+                if key is None and not is_loopback(self._socket.getpeername()[0]):
+                    self._obstacle = f"needs the robot's key, and this computer has none for it: {self._remedy()}"
+                    return
+                self._handshake, self._handshake_end = PilotHandshake(key, self._name, self._rank), math.inf
+        except (OSError, ValueError) as error:
+            self._obstacle = f"cannot be asked: {error}"
+            return
+        self._send(self._handshake.open or self._handshake.hello)
+
+    def _remedy(self, forget: bool = False) -> str:
+        return f"type  ./stack pair {'--forget ' if forget else ''}{self.host}"
+
     def _send_drive(self, now: float) -> None:
         with self._lock:
             fresh = now - self._given_at <= COMMAND_TIMEOUT
             velocity = self._velocity if fresh else None
-            report, heard_at = self._report, self._heard_at
+            echo, heard_at = self._echo, self._heard_at
             after, careful = self._given_at - heard_at, self._careful
-        self._seq += 1
-        if report is None:
+        if echo is None:
             return
-        self._send(
+        self._send_body(
             encode(
                 type="drive",
-                session=self._session,
-                seq=self._seq,
-                echo=report.stamp,
+                echo=echo,
                 after=after if math.isfinite(after) else 0.0,
                 velocity=velocity,
                 careful=careful,
@@ -216,7 +261,11 @@ class DriveLink:
         with self._lock:
             waiting = [(number, what) for number, what in self._requests.items() if number not in self._answers]
         for number, what in waiting:
-            self._send(encode(type="ask", session=self._session, id=number, what=what))
+            self._send_body(encode(type="ask", id=number, what=what))
+
+    def _send_body(self, body: bytes) -> None:
+        if self._session is not None:
+            self._send(self._session.seal(body))
 
     def _send(self, datagram: bytes) -> None:
         if self._socket is None:
@@ -238,33 +287,59 @@ class DriveLink:
                 self._hint = _cause(error)
                 return
             try:
-                self._handle(decode(datagram))
+                self._take(datagram, time.monotonic())
             except BadMessage as error:
                 self._hint = f"what answers there is no drive server ({error})"
 
+    def _take(self, datagram: bytes, now: float) -> None:
+        """Take a datagram from the robot's address, which may be anybody's.
+
+        Raises:
+            BadMessage: It is the robot's, but cannot be understood.
+        """
+        handshake = self._handshake
+        for session in (self._session, handshake.session if handshake else None):
+            body = session.unseal(datagram) if session is not None else None
+            if body is None:
+                continue
+            if session is not self._session:
+                self._session, self._handshake, self._obstacle = session, None, ""
+                with self._lock:
+                    self._echo = None
+            self._handle(decode(body))
+            return
+        try:
+            if handshake is not None and handshake.take(datagram):
+                self._handshake_end, self._obstacle = now + COOKIE_LIFE, ""
+                self._send(handshake.open)
+        except KeyMismatch as error:
+            self._handshake, self._obstacle = None, f"{error}: {self._remedy(error.robot_has_none)}"
+
     def _handle(self, fields: dict) -> None:
         match fields["type"]:
-            case "welcome" if isinstance(fields.get("session"), str):
-                if not self._session:
-                    self._session, self._seq = fields["session"], 0
-                    with self._lock:
-                        self._report = None
-            case "unknown session":
-                self._session = ""
             case "refused":
-                self._hint = str(fields.get("text"))[:300]
+                self._hint = short(str(fields.get("text")))
             case "done" if isinstance(number := fields.get("id"), int):
                 with self._lock:
-                    self._answers[number] = Done(fields.get("ok") is True, str(fields.get("text", "")))
-                    self._answered.notify_all()
+                    if number in self._requests:  # nothing else would ever take it away
+                        self._answers[number] = Done(fields.get("ok") is True, short(str(fields.get("text", ""))))
+                        self._answered.notify_all()
             case "report":
                 report = parse_report(fields)
                 with self._lock:
-                    newer = self._report is None or report.seq > self._report.seq
-                    if newer:
-                        self._report, self._heard_at, self._hint = report, time.monotonic(), ""
-                if newer:
-                    self._fresh.set()
+                    self._report, self._heard_at, self._hint = report, time.monotonic(), ""
+                    self._echo = report.stamp
+                self._fresh.set()
+
+
+def default_name() -> str:
+    """User and computer, as what the robot knows this pilot."""
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):  # a number without a name
+        user = "somebody"
+    name = "".join(letter for letter in f"{user}@{socket.gethostname()}" if letter.isprintable())
+    return name[:LONGEST_NAME]
 
 
 def parse_address(text: str) -> tuple[str, int]:

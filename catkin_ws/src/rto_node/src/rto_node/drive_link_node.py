@@ -9,7 +9,8 @@ Subscribes: safe_cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newes
 Publishes:  safety (telepresence_msgs/SafetyState), with every report of the robot, 20 Hz; safety_state
             (std_msgs/String, latched): "<state>: <reason>"; /diagnostics.
 Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
-Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given.
+Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given; its key is in the pilot's store, `./stack pair`.
+            ~name (user@computer), ~rank (0): as what the robot knows this pilot; a higher rank may reset others' stops.
 The careful scan, with its topic, service and parameters: `telepresence_ros.careful_switch`.
 """
 
@@ -49,8 +50,12 @@ class DriveLinkNode:
         self._safety = rospy.Publisher("safety", SafetyState, queue_size=1)
         self._states = rospy.Publisher("safety_state", String, queue_size=1, latch=True)
         try:
-            self._link = DriveLink(str(rospy.get_param("~server", "127.0.0.1")))
-        except ValueError as error:
+            self._link = DriveLink(
+                str(rospy.get_param("~server", "127.0.0.1")),
+                name=str(rospy.get_param("~name", "")),
+                rank=int(rospy.get_param("~rank", 0)),
+            )
+        except (TypeError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")

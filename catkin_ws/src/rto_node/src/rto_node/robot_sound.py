@@ -1,7 +1,6 @@
 """RobotSound: the pilot's end of a conversation with a robot's sound server, made anew as often as needed. No ROS.
 
-POST http://HOST:PORT/sound     our offer, audio both ways, application/sdp   201, answer; Location: our place
-DELETE http://HOST:PORT/LOCATION        we leave
+POST http://HOST:PORT/sound     audio both ways, see `rto_node.signaling_client`
 """
 
 from __future__ import annotations
@@ -15,10 +14,10 @@ from collections.abc import Callable
 from urllib.parse import urlsplit
 
 import aiohttp
-from aiortc import RTCPeerConnection, RTCSessionDescription
 
+from rto_node.signaling_client import Refused, SignalingClient
 from telepresence.audio.webrtc_sound import MicrophoneTrack, listen
-from telepresence.video.webrtc import address_towards, on_address, peer_connection, release_early
+from telepresence.video.webrtc import peer_connection, release_early
 
 log = logging.getLogger(__name__)
 
@@ -28,7 +27,6 @@ LOST_AFTER = 3.0
 only a connection on which there was sound is given up for silence."""
 RETRY_PERIOD = 1.0
 ANSWER_TIMEOUT = 2.0
-_MAX_ANSWER = 64 * 1024
 
 
 class RobotSound:
@@ -47,8 +45,9 @@ class RobotSound:
         parts = urlsplit(host)
         if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/"):
             raise ValueError(f"not the address of a sound server: {address!r}; wanted is host or host:port")
-        self._host, self._port = parts.hostname, parts.port or DEFAULT_PORT
-        self.url = f"http://{self._host}:{self._port}/sound"
+        named = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
+        self.url = f"http://{named}:{parts.port or DEFAULT_PORT}/sound"
+        self._signaling = SignalingClient(self.url, "sound server", ANSWER_TIMEOUT)
         self.problem = "not connected yet"
         self.frames = self.connections = 0
         self._open = True
@@ -98,12 +97,11 @@ class RobotSound:
             self._loop.close()
 
     async def _keep_connected(self) -> None:
-        timeout = aiohttp.ClientTimeout(total=ANSWER_TIMEOUT)
-        async with aiohttp.ClientSession(timeout=timeout) as session:
+        async with self._signaling.session() as session:
             while True:
                 try:
                     await self._converse(session)
-                except (OSError, TimeoutError, aiohttp.ClientError, ValueError) as error:
+                except (OSError, TimeoutError, aiohttp.ClientError, ValueError, Refused) as error:
                     self._say(str(error) or f"no answer from {self.url}")
                 await asyncio.sleep(RETRY_PERIOD)
 
@@ -113,7 +111,8 @@ class RobotSound:
         track = MicrophoneTrack()
         track.open = self._open
         try:
-            location = await self._connect(session, peer, track)
+            peer.addTrack(track)
+            location = await self._signaling.exchange(session, peer)
             self._track, self._last = track, 0.0
             self.connections += 1
             hearing = asyncio.ensure_future(listen(peer.getTransceivers()[0].receiver.track, self._take))
@@ -131,29 +130,7 @@ class RobotSound:
             if hearing is not None:
                 hearing.cancel()
             await peer.close()
-            if location is not None and location.startswith("/"):
-                with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it notices the loss anyway
-                    async with session.delete(f"http://{self._host}:{self._port}{location}"):
-                        pass
-
-    async def _connect(
-        self, session: aiohttp.ClientSession, peer: RTCPeerConnection, track: MicrophoneTrack
-    ) -> str | None:
-        loop = asyncio.get_running_loop()
-        own = await asyncio.wait_for(
-            loop.run_in_executor(None, address_towards, self._host, self._port), ANSWER_TIMEOUT
-        )
-        peer.addTrack(track)
-        with on_address(own):
-            await peer.setLocalDescription(await peer.createOffer())
-        offer = peer.localDescription.sdp.encode()
-        async with session.post(self.url, data=offer, headers={"Content-Type": "application/sdp"}) as response:
-            answer = (await response.content.read(_MAX_ANSWER)).decode(errors="replace")
-            if response.status != 201:
-                raise ValueError(f"the sound server at {self.url} refuses: {answer.strip()[:200]}")
-            location = response.headers.get("Location")
-        await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-        return location
+            await self._signaling.leave(session, location)
 
     def _take(self, frames: bytes) -> None:
         self._last = time.monotonic()

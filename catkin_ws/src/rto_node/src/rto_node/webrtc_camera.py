@@ -1,7 +1,6 @@
 """WebrtcCamera: the newest picture of a camera sender, over connections that are made anew as often as needed. No ROS.
 
-    POST http://HOST:PORT/camera[?time=1]   our offer, application/sdp   201 and the answer; Location: our place
-    DELETE http://HOST:PORT/LOCATION        we leave
+    POST http://HOST:PORT/camera[?time=1]   see `rto_node.signaling_client`
 
 Nothing is believed about a connection's state, which aiortc calls "connected" for 28 s after the sender's death: when
 no new picture has come for a second, it is given up and made anew.
@@ -23,6 +22,7 @@ import av
 from aiortc import MediaStreamTrack, RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE
 
+from rto_node.signaling_client import Refused, SignalingClient
 from telepresence.video.copy_paste_signaling import (
     EXITING,
     CopyPasteSignaling,
@@ -33,7 +33,7 @@ from telepresence.video.copy_paste_signaling import (
 )
 from telepresence.video.frame_timestamp import read_age
 from telepresence.video.images import LatestImage
-from telepresence.video.webrtc import address_towards, drain, on_address, peer_connection
+from telepresence.video.webrtc import drain, on_address, peer_connection
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +46,6 @@ RETRY_PERIOD = 0.3
 """Seconds between two attempts."""
 ANSWER_TIMEOUT = 1.0
 """Seconds allowed for connecting to the sender, and for its answer."""
-MAX_ANSWER = 64 * 1024
 PLAUSIBLE_AGE = 30.0
 """An age beyond this says that two clocks disagree, not that the picture is old [s]."""
 
@@ -73,6 +72,7 @@ class WebrtcCamera:
 
     def __init__(self, address: str, with_time: bool = False) -> None:
         self.url = sender_url(address)
+        self._signaling = SignalingClient(self.url, "camera sender", ANSWER_TIMEOUT)
         self.image = LatestImage()
         self.problem = "not connected yet"
         self.age: float | None = None
@@ -114,8 +114,7 @@ class WebrtcCamera:
             self._loop.close()
 
     async def _keep_connected(self) -> None:
-        timeout = aiohttp.ClientTimeout(total=ANSWER_TIMEOUT)
-        async with aiohttp.ClientSession(timeout=timeout) as session:
+        async with self._signaling.session() as session:
             try:
                 while True:
                     self._changed.clear()
@@ -150,32 +149,16 @@ class WebrtcCamera:
 
     async def _connect(self, session: aiohttp.ClientSession, peer: RTCPeerConnection) -> str | None:
         """Exchange offer and answer; our place at the sender."""
-        parts = urlsplit(self.url)
-        loop = asyncio.get_running_loop()
         try:
-            own = await asyncio.wait_for(
-                loop.run_in_executor(None, address_towards, str(parts.hostname), int(parts.port or 0)), ANSWER_TIMEOUT
-            )
             peer.addTransceiver("video", direction="recvonly")
-            with on_address(own):
-                await peer.setLocalDescription(await peer.createOffer())
-            async with session.post(
-                self.url,
-                params={"time": "1"} if self._with_time else None,
-                data=peer.localDescription.sdp.encode(),
-                headers={"Content-Type": "application/sdp"},
-            ) as response:
-                answer = (await response.content.read(MAX_ANSWER)).decode(errors="replace")
-                if response.status != 201:
-                    raise SenderUnreachable(f"the camera sender at {self.url} refuses: {answer.strip()[:200]}")
-                location = response.headers.get("Location")
-            await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-            self.connections += 1
-            return location
-        except SenderUnreachable:
-            raise
-        except Exception as error:  # of aiohttp, or of aiortc, which parses with asserts and indices
+            query = {"time": "1"} if self._with_time else None
+            location = await self._signaling.exchange(session, peer, query)
+        except Refused as error:
+            raise SenderUnreachable(str(error)) from None
+        except (aiohttp.ClientError, TimeoutError, OSError) as error:
             raise SenderUnreachable(f"the camera sender at {self.url} does not answer: {_cause(error)}") from error
+        self.connections += 1
+        return location
 
     async def _supervise(self, draining: asyncio.Future) -> None:
         """Wait until the pictures stop coming, which raises SenderUnreachable, or are not wanted any more."""
@@ -191,12 +174,7 @@ class WebrtcCamera:
 
     async def _leave(self, session: aiohttp.ClientSession, peer: RTCPeerConnection, location: str | None) -> None:
         await peer.close()
-        if location is None or not location.startswith("/"):
-            return
-        parts = urlsplit(self.url)
-        with contextlib.suppress(aiohttp.ClientError, TimeoutError, OSError):  # it notices the loss anyway
-            async with session.delete(f"{parts.scheme}://{parts.netloc}{location}"):
-                pass
+        await self._signaling.leave(session, location)
 
     def _take(self, frame: av.VideoFrame) -> None:
         pixels = frame.to_ndarray(format="bgr24")
@@ -241,6 +219,8 @@ async def receive_by_copy_and_paste(
                 if not videos:
                     signaling.explain("this offer sends no video")
                     continue
+                for each in peer.getTransceivers():  # nothing else is taken in: nobody would look at it
+                    each.direction = "recvonly" if each.receiver.track is videos[0] else "inactive"
                 with on_address(address):
                     await peer.setLocalDescription(await peer.createAnswer())
                 await signaling.send(peer.localDescription)

@@ -3,18 +3,21 @@
 Wire, UDP, default port 10001, payload type 96:
     l16   RFC 3551 L16/44100/2: what the first telepresence rig sent; 1.5 Mbit/s, a packet every 8 ms
     opus  RFC 7587; 0.1 Mbit/s, a packet every 10 ms, lost ones are rebuilt from the next one or concealed
-Both sides are plain GStreamer; `gst-launch-1.0` can take either place.
+Both sides are plain GStreamer; `gst-launch-1.0` can take either place. RTP itself proves nothing about who sends it: a
+player beside its sender takes packets of that sender alone, one on another machine belongs into a VPN.
 """
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Callable
 
 import numpy as np
+from gi.repository import Gio
 
 from telepresence.audio.output import Output
-from telepresence.audio.pipeline import Gst, KeptPipeline
+from telepresence.audio.pipeline import Gst, KeptPipeline, SoundError
 from telepresence.audio.schedule import Schedule
 
 PORT = 10001
@@ -62,6 +65,8 @@ class RtpSender:
         host, port: Where the receiver listens.
         on_level: Gets the mean level [dBFS] ten times a second while sound is sent.
         patience: Seconds of delay accepted on top, for a busy machine.
+    Attributes:
+        origin: Address and port from which packets are sent, nobody else's until `close`.
     """
 
     def __init__(
@@ -84,6 +89,9 @@ class RtpSender:
             "processing-deadline=0"  # GStreamer's default would add 20 ms to every live sound
         )
         self._target = (host, port)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1" if host.startswith("127.") or host == "localhost" else "", 0))
+        self.origin = self._socket.getsockname()
         self.pipeline = KeptPipeline("sound of the robot", lambda: description, self._reset, on_level)
 
     def start(self) -> RtpSender:
@@ -92,6 +100,7 @@ class RtpSender:
 
     def close(self) -> None:
         self.pipeline.close()
+        self._socket.close()
 
     def push(self, block: np.ndarray, arrival: float) -> None:
         """Send a block of (n, channels) int16 that arrived at `arrival` [s, monotonic]."""
@@ -117,6 +126,7 @@ class RtpSender:
         out = pipeline.get_by_name("out")
         for name, value in zip(("host", "port"), self._target, strict=True):
             out.set_property(name, value)
+        out.set_property("socket", _for_gstreamer(self._socket.dup()))
         with self._lock:
             self._schedule.forget()
 
@@ -126,6 +136,7 @@ class RtpPlayer(Output):
 
     Args:
         address: Of this machine, on which packets are accepted; loopback by default.
+        origin: Address and port of the only sender whose packets are taken; None takes everybody's.
         jitter: Seconds that a packet may be late.
         device, on_state, patience: See `Output`.
     """
@@ -139,8 +150,9 @@ class RtpPlayer(Output):
         jitter: float = 0.02,
         on_state: Callable[[str | None], None] = lambda problem: None,
         patience: float = 0.0,
+        origin: tuple[str, int] | None = None,
     ) -> None:
-        self._address = address
+        self._address, self._port, self._origin = address, port, origin
         head = f'udpsrc name=in port={port} reuse=false caps="{CAPS[codec]}" ! {receive(codec, jitter)}'
         super().__init__("loudspeaker", device, head, patience, self._listen, on_state=on_state)
 
@@ -154,4 +166,24 @@ class RtpPlayer(Output):
         return read["num-pushed"], read["num-lost"] + read["num-late"]
 
     def _listen(self, pipeline: Gst.Pipeline) -> None:
-        pipeline.get_by_name("in").set_property("address", self._address)
+        source = pipeline.get_by_name("in")
+        if self._origin is None:
+            source.set_property("address", self._address)
+        else:
+            source.set_property("socket", _for_gstreamer(self._connect(self._origin)))
+
+    def _connect(self, origin: tuple[str, int]) -> socket.socket:
+        """A socket to which the kernel hands nothing but that sender's packets."""
+        connected = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            connected.bind((self._address, self._port))
+            connected.connect(origin)
+        except OSError as error:
+            connected.close()
+            raise SoundError(f"{self._address}, port {self._port} (udp): {error.strerror}") from None
+        return connected
+
+
+def _for_gstreamer(made: socket.socket) -> Gio.Socket:
+    """The same socket for an element, which closes it."""
+    return Gio.Socket.new_from_fd(made.detach())

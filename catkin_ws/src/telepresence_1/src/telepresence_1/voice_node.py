@@ -13,8 +13,8 @@ Parameters:
     ~robot_rate (0)          what the robot's loudspeaker plays [Hz]: 16000, 22050, 44100, 48000; 0 leaves it as it is
     ~own_address ("")        this machine as the robot sees it; found out when empty
     ~rtp_host ("127.0.0.1"), ~rtp_port (10001)
-                             where the robot's sound is sent by RTP; at 127.0.0.1 this node plays it, elsewhere run
-                             `play_rtp`
+                             where the robot's sound is sent by RTP; at 127.0.0.1 this node plays it, and nobody
+                             else's packets; elsewhere run `play_rtp`
     ~codec ("")              l16 or opus; "": l16 on this machine, opus elsewhere
     ~jitter (0.01)           seconds that a packet of it may be late
     ~patience (0)            seconds of delay accepted on top, each way, for a busy machine or a poor network
@@ -74,7 +74,8 @@ class Voice:
         if is_loopback(host):
             self._microphone_stream.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.01))
-            self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience)
+            origin = self._sender.origin
+            self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience, origin)
         self._topics = VoiceTopics(
             self, bool(rospy.get_param("~push_to_talk", False)), bool(rospy.get_param("~conversation", True))
         )

@@ -9,16 +9,22 @@ import argparse
 import asyncio
 import contextlib
 import logging
+import os
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from telepresence.log_flood import limit_log_flood
+from telepresence.robot_key import RobotKey, is_loopback
 
 if TYPE_CHECKING:
     from rto_bringup.onboard.picture_sources import PictureSource
 
 DRIVE_PORT, CAMERA_PORT, SOUND_PORT = 8082, 8083, 8084
 ROBOT = LOOPBACK = "127.0.0.1"
+KEY_FILE = "robot.key"
 RECEIVER = "rosrun rto_node rto_camera_receiver _signaling:=copy-paste"
 """What runs on the pilot's side of an exchange by copy and paste."""
 
@@ -27,6 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one of the three programs; the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s")
+    limit_log_flood()
     logging.getLogger("aioice").setLevel(logging.WARNING)
     try:
         return options.run(options)
@@ -47,6 +54,11 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
             "--address",
             help=f"where to listen: this robot's address in the pilot's network, 0.0.0.0 for all (default: {LOOPBACK}, "
                  "which only this machine reaches; with --copy-paste all but that)",
+        )  # fmt: skip
+        role.add_argument(
+            "--key", type=Path, metavar="FILE",
+            help=f"the robot's key, made with the bundle, which pilots need; wanted with any address but {LOOPBACK} "
+                 f"(default: {KEY_FILE} beside the bundle, if it is there)",
         )  # fmt: skip
         role.add_argument("--port", type=int, default=port, help="0 takes a free one (default: %(default)s)")
         role.set_defaults(run=run)
@@ -75,10 +87,36 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+def find_key(options: argparse.Namespace) -> RobotKey | None:
+    """Return the key that pilots need; None on loopback without one: whoever is on this machine may then drive it.
+
+    Raises:
+        ValueError: There is none and the address is not loopback, or the key cannot be used; the text has the remedy.
+        OSError: It cannot be read.
+    """
+    path = options.key or _key_beside_bundle()
+    if path is not None:
+        return RobotKey.read(path)
+    address = options.address or LOOPBACK
+    if not is_loopback(address):
+        raise ValueError(
+            f"without a key nothing listens on {address}, where strangers are: name the robot's key with --key FILE "
+            f"(make_bundle.py makes one, docs/robotino.md), or listen on {LOOPBACK}"
+        )
+    return None
+
+
+def _key_beside_bundle() -> Path | None:
+    bundle = next((each for each in Path(__file__).absolute().parents if each.is_file()), None)
+    beside = bundle.with_name(KEY_FILE) if bundle else None
+    return beside if beside is not None and os.path.lexists(beside) else None
+
+
 def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
-    with DriveServer(options.robot, options.address or LOOPBACK, options.port, laser=options.laser) as server:
+    key, address = find_key(options), options.address or LOOPBACK
+    with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
@@ -88,8 +126,10 @@ def run_drive(options: argparse.Namespace) -> int:
 def run_sound(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.sound_server import SoundServer, serve_sound
 
+    key = find_key(options)
+
     async def talk() -> None:
-        server = SoundServer(options.microphone, options.speaker, options.patience)
+        server = SoundServer(options.microphone, options.speaker, options.patience, key)
         ready = "sound server listens on {}".format
         work = asyncio.ensure_future(
             serve_sound(server, options.address or LOOPBACK, options.port, lambda url: print(ready(url), flush=True))
@@ -107,18 +147,19 @@ def run_sound(options: argparse.Namespace) -> int:
 def run_camera(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.picture_sources import open_source
 
+    key = None if options.copy_paste else find_key(options)  # nothing listens for offers then: a person carries them
     source = open_source(options.source, options.rate, options.size)
     try:
-        return asyncio.run(_send_pictures(options, source))
+        return asyncio.run(_send_pictures(options, source, key))
     finally:
         source.close()
 
 
-async def _send_pictures(options: argparse.Namespace, source: PictureSource) -> int:
+async def _send_pictures(options: argparse.Namespace, source: PictureSource, key: RobotKey | None) -> int:
     from rto_bringup.onboard.camera_server import CameraServer, serve
     from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 
-    server = CameraServer(source)
+    server = CameraServer(source, key)
     if options.copy_paste:
         signaling = CopyPasteSignaling(f"the receiver's terminal ({RECEIVER})")
         sending = server.send_by_copy_and_paste(signaling, options.address, options.time)

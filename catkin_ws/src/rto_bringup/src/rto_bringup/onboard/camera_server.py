@@ -1,12 +1,13 @@
 """The camera sender: the robot's pictures by WebRTC, video VP8, to a few receivers. Signaling is automatic:
 
-    POST /camera[?time=1]   body: an offer, application/sdp    201, body: the answer, Location: /camera/NUMBER
-    DELETE /camera/NUMBER   200: the receiver has left
+    POST /camera[?time=1]   body: an offer, application/sdp    201, body: the answer, Location: /camera/NAME
+    DELETE /camera/NAME     200: the receiver has left
     GET /camera             200, JSON: {"receivers": n, "problem": why there is no picture, or ""}
 
-That is WHEP (draft-ietf-wish-whep), so players that speak it work too. With time=1 the time at which a picture was
-taken is drawn into it. Candidates are offered on the one address that the offer came to; nobody's server is asked for
-ours.
+Who may ask, and how it is proven: `signaling_server`. Without a key that is WHEP (draft-ietf-wish-whep). With time=1
+the time at which a picture was taken is drawn into it. A NAME is random, so nobody ends another one's pictures.
+Candidates are offered on the one address that the offer came to, and used on the one that it came from; nobody's server
+is asked for ours.
 
 By copy and paste, as the Robotino guide has it, this side prints the offer as one line and reads the answer, see
 `telepresence.video.copy_paste_signaling`.
@@ -16,9 +17,8 @@ from __future__ import annotations
 
 import asyncio
 import datetime
-import ipaddress
-import itertools
 import logging
+import secrets
 from collections.abc import Callable
 
 from aiohttp import web
@@ -26,18 +26,22 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE
 
 from rto_bringup.onboard.picture_sources import PictureSource
+from rto_bringup.onboard.signaling_server import SDP, SignalingServer, local_address, remote_address
+from telepresence.robot_key import RobotKey
 from telepresence.video.copy_paste_signaling import EXITING, CopyPasteSignaling, connected, follow, take_description
+from telepresence.video.foreign_sdp import checked
 from telepresence.video.webrtc import NewestPictureTrack, on_address, peer_connection
 
 log = logging.getLogger(__name__)
 
 MAX_RECEIVERS = 3
 """Each costs an encoder of its own: a fifth of a core at 640x480, 30 pictures/s."""
-MAX_OFFER = 64 * 1024
-"""Bytes."""
 SILENT_RECEIVER = 6.0
 """Seconds without a report (RTCP, about one a second) after which a receiver counts as gone; aiortc takes 28 s."""
-SDP = "application/sdp"
+
+
+class NoPlace(RuntimeError):
+    """Nobody else can be served now; the text says why."""
 
 
 class CameraServer:
@@ -45,44 +49,49 @@ class CameraServer:
 
     Args:
         source: Closed by its owner.
+        key: Without one only this machine's own user is served.
     """
 
-    def __init__(self, source: PictureSource) -> None:
+    def __init__(self, source: PictureSource, key: RobotKey | None = None) -> None:
         self._source = source
-        self._receivers: dict[int, tuple[RTCPeerConnection, asyncio.Task | None]] = {}
-        """By number: the connection, and what ends it when the receiver is silent."""
-        self._numbers = itertools.count(1)
+        self.signaling = SignalingServer(key)
+        self._receivers: dict[str, tuple[RTCPeerConnection, asyncio.Task | None]] = {}
+        """By name: the connection, and what ends it when the receiver is silent."""
 
     def application(self) -> web.Application:
         """Return the application for aiohttp to serve; it ends all connections when it is shut down."""
-        application = web.Application(client_max_size=MAX_OFFER)
-        application.add_routes(
-            [
-                web.post("/camera", self._offer),
-                web.delete(r"/camera/{number:\d{1,9}}", self._delete),
-                web.get("/camera", self._report),
-            ]
+        application = self.signaling.application(
+            web.post("/camera", self._offer),
+            web.delete(r"/camera/{name:[0-9a-z]{1,32}}", self._delete),
+            web.get("/camera", self._report),
         )
         application.on_shutdown.append(lambda _: self.close())
         return application
 
     async def close(self) -> None:
         """End every connection; receivers learn it at once."""
-        await asyncio.gather(*(self._end(number, "the sender ends") for number in list(self._receivers)))
+        await asyncio.gather(*(self._end(name, "the sender ends") for name in list(self._receivers)))
 
-    async def answer(self, offer: str, address: str | None, with_time: bool = False) -> tuple[int, str]:
-        """Begin to send; the receiver's number and the answer's SDP.
+    async def answer(
+        self, offer: str, address: str | None, with_time: bool = False, receiver: str | None = None
+    ) -> tuple[str, str]:
+        """Begin to send; the receiver's name and the answer's SDP. The place is taken before anything is awaited.
 
         Args:
             offer: SDP of a receiver.
             address: Of this machine, where the receiver is to find us; None for all.
             with_time: Draw the time into the pictures.
+            receiver: Its address, the only one to which anything is sent; None for all that the offer names.
         Raises:
             ValueError: It is not an offer to receive video.
+            NoPlace: There are as many receivers as there may be, or all of them were ended meanwhile.
         """
+        offer = checked(offer, *([receiver] if receiver else []))
+        if len(self._receivers) >= MAX_RECEIVERS:
+            raise NoPlace(f"{MAX_RECEIVERS} receivers are connected, which is the limit")
         peer = peer_connection()
-        number = self._add(peer)
-        self._receivers[number] = peer, asyncio.ensure_future(self._supervise(number, peer))
+        name = self._add(peer)
+        self._receivers[name] = peer, asyncio.ensure_future(self._supervise(name, peer))
         try:
             with on_address(address):
                 await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
@@ -90,14 +99,18 @@ class CameraServer:
                 if not videos:
                     raise ValueError("the offer asks for no video")
                 peer.addTrack(NewestPictureTrack(self._source.image, with_time))
+                for each in peer.getTransceivers():  # nothing is taken in: nobody would look at it
+                    each.direction = "sendonly" if each.sender.track is not None else "inactive"
                 await peer.setLocalDescription(await peer.createAnswer())
+            if name not in self._receivers:
+                raise NoPlace("the receiver was ended while it was answered")
         except BaseException as error:  # cancellation, too, must not leave a receiver behind
-            await self._end(number, "the offer is refused")
-            if isinstance(error, Exception) and not isinstance(error, ValueError):
+            await self._end(name, "the offer is refused")
+            if isinstance(error, Exception) and not isinstance(error, ValueError | NoPlace):
                 # aiortc parses with asserts and indices; whatever it stumbles over is the offer's fault.
                 raise ValueError(f"the offer cannot be understood: {error!r}") from error
             raise
-        return number, peer.localDescription.sdp
+        return name, peer.localDescription.sdp
 
     async def send_by_copy_and_paste(
         self, signaling: CopyPasteSignaling, address: str | None, with_time: bool = False
@@ -120,7 +133,7 @@ class CameraServer:
     async def _send_to_one(self, signaling: CopyPasteSignaling, address: str | None, with_time: bool) -> bool:
         """Make one exchange; False when the receiver said goodbye, True when it is gone without."""
         peer = peer_connection()
-        number = self._add(peer)
+        name = self._add(peer)
         peer.addTrack(NewestPictureTrack(self._source.image, with_time))
         try:
             with on_address(address):
@@ -130,7 +143,7 @@ class CameraServer:
             if not await take_description(signaling, peer, "answer"):
                 return False
             reading = asyncio.ensure_future(follow(signaling, peer, "answer"))
-            sending = asyncio.ensure_future(self._send_until_lost(signaling, number, peer))
+            sending = asyncio.ensure_future(self._send_until_lost(signaling, name, peer))
             try:
                 await asyncio.wait({reading, sending}, return_when=asyncio.FIRST_COMPLETED)
                 return not (reading.done() and reading.result() is BYE)
@@ -138,12 +151,12 @@ class CameraServer:
                 reading.cancel()
                 sending.cancel()
         finally:
-            await self._end(number, "the exchange is over")
+            await self._end(name, "the exchange is over")
 
-    async def _send_until_lost(self, signaling: CopyPasteSignaling, number: int, peer: RTCPeerConnection) -> None:
+    async def _send_until_lost(self, signaling: CopyPasteSignaling, name: str, peer: RTCPeerConnection) -> None:
         """Only a receiver that was there can be lost: until it connects, a person may be looking for the line."""
         if await connected(signaling, peer):
-            await self._supervise(number, peer)
+            await self._supervise(name, peer)
             signaling.say("The receiver is gone.")
         else:
             signaling.say("The connection failed.")
@@ -153,22 +166,22 @@ class CameraServer:
     async def _offer(self, request: web.Request) -> web.Response:
         if request.content_type != SDP:
             raise web.HTTPUnsupportedMediaType(text=f"an offer is sent as {SDP}, not as {request.content_type}\n")
-        if len(self._receivers) >= MAX_RECEIVERS:
-            raise web.HTTPServiceUnavailable(text=f"{MAX_RECEIVERS} receivers are connected, which is the limit\n")
         try:
             offer = (await request.read()).decode()
-            number, answer = await self.answer(offer, local_address(request), request.query.get("time") == "1")
+            name, answer = await self.answer(
+                offer, local_address(request), request.query.get("time") == "1", remote_address(request)
+            )
+        except NoPlace as error:
+            raise web.HTTPServiceUnavailable(text=f"{error}\n") from None
         except ValueError as error:
             raise web.HTTPBadRequest(text=f"{error}\n") from None
-        return web.Response(
-            status=201, body=answer.encode(), content_type=SDP, headers={"Location": f"/camera/{number}"}
-        )
+        return web.Response(status=201, body=answer.encode(), content_type=SDP, headers={"Location": f"/camera/{name}"})
 
     async def _delete(self, request: web.Request) -> web.Response:
-        number = int(request.match_info["number"])
-        if number not in self._receivers:
-            raise web.HTTPNotFound(text=f"there is no receiver {number}\n")
-        await self._end(number, "it has left")
+        name = request.match_info["name"]
+        if name not in self._receivers:
+            raise web.HTTPNotFound(text="there is no such receiver\n")
+        await self._end(name, "it has left")
         return web.Response()
 
     async def _report(self, _request: web.Request) -> web.Response:
@@ -176,13 +189,13 @@ class CameraServer:
 
     # --- receivers ---------------------------------------------------------------------------------------------------
 
-    def _add(self, peer: RTCPeerConnection) -> int:
-        number = next(self._numbers)
+    def _add(self, peer: RTCPeerConnection) -> str:
+        name = secrets.token_hex(16)
         self._source.watch()
-        self._receivers[number] = peer, None
-        return number
+        self._receivers[name] = peer, None
+        return name
 
-    async def _supervise(self, number: int, peer: RTCPeerConnection) -> None:
+    async def _supervise(self, name: str, peer: RTCPeerConnection) -> None:
         """End a receiver that sends no more reports, long before aiortc notices."""
         loop = asyncio.get_running_loop()
         received_at, last = loop.time(), None
@@ -191,12 +204,12 @@ class CameraServer:
             newest = await _newest_report(peer)
             if newest != last:
                 received_at, last = loop.time(), newest
-        await self._end(number, "it is silent")
+        await self._end(name, "it is silent")
 
-    async def _end(self, number: int, reason: str) -> None:
-        if number not in self._receivers:
+    async def _end(self, name: str, reason: str) -> None:
+        if name not in self._receivers:
             return
-        peer, supervisor = self._receivers.pop(number)
+        peer, supervisor = self._receivers.pop(name)
         if supervisor is not None and supervisor is not asyncio.current_task():
             supervisor.cancel()
         self._source.leave()
@@ -204,23 +217,13 @@ class CameraServer:
             if sender.track is not None:
                 sender.track.stop()
         await asyncio.shield(peer.close())  # aiortc may be closing it too, and fails when this is cancelled
-        log.info("receiver %d ended: %s", number, reason)
+        log.info("a receiver ended: %s", reason)
 
 
 async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
     """Return when the receiver last reported."""
     report = await peer.getStats()
     return max((each.timestamp for each in report.values() if each.type == "remote-inbound-rtp"), default=None)
-
-
-def local_address(request: web.Request) -> str | None:
-    """Return the address of this machine at which the request came in."""
-    name = request.transport.get_extra_info("sockname") if request.transport else None
-    if not name:
-        return None
-    address = ipaddress.ip_address(name[0].partition("%")[0])
-    mapped = getattr(address, "ipv4_mapped", None)
-    return str(mapped or address)
 
 
 async def serve(server: CameraServer, address: str, port: int, ready: Callable[[str], None]) -> None:
@@ -233,12 +236,4 @@ async def serve(server: CameraServer, address: str, port: int, ready: Callable[[
     Raises:
         OSError: The port is taken or the address is not this machine's.
     """
-    runner = web.AppRunner(server.application(), access_log=None, shutdown_timeout=1.0)
-    await runner.setup()
-    try:
-        site = web.TCPSite(runner, address, port)
-        await site.start()
-        ready("http://{}:{}".format(*runner.addresses[0][:2]))
-        await asyncio.Event().wait()
-    finally:
-        await runner.cleanup()
+    await server.signaling.serve(server.application(), address, port, ready)

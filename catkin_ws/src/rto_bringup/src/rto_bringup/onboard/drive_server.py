@@ -23,6 +23,7 @@ from rto_node.drive_datagram import MAX_DATAGRAM, Report, encode_report
 
 from rto_bringup.onboard.pilots import Outgoing, Pilots, Request
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
+from telepresence.robot_key import RobotKey
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Decision, Odometry, State, VelocityGate
 
 log = logging.getLogger(__name__)
@@ -40,8 +41,8 @@ FAULT_TIME = 0.5
 MAX_READINGS = 40
 IDLE = (State.NO_COMMAND, State.BLOCKED, State.LIMITED, State.CLEAR)
 """States of the gate that say nothing about the robot itself."""
-MAX_REASON = 300
-"""Characters; a report must fit one datagram."""
+LOG_PERIOD = 1.0
+"""Seconds between two lines about datagrams: whoever sends many does not fill the disk."""
 
 
 @dataclass
@@ -59,17 +60,21 @@ class DriveServer:
         robot: The robot's own web server.
         address, port: Where to listen; port 0 takes a free one.
         laser: The robot carries a laser scanner.
+        key: The robot's, which pilots must have. Without one whoever reaches the port may drive.
     Raises:
         OSError: The port is taken or the address is not this machine's; the text names both.
         ValueError: `robot` is not an address.
     """
 
-    def __init__(self, robot: str, address: str, port: int, *, laser: bool = False) -> None:
+    def __init__(
+        self, robot: str, address: str, port: int, *, laser: bool = False, key: RobotKey | None = None
+    ) -> None:
         self._client = RobotinoClient(robot, timeout=WRITE_TIMEOUT)
         self._readings: queue.Queue[Reading] = queue.Queue(MAX_READINGS)
         self._sensors = Sensors(robot, laser, self._store)
         self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO)
-        self._pilots = Pilots()
+        self._pilots = Pilots(key)
+        self._log_due, self._unsaid, self._refused = -math.inf, 0, 0
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
         self._write_problem, self._write_failed = "", -math.inf
@@ -138,7 +143,7 @@ class DriveServer:
     def _do(self, request: Request) -> Outgoing:
         ok, text = True, ""
         if request.what == "stop":
-            self._gate.stop(f"the pilot at {request.session.address[0]} pressed stop")
+            self._gate.stop(f"{request.session} pressed stop")
             text = "stopped until reset stop"
         elif request.what == "reset stop":
             self._gate.reset_stop()
@@ -148,8 +153,18 @@ class DriveServer:
             text = "" if ok else "the bumper is still pressed"
         elif request.what == "leave":
             self._pilots.release(request.session)
-        log.info("%s, asked by %s: %s", request.what, request.session.address[0], text or ("done" if ok else "refused"))
+        self._say(f"{request.what}, asked by {request.session}: {text or ('done' if ok else 'refused')}")
         return self._pilots.answered(request, ok, text)
+
+    def _say(self, text: str) -> None:
+        """Log what a datagram caused, a line a second at most."""
+        now = time.monotonic()
+        if now < self._log_due:
+            self._unsaid += 1
+            return
+        more = f" (and {self._unsaid} lines like this were left out)" if self._unsaid else ""
+        self._log_due, self._unsaid = now + LOG_PERIOD, 0
+        log.info("%s%s", text, more)
 
     def _send(self, outgoing: Outgoing) -> None:
         try:
@@ -171,6 +186,9 @@ class DriveServer:
         given = (decision.vx, decision.vy, decision.wz) if command is not None else (0.0, 0.0, 0.0)
         self._give(now, command, given)
         self._report(now, decision, given, command is not None)
+        if self._pilots.refused > self._refused and now >= self._log_due:
+            self._say(f"{self._pilots.refused - self._refused} datagrams refused, the last one: {self._pilots.refusal}")
+            self._refused = self._pilots.refused
 
     def _take(self, reading: Reading) -> None:
         self._gate.update_ranges("infrared", reading.stamp, reading.distances)
@@ -210,15 +228,15 @@ class DriveServer:
             state, reason = decision.state, decision.reason
             if problem:
                 state, reason = State.FAULT, f"On the robot: {problem}."
-            elif driver not in (None, session):
-                state, reason = State.NO_COMMAND, f"Another pilot drives, at {driver.address[0]}."
+            elif driver not in (None, session) and state in IDLE:
+                state, reason = State.NO_COMMAND, f"Another pilot drives: {driver}."
             elif not commanded and state in IDLE:
                 state, reason = State.NO_COMMAND, self._pilots.problem or "Nobody drives."
             report = Report(
                 now,
                 self._reports,
                 state.value,
-                reason[:MAX_REASON],
+                reason,
                 given,
                 tuple(decision.allowed.tolist()),
                 decision.gap,
@@ -227,7 +245,7 @@ class DriveServer:
                 decision.scanning,
             )
             self._pilots.reported(session, now)
-            self._send(Outgoing(encode_report(report), session.address))
+            self._send(session.send(encode_report(report)))
 
 
 def _velocity(command: Command | None) -> tuple[float, float, float] | None:

@@ -1,19 +1,25 @@
 """Who may drive now, and which of their commands still counts. No clock, no socket: time and address are arguments.
 
-Any pilot may listen and stop; one at a time drives: the first to ask for a velocity keeps the robot until a second
-after the last one. A command is refused that is not newer than the last, too old, or from a pilot who has received
-nothing from the robot lately.
+Whoever has the robot's key is a pilot (`rto_node.drive_session`); for others nothing is kept and nothing is done. Any
+pilot may listen and stop; one at a time drives: the first to ask for a velocity keeps the robot until a second after
+the last one. A command is refused that is not newer than the last, too old, or from a pilot who has received nothing
+from the robot lately.
+
+A stop is reset by who pressed it, in this session or a later one, or by a pilot of a higher rank. Names and ranks are
+what pilots say about themselves: among those who have the key they prevent mistakes, not malice.
 """
 
 from __future__ import annotations
 
 import math
-import secrets
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rto_node.drive_datagram import Ask, BadMessage, Drive, Hello, encode, parse_for_robot
+from rto_node import drive_session
+from rto_node.drive_datagram import Ask, BadMessage, Drive, encode, parse_for_robot, short
+from rto_node.drive_session import Address, Opened, RobotHandshake
 
+from telepresence.robot_key import RobotKey
 from telepresence.safety import Command
 
 SILENCE = 0.2
@@ -28,7 +34,7 @@ FORGOTTEN = 2.0
 """Seconds of silence after which a session ends."""
 MAX_SESSIONS = 8
 
-Address = tuple[Any, ...]
+WELCOME = encode(type="welcome")
 
 
 class Outgoing(NamedTuple):
@@ -48,34 +54,51 @@ class Request(NamedTuple):
 class Session:
     """One pilot. Times [s] on the server's clock."""
 
-    token: str
+    opened: Opened
     address: Address
     heard: float
-    seq: int = -1
     reports: dict[float, None] = field(default_factory=dict)
     done: tuple[int, bytes] | None = None
-    """The last request that was answered, and the answer: both may be lost."""
+    """The last request that was answered, and the answer's body: both may be lost."""
+
+    @property
+    def name(self) -> str:
+        return self.opened.name
+
+    def __str__(self) -> str:
+        return f"{self.name} at {self.address[0]}"
+
+    def send(self, body: bytes) -> Outgoing:
+        return Outgoing(self.opened.session.seal(body), self.address)
+
+    def may_undo(self, other: Session) -> bool:
+        """Whether this pilot may undo what another one did."""
+        return self.name == other.name or self.opened.rank > other.opened.rank
 
 
 class Pilots:
     """The sessions of a drive server.
 
+    Args:
+        key: The robot's; None on loopback only.
     Attributes:
         careful: The driving pilot wants the body to swing.
         problem: Why the newest datagrams were no commands; empty when there is nothing to say.
-        refused: Datagrams that could not be used.
+        refused: Datagrams that could not be used, and `refusal`: the newest one's reason.
         cut: The driver fell silent without a word, as a cut network does; not: let go of the controls.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, key: RobotKey | None = None) -> None:
         self.careful = False
         self.problem = ""
-        self.refused = 0
-        self._sessions: dict[str, Session] = {}
+        self.refused, self.refusal = 0, ""
+        self._handshake = RobotHandshake(key)
+        self._sessions: dict[bytes, Session] = {}
         self._driver: Session | None = None
         self._driven = -math.inf  # when the driver's last velocity arrived
         self._command: Command | None = None
         self._let_go = True
+        self._stopper: Session | None = None
 
     @property
     def sessions(self) -> tuple[Session, ...]:
@@ -86,19 +109,24 @@ class Pilots:
         return not self._let_go
 
     def receive(self, datagram: bytes, address: Address, now: float) -> list[Outgoing | Request]:
-        """Take a datagram that came from `address` at `now`; what is to be sent or done for it."""
-        try:
-            message = parse_for_robot(datagram)
-        except BadMessage as error:
-            self.refused += 1
-            self._drop_request(address, f"A command was refused: {error}.")
-            return [Outgoing(encode(type="refused", text=f"refused: {error}"), address)]
-        if isinstance(message, Hello):
-            return [self._welcome(address, now)]
-        session = self._sessions.get(message.session)
-        if session is None or session.address != address:
-            return [Outgoing(encode(type="unknown session"), address)]
+        """Take a datagram that came from `address` at `now`; what is to be sent or done for it.
+
+        What proves nothing changes nothing here, and its answer, if any, is shorter.
+        """
+        session = self._sessions.get(drive_session.session_of(datagram))
+        if session is None:
+            return self._greet(datagram, address, now)
+        body = session.opened.session.unseal(datagram) if session.address == address else None
+        if body is None:
+            return self._refuse("forged, repeated or out of order", address)
         session.heard = now
+        try:
+            message = parse_for_robot(body)
+        except BadMessage as error:
+            self._refuse(str(error), address)
+            if session is self._driver:  # its last command must not go on
+                self._command, self._let_go, self.problem = None, True, f"A command was refused: {error}."
+            return [session.send(encode(type="refused", text=short(f"refused: {error}")))]
         if isinstance(message, Ask):
             return self._answer(session, message)
         self._receive(session, message, now)
@@ -126,42 +154,75 @@ class Pilots:
 
     def answered(self, request: Request, ok: bool, text: str) -> Outgoing:
         """The answer to a request that was done; it is sent again if the pilot asks again."""
-        datagram = encode(type="done", id=request.number, ok=ok, text=text)
-        request.session.done = (request.number, datagram)
-        return Outgoing(datagram, request.session.address)
+        body = encode(type="done", id=request.number, ok=ok, text=short(text))
+        request.session.done = (request.number, body)
+        return request.session.send(body)
 
     def release(self, session: Session) -> None:
-        """This pilot drives no more, and says so itself."""
+        """This pilot leaves, and says so itself."""
+        self._sessions.pop(session.opened.session.id, None)
         if session is self._driver:
             self._driver, self._command, self._let_go = None, None, True
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
-    def _welcome(self, address: Address, now: float) -> Outgoing:
-        self._expire(now)
+    def _greet(self, datagram: bytes, address: Address, now: float) -> list[Outgoing | Request]:
+        """Answer what belongs to no session."""
+        challenge = self._handshake.challenge(datagram, address, now)
+        if challenge is not None:
+            return [Outgoing(challenge, address)]
+        cookie = drive_session.cookie_of(datagram)
         for session in self.sessions:
-            if session.address == address:
-                # A greeting was repeated, or a program has started anew and counts from the beginning.
-                session.heard, session.seq = now, -1
-                return Outgoing(encode(type="welcome", session=session.token), address)
+            if cookie and session.opened.cookie == cookie and session.address == address:
+                return [session.send(WELCOME)]  # the first one was lost
+        try:
+            opened = self._handshake.accept(datagram, address, now)
+        except BadMessage as error:
+            return self._refuse(str(error), address)
+        return self._refuse("without the robot's key", address) if opened is None else self._open(opened, address, now)
+
+    def _open(self, opened: Opened, address: Address, now: float) -> list[Outgoing | Request]:
+        self._expire(now)
+        session = Session(opened, address, now)
+        # Who comes back from an outage, or starts anew, at the same place is the same pilot.
+        before = next((each for each in self.sessions if each.address == address), None)
+        if before is not None:
+            del self._sessions[before.opened.session.id]
+            self._driver = session if self._driver is before else self._driver
         if len(self._sessions) >= MAX_SESSIONS:
-            return Outgoing(encode(type="refused", text=f"{MAX_SESSIONS} pilots are here, which is the limit"), address)
-        session = Session(secrets.token_hex(8), address, now)
-        self._sessions[session.token] = session
-        return Outgoing(encode(type="welcome", session=session.token), address)
+            return [session.send(encode(type="refused", text=f"{MAX_SESSIONS} pilots are here, which is the limit"))]
+        self._sessions[opened.session.id] = session
+        return [session.send(WELCOME)]
+
+    def _refuse(self, reason: str, address: Address) -> list[Outgoing | Request]:
+        self.refused, self.refusal = self.refused + 1, f"{reason}, from {address[0]}"
+        return []
 
     def _answer(self, session: Session, ask: Ask) -> list[Outgoing | Request]:
         if session.done is not None and session.done[0] == ask.number:
-            return [Outgoing(session.done[1], session.address)]
-        if ask.what not in ("stop", "leave") and self._driver not in (None, session):
-            text = f"another pilot drives, at {self._driver.address[0]}"
-            return [self.answered(Request(ask.what, ask.number, session), False, text)]
-        return [Request(ask.what, ask.number, session)]
+            return [session.send(session.done[1])]
+        request = Request(ask.what, ask.number, session)
+        obstacle = self._obstacle(session, ask.what)
+        if obstacle:
+            return [self.answered(request, False, obstacle)]
+        if ask.what == "stop" and (self._stopper is None or session.opened.rank > self._stopper.opened.rank):
+            self._stopper = session
+        elif ask.what == "reset stop":
+            self._stopper = None
+        return [request]
+
+    def _obstacle(self, session: Session, what: str) -> str:
+        """Why this pilot may not have that done; empty if it may."""
+        if what in ("stop", "leave"):
+            return ""
+        if what == "reset stop" and self._stopper is not None:
+            mine = session.may_undo(self._stopper)
+            return "" if mine else f"{self._stopper} has pressed stop; {self._stopper.name} or a higher rank resets it"
+        if self._driver is not None and self._driver is not session and not session.may_undo(self._driver):
+            return f"another pilot drives: {self._driver}"
+        return ""
 
     def _receive(self, session: Session, drive: Drive, now: float) -> None:
-        if drive.seq <= session.seq:
-            return
-        session.seq = drive.seq
         if drive.velocity is None:
             if session is self._driver:
                 self._command, self._let_go, self.problem = None, True, ""
@@ -172,7 +233,7 @@ class Pilots:
         age = now - drive.echo - drive.after
         problem = self._problem(session, drive, age, now)
         if problem:
-            self.refused += 1
+            self._refuse(problem, session.address)
             self._command, self.problem = None, problem
             return
         self._driver, self._driven, self._let_go = session, now, False
@@ -189,11 +250,6 @@ class Pilots:
             return "The pilot's clock runs ahead."
         return f"Commands arrive {age:.1f} s late." if age > OLDEST else ""
 
-    def _drop_request(self, address: Address, problem: str) -> None:
-        """The driver sends what cannot be parsed: drop its last command, which must not go on."""
-        if self._driver is not None and self._driver.address == address:
-            self._command, self._let_go, self.problem = None, True, problem
-
     def _expire(self, now: float) -> None:
         if self._command is not None and now - self._driven >= SILENCE:
             self._command, self.problem = None, f"Nothing was heard from the pilot for {SILENCE:g} s."
@@ -201,4 +257,4 @@ class Pilots:
             self._driver = None
         for session in self.sessions:
             if now - session.heard > FORGOTTEN:
-                del self._sessions[session.token]
+                del self._sessions[session.opened.session.id]

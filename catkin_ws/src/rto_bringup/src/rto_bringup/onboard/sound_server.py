@@ -1,29 +1,31 @@
 """The robot's end of the conversation: its microphone to the pilot, the pilot's voice to its loudspeaker, by WebRTC.
 
     POST /sound             body: an offer with audio both ways, application/sdp    201, body: the answer
-                            Location: /sound/NUMBER
-    DELETE /sound/NUMBER    200: the pilot has left
+                            Location: /sound/NAME
+    DELETE /sound/NAME      200: the pilot has left
     GET /sound              200, JSON: {"pilots": 0 or 1, "microphone": problem or "", "loudspeaker": problem or ""}
 
-One pilot at a time; another one is refused while the first is connected. Candidates are offered on the one address that
-the offer came to.
+Who may ask, and how it is proven: `signaling_server`. One pilot at a time; another one is refused while the first is
+connected. Candidates are offered on the one address that the offer came to, and used on the one that it came from.
 """
 
 from __future__ import annotations
 
 import asyncio
-import itertools
 import logging
+import secrets
 import time
 from collections.abc import Callable
 
 from aiohttp import web
-from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc import MediaStreamTrack, RTCPeerConnection, RTCSessionDescription
 
-from rto_bringup.onboard.camera_server import MAX_OFFER, SDP, local_address
+from rto_bringup.onboard.signaling_server import SDP, SignalingServer, local_address, remote_address
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.webrtc_sound import RATE, MicrophoneTrack, listen
+from telepresence.robot_key import RobotKey
+from telepresence.video.foreign_sdp import checked
 from telepresence.video.webrtc import on_address, peer_connection, release_early
 
 log = logging.getLogger(__name__)
@@ -38,28 +40,32 @@ class SoundServer:
     Args:
         microphone, loudspeaker: Devices of the robot, see `telepresence.audio.devices`.
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
+        key: Without one only this machine's own user is served.
     """
 
-    def __init__(self, microphone: str = "auto", loudspeaker: str = "auto", patience: float = 0.0) -> None:
+    def __init__(
+        self,
+        microphone: str = "auto",
+        loudspeaker: str = "auto",
+        patience: float = 0.0,
+        key: RobotKey | None = None,
+    ) -> None:
         release_early()
+        self.signaling = SignalingServer(key)
         self._track: MicrophoneTrack | None = None
         self._microphone = Microphone(microphone, lambda: RATE, self._received)
         self._loudspeaker = Loudspeaker(loudspeaker, patience=patience)
         self._peer: RTCPeerConnection | None = None
-        self._number = 0
-        self._numbers = itertools.count(1)
+        self._name = ""
         self._last = 0.0
         self._tasks: set[asyncio.Task] = set()
 
     def application(self) -> web.Application:
         """Return the application for aiohttp to serve; it ends the conversation when it is shut down."""
-        application = web.Application(client_max_size=MAX_OFFER)
-        application.add_routes(
-            [
-                web.post("/sound", self._offer),
-                web.delete(r"/sound/{number:\d{1,9}}", self._delete),
-                web.get("/sound", self._report),
-            ]
+        application = self.signaling.application(
+            web.post("/sound", self._offer),
+            web.delete(r"/sound/{name:[0-9a-z]{1,32}}", self._delete),
+            web.get("/sound", self._report),
         )
         application.on_startup.append(self._start)
         application.on_shutdown.append(self._close)
@@ -70,42 +76,63 @@ class SoundServer:
         self._loudspeaker.start()
 
     async def _close(self, _application: web.Application) -> None:
-        await self._end(self._number, "the robot's side ends")
+        await self._end(self._name, "the robot's side ends")
         loop = asyncio.get_running_loop()
         await asyncio.gather(*(loop.run_in_executor(None, end.close) for end in (self._microphone, self._loudspeaker)))
 
     async def _offer(self, request: web.Request) -> web.Response:
         if request.content_type != SDP:
             raise web.HTTPUnsupportedMediaType(text=f"an offer is sent as {SDP}, not as {request.content_type}\n")
+        offer = (await request.read()).decode(errors="replace")
         if self._peer is not None:
             raise web.HTTPServiceUnavailable(text="another pilot is talking\n")
-        offer = (await request.read()).decode(errors="replace")
+        # From here to the next await the place is taken.
         self._peer = peer = peer_connection()
-        self._number = number = next(self._numbers)
+        self._name = name = secrets.token_hex(16)
         self._last = time.monotonic()
         try:
-            with on_address(local_address(request)):
-                await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
-                audio = [each for each in peer.getTransceivers() if each.kind == "audio"]
-                if not audio:
-                    raise ValueError("the offer holds no sound")
-                self._track = MicrophoneTrack()
-                peer.addTrack(self._track)
-                await peer.setLocalDescription(await peer.createAnswer())
-        except Exception as error:
+            voice, track = await self._converse(peer, checked(offer, remote_address(request)), local_address(request))
+        except BaseException as error:  # cancellation, too, must not leave a pilot behind
+            await self._end(name, "the offer is refused")
+            if not isinstance(error, Exception):
+                raise
             # aiortc parses with asserts and indices; whatever it stumbles over is the offer's fault.
-            await self._end(number, "the offer is refused")
             raise web.HTTPBadRequest(text=f"the offer cannot be understood: {error}\n") from None
-        self._keep(listen(audio[0].receiver.track, self._play))
-        self._keep(self._supervise(number))
+        if self._peer is not peer:
+            await peer.close()
+            raise web.HTTPServiceUnavailable(text="the conversation was ended while it was answered\n")
+        self._track = track
+        self._keep(listen(voice, self._play))
+        self._keep(self._supervise(name))
         log.info("a pilot talks")
         answer = peer.localDescription.sdp.encode()
-        return web.Response(status=201, body=answer, content_type=SDP, headers={"Location": f"/sound/{number}"})
+        return web.Response(status=201, body=answer, content_type=SDP, headers={"Location": f"/sound/{name}"})
+
+    @staticmethod
+    async def _converse(
+        peer: RTCPeerConnection, offer: str, address: str | None
+    ) -> tuple[MediaStreamTrack, MicrophoneTrack]:
+        """Answer an offer; the pilot's voice, and the track for the robot's.
+
+        Raises:
+            ValueError: It holds no sound.
+        """
+        with on_address(address):
+            await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+            audio = [each for each in peer.getTransceivers() if each.kind == "audio"]
+            if not audio:
+                raise ValueError("the offer holds no sound")
+            track = MicrophoneTrack()
+            peer.addTrack(track)
+            for each in peer.getTransceivers():  # nothing else is taken in: nobody would hear or see it
+                each.direction = "sendrecv" if each is audio[0] else "inactive"
+            await peer.setLocalDescription(await peer.createAnswer())
+        return audio[0].receiver.track, track
 
     async def _delete(self, request: web.Request) -> web.Response:
-        if self._peer is None or int(request.match_info["number"]) != self._number:
+        if self._peer is None or request.match_info["name"] != self._name:
             raise web.HTTPNotFound(text="there is no such pilot\n")
-        await self._end(self._number, "the pilot has left")
+        await self._end(self._name, "the pilot has left")
         return web.Response()
 
     async def _report(self, _request: web.Request) -> web.Response:
@@ -117,15 +144,15 @@ class SoundServer:
             }
         )
 
-    async def _supervise(self, number: int) -> None:
-        while self._peer is not None and self._number == number:
+    async def _supervise(self, name: str) -> None:
+        while self._peer is not None and self._name == name:
             if time.monotonic() - self._last > SILENT_PILOT:
-                await self._end(number, "the pilot is silent")
+                await self._end(name, "the pilot is silent")
                 return
             await asyncio.sleep(0.5)
 
-    async def _end(self, number: int, reason: str) -> None:
-        if self._peer is None or number != self._number:
+    async def _end(self, name: str, reason: str) -> None:
+        if self._peer is None or name != self._name:
             return
         peer, self._peer = self._peer, None
         if self._track is not None:
@@ -151,11 +178,4 @@ class SoundServer:
 
 async def serve_sound(server: SoundServer, address: str, port: int, ready: Callable[[str], None]) -> None:
     """Answer offers until cancelled. Arguments and errors as for `camera_server.serve`."""
-    runner = web.AppRunner(server.application(), access_log=None, shutdown_timeout=1.0)
-    await runner.setup()
-    try:
-        await web.TCPSite(runner, address, port).start()
-        ready("http://{}:{}".format(*runner.addresses[0][:2]))
-        await asyncio.Event().wait()
-    finally:
-        await runner.cleanup()
+    await server.signaling.serve(server.application(), address, port, ready)
