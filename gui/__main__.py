@@ -26,12 +26,14 @@ from gui.app.gc_on_qt_thread import GcOnQtThread
 from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
+from gui.app.unexpected import UnexpectedErrors
 from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
 from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
 from gui.window import OperatorWindow, themes
+from telepresence.outside_text import keep_logs_plain
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
@@ -113,6 +115,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def log_to_terminal() -> None:
     """Print what the window's parts log, such as a joystick that was detected, as plain lines on standard output."""
+    keep_logs_plain()
+    UnexpectedErrors().log_all()
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("gui")

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QFrame,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QMainWindow,
     QPushButton,
@@ -30,6 +29,7 @@ from gui.theme import style_sheet, themes
 from gui.widgets.body_panel import BodyPanel
 from gui.widgets.gate_banner import GateBanner
 from gui.widgets.key_legend import KeyPicture
+from gui.widgets.label import Label
 from gui.widgets.link_health import LinkHealth
 from gui.widgets.robot_panel import RobotPanel
 from gui.widgets.sensor_view import SensorView
@@ -81,9 +81,9 @@ class OperatorWindow(QMainWindow):
     """Ctrl+Q was pressed."""
 
     headerLayout: QHBoxLayout
-    brand: QLabel
+    brand: Label
     address: QLineEdit
-    addressLabel: QLabel
+    addressLabel: Label
     roscoreButton: QPushButton
     sessionButton: QPushButton
     feedButton: QPushButton
@@ -91,24 +91,24 @@ class OperatorWindow(QMainWindow):
     stopButton: QPushButton
     exitButton: QPushButton
     accessSlot: QHBoxLayout
-    feedLabel: QLabel
+    feedLabel: Label
     cameraChoice: QComboBox
-    pictureLabel: QLabel
+    pictureLabel: Label
     snapshotButton: QPushButton
     recordButton: QPushButton
     video: VideoView
     gate: GateBanner
     health: LinkHealth
     around: SensorView
-    aroundTitle: QLabel
-    aroundLabel: QLabel
+    aroundTitle: Label
+    aroundLabel: Label
     bodyPanel: BodyPanel
     pad: DrivePad
-    padLabel: QLabel
+    padLabel: Label
     driveSlot: QVBoxLayout
     deck: QTabWidget
     terminalPage: QWidget
-    terminalLabel: QLabel
+    terminalLabel: Label
     terminalFrame: QFrame
     robotPage: QWidget
     robotPanel: RobotPanel

@@ -2,7 +2,7 @@
 
 It is cleaned once, where it enters: what is shown later is what Python calls printable, in one line, of bounded length.
 So it can neither move a terminal's cursor, nor hide or turn round what stands beside it, nor fill memory. It may still
-hold `<` and `&`: whoever writes HTML escapes it, and the window's labels show plain text (`gui.widgets.plain_text`).
+hold `<` and `&`: whoever writes HTML escapes it, and the window's labels show plain text (`gui.widgets.label`).
 """
 
 from __future__ import annotations
@@ -60,7 +60,10 @@ def _shown_with_lines(character: str) -> str:
 
 
 class PlainRecord(logging.LogRecord):
-    """A log record whose message and traceback are clean, whichever handler writes it."""
+    """A log record whose message and traceback are clean, whichever handler writes it.
+
+    That of ROS also looks in the message for fields like ${time:%H}, and fails at one without an end.
+    """
 
     def __init__(
         self,
@@ -78,10 +81,14 @@ class PlainRecord(logging.LogRecord):
         super().__init__(name, level, pathname, lineno, msg, args, exc_info, func, sinfo, **more)
         if exc_info and exc_info[0] is not None:
             # A handler's formatter takes the text that is there already.
-            self.exc_text = clean(logging.Formatter().formatException(exc_info), LONGEST_TRACEBACK, lines=True)
+            self.exc_text = _logged(logging.Formatter().formatException(exc_info), LONGEST_TRACEBACK)
 
     def getMessage(self) -> str:
-        return clean(super().getMessage(), LONGEST_LOG, lines=True)
+        return _logged(super().getMessage(), LONGEST_LOG)
+
+
+def _logged(text: str, longest: int) -> str:
+    return clean(text, longest, lines=True).replace("${", "$ {")
 
 
 def keep_logs_plain() -> None:

@@ -8,8 +8,9 @@ from pathlib import Path
 from PyQt5 import uic
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QShowEvent
-from PyQt5.QtWidgets import QLabel, QLineEdit, QPushButton, QWidget
+from PyQt5.QtWidgets import QLineEdit, QPushButton, QWidget
 
+from gui.widgets.label import Label
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import Account
 
@@ -34,7 +35,7 @@ class SignInPage(QWidget):
     nameField: QLineEdit
     passwordField: QLineEdit
     signInButton: QPushButton
-    signInMessage: QLabel
+    signInMessage: Label
 
     def __init__(self, users: Users, parent: QWidget | None = None) -> None:
         super().__init__(parent)

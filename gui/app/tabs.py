@@ -8,6 +8,7 @@ from PyQt5.QtCore import QEvent, Qt, pyqtSignal
 from PyQt5.QtWidgets import QMainWindow, QStackedWidget, QTabBar
 
 from gui.driving.drive_pad import DrivePad
+from gui.widgets.label import caption, tip
 from gui.window import OperatorWindow, place_on_screen
 
 
@@ -78,7 +79,7 @@ class RobotTabs(QMainWindow):
         bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         bar.setExpanding(False)
         for number, title in enumerate(titles, 1):
-            bar.setTabToolTip(bar.addTab(title), f"{title} (Ctrl+{number})")
+            bar.setTabToolTip(bar.addTab(caption(title)), tip(f"{title} (Ctrl+{number})"))
         bar.currentChanged.connect(self._on_tab)
         return bar
 

@@ -20,6 +20,8 @@ from gui.ros.channels import Answer
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
+from gui.widgets.label import tip
+from telepresence.outside_text import clean
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -30,6 +32,8 @@ READINGS = (
     "voice_levels", "voice_state", "voice_settings", "posture", "true_pose",
 )  # fmt: skip
 """Channels whose readings are passed to the widgets unchanged."""
+LONGEST_STATE = 20
+"""Characters of the driver's state beside the view from above."""
 AGE_PERIOD = 250  # ms
 LIMIT_PERIOD = 100  # ms
 CLOCKS_DIFFER = 5.0
@@ -112,7 +116,8 @@ class Views(QObject):
             if self.floor_drive.target is not None:
                 self._window.video.update()
         elif isinstance(reading, DriveState):
-            self._window.aroundLabel.setText(reading.text.partition(":")[0])  # the whole text would widen the column
+            # The whole text would widen the column.
+            self._window.aroundLabel.setText(clean(reading.text.partition(":")[0], LONGEST_STATE))
             self._window.aroundLabel.setToolTip(reading.text)
         elif isinstance(reading, PostureResult):
             text = "Done." if reading.ok else f"The robot did not do it: {reading.text or 'it gave no reason'}."
@@ -211,7 +216,7 @@ class Views(QObject):
     def _offer_camera(self, name: str, topic: str) -> None:
         choice = self._window.cameraChoice
         choice.addItem(name, topic)
-        choice.setItemData(choice.count() - 1, self._link.resolve(topic), Qt.ItemDataRole.ToolTipRole)
+        choice.setItemData(choice.count() - 1, tip(self._link.resolve(topic)), Qt.ItemDataRole.ToolTipRole)
 
     def _offer_simulators_camera(self, state: LinkState) -> None:
         """Offer robot_camera, once a simulator publishes it beside the camera's own pictures."""

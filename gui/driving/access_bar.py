@@ -10,6 +10,11 @@ from PyQt5.QtWidgets import QAction, QMenu, QPushButton, QToolButton, QWidget
 
 from gui.driving.drive_access import DriveAccess
 from gui.styling import set_property
+from gui.widgets.label import caption, tip
+from telepresence.outside_text import clean
+
+LONGEST = 16
+"""Characters of a name on the button: a longer one would widen the window."""
 
 
 class AccessBar(QWidget):
@@ -48,23 +53,23 @@ class AccessBar(QWidget):
     def show_access(self) -> None:
         """Show the current state of the lease."""
         access, state = self._access, self._access.state
-        asking = state.asking if state is not None and access.mine else ""
+        asking = clean(state.asking, LONGEST) if state is not None and access.mine else ""
         if state is None:
             text, level = "Not connected", "off"
         elif access.mine:
             text, level = (f"{asking} asks to drive", "warn") if asking else ("You drive", "good")
         elif state.pilot:
-            text, level = f"{state.pilot} drives", "warn"
+            text, level = f"{clean(state.pilot, LONGEST)} drives", "warn"
         else:
             text, level = "Nobody drives", "off"
         if state is not None and state.other and not access.mine:
-            text, level = f"{state.other.strip('/')} drives", "warn"
+            text, level = f"{clean(state.other.strip('/'), LONGEST)} drives", "warn"
         button, account = self.menuButton, access.account
         who = f"You are {account.name}, {account.role}. " if account else ""
         here = f"Here: {', '.join(name for name, _ in state.present)}. " if state and state.present else ""
-        button.setText(f"●  {text}")
+        button.setText(caption(f"●  {text}"))
         button.setShortcut("F2")  # setText removes it
-        button.setToolTip(f"{who}{here}Hand over, sign out: F2")
+        button.setToolTip(tip(f"{who}{here}Hand over, sign out: F2"))
         set_property(button, "level", level)
         self.takeButton.setVisible(bool(asking) or (state is not None and access.is_pilot and not access.mine))
         text = "Hand over" if asking else "Ask for it" if state and state.pilot else "Take the robot"
@@ -92,11 +97,13 @@ class AccessBar(QWidget):
         access, state = self._access, self._access.state
         self._menu.clear()
         if access.account is not None:
-            self._menu.addSection(f"{access.account.name}, {access.account.role}")
+            self._menu.addSection(caption(f"{access.account.name}, {access.account.role}"))
         if state is not None and access.mine:
             for name, window in state.present:
                 if window != state.window and name.endswith("(pilot)"):
-                    self._menu.addAction(f"Hand over to {name}", lambda window=window: access.ask("give", window))
+                    self._menu.addAction(
+                        caption(f"Hand over to {name}"), lambda window=window: access.ask("give", window)
+                    )
             if access.shared:
                 self._menu.addAction("Leave the robot to others", access.release)
         elif access.is_pilot and state is not None:

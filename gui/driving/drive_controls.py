@@ -8,10 +8,12 @@ from pathlib import Path
 
 from PyQt5 import uic
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
+from PyQt5.QtWidgets import QPushButton, QSlider, QWidget
 
 from gui.driving.gamepad import JoystickState
 from gui.styling import set_property
+from gui.widgets.label import Label, caption
+from telepresence.outside_text import clean
 
 STEP = 0.05
 """[m/s] between two positions of the slider."""
@@ -21,6 +23,8 @@ TURN_PER_SPEED = 2.5
 """[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
 GUIDE_SPEED, GUIDE_TURN_PER_SPEED = 0.05, 1.0
 """[m/s], [rad/s per m/s] of the Robotino guide: 0.05 m/s and 0.05 rad/s."""
+LONGEST = 16
+"""Characters of a name on the red stop: a longer one would widen the window."""
 PANIC_TIME = 1.0
 """[s] after a stop in which another press does not release it: people in a panic press twice."""
 
@@ -39,10 +43,10 @@ class DriveControls(QWidget):
     """The simulation should be restarted."""
 
     speedSlider: QSlider
-    speedLabel: QLabel
+    speedLabel: Label
     redStop: QPushButton
     padChip: QPushButton
-    speedTitle: QLabel
+    speedTitle: Label
     restartButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -110,7 +114,8 @@ class DriveControls(QWidget):
         if who == self._stopped_by:
             return
         self._stopped_by, self._stopped_at = who, time.monotonic()
-        self.redStop.setText(f"STOPPED by {who}\nPress to let go" if who else "STOP\nEsc")
+        who = clean(who, LONGEST)
+        self.redStop.setText(caption(f"STOPPED by {who}\nPress to let go") if who else "STOP\nEsc")
         self.redStop.setToolTip(
             "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
         )

@@ -18,7 +18,6 @@ from PyQt5.QtWidgets import (
     QApplication,
     QFrame,
     QGridLayout,
-    QLabel,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
@@ -29,6 +28,7 @@ from PyQt5.QtWidgets import (
 from gui.periodic_timer import PeriodicTimer
 from gui.styling import set_property
 from gui.theme import application
+from gui.widgets.label import Label
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
 WANTS_LETTERS = "wantsLetters"
@@ -135,7 +135,7 @@ class DrivePad(QFrame):
         layout.addWidget(stop, 2, 0, 1, 3)
         self._stop_cap = stop
         # Covers the moves: a click on it brings the keys back and must not drive at once.
-        self._note = QLabel(self)
+        self._note = Label(self)
         self._note.setObjectName("padNote")
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)

@@ -14,8 +14,8 @@ from gui.driving.floor_drive import ARRIVED
 from gui.driving.floor_projection import pixel_of
 from gui.ros.readings import CameraView
 
-STEP = 0.05
-"""[m] between two points of the band's edges."""
+STEP, MOST_STEPS = 0.05, 400
+"""[m] between two points of the band's edges, and how many there are at most."""
 PixelToWidget = Callable[[float, float], QPointF]
 """Pixel (u, v) of the picture -> point of the widget that shows it."""
 
@@ -43,7 +43,8 @@ def paint_path(
     if length > 1e-3:
         along = (there - here) / length
         aside = np.array((-along[1], along[0])) * radius
-        steps = [here + along * min(length, STEP * number) for number in range(math.ceil(length / STEP) + 1)]
+        count = min(MOST_STEPS, math.ceil(length / STEP))
+        steps = [here + along * (length * number / count) for number in range(count + 1)]
         left = [pixel_of(view, *(point + aside)) for point in steps]
         right = [pixel_of(view, *(point - aside)) for point in steps]
         edge = [to_widget(*pixel) for pixel in left if pixel] + [

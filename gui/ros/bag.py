@@ -9,6 +9,7 @@ import numpy as np
 import rosbag
 
 from gui.recording.session import Session
+from telepresence.outside_text import clean, clean_name
 
 _TWIST = "geometry_msgs/Twist"
 
@@ -48,8 +49,8 @@ def _collect(bag: rosbag.Bag) -> Session:
             commands.append((t, message.linear.x, message.linear.y, message.angular.z))
         elif kind == "telepresence_msgs/SafetyState":
             safety.append((t, message.vx, message.vy, message.wz, message.gap))
-            states.append(message.state)
-            reasons.append(message.reason)
+            states.append(clean_name(message.state))
+            reasons.append(clean(message.reason))
         elif kind == "sensor_msgs/CompressedImage":
             pictures.append((t, stamp.to_sec() - message.header.stamp.to_sec()))
         elif kind == "sensor_msgs/BatteryState":

@@ -15,6 +15,11 @@ from typing import Any
 
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 
+from telepresence.outside_text import clean
+
+COMPLAINT_PERIOD = 1.0
+"""[s] between two complaints about one topic, at least."""
+
 
 @dataclass(frozen=True)
 class Incoming:
@@ -61,7 +66,7 @@ class Answer:
 
 def read_trigger(response: Any) -> Answer:
     """Convert the response of std_srvs/Trigger and SetBool."""
-    return Answer(bool(response.success), str(response.message))
+    return Answer(bool(response.success), clean(response.message))
 
 
 def fill_data(message: Any, value: object) -> None:
@@ -91,7 +96,7 @@ class Channel(QObject):
     arrived = pyqtSignal(object)
     """What `Incoming.convert` made of the newest message."""
     trouble = pyqtSignal(str)
-    """The messages cannot be used; a sentence, once for each reason."""
+    """The messages cannot be used; a sentence, once for each reason, at most once a second."""
 
     _posted = pyqtSignal()
 
@@ -101,7 +106,7 @@ class Channel(QObject):
         self.wanted = not row.on_request
         self._lock = threading.Lock()
         self._waiting: tuple[object, float] | None = None
-        self._complaint = ""
+        self._complaint, self._complained = "", -COMPLAINT_PERIOD
         self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]  # PyQt5's stub
 
     def post(self, message: object) -> None:
@@ -119,9 +124,13 @@ class Channel(QObject):
             return
         try:
             value = self.row.convert(*newest)
-        except ValueError as error:
-            if str(error) != self._complaint:
-                self._complaint = str(error)
-                self.trouble.emit(f"{self.row.topic} sends what can't be used: {error}.")
+        except (ValueError, ArithmeticError, LookupError) as error:
+            self._complain(clean(error))
             return
         self.arrived.emit(value)
+
+    def _complain(self, reason: str) -> None:
+        now = time.monotonic()
+        if reason != self._complaint and now - self._complained >= COMPLAINT_PERIOD:
+            self._complaint, self._complained = reason, now
+            self.trouble.emit(f"{self.row.topic} sends what can't be used: {reason}.")

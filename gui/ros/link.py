@@ -28,6 +28,7 @@ from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.transforms import Transforms
+from telepresence.outside_text import clean
 from telepresence.station.ros_master import ended_nodes, forget_nodes, master_proxy
 
 log = logging.getLogger(__name__)
@@ -106,7 +107,7 @@ class RosNode(QObject):
                 try:
                     self._join()
                 except rospy.ROSException as error:
-                    self.trouble.emit(f"The window cannot join the ROS graph: {error}. Start it again.")
+                    self.trouble.emit(f"The window cannot join the ROS graph: {clean(error)}. Start it again.")
                     return
             for link in self.links:
                 link.update(graph)
@@ -165,7 +166,7 @@ class RosNode(QObject):
 
     def _on_ros_shutdown(self, reason: str) -> None:
         if not self._closing.is_set():
-            self.ended.emit(reason)
+            self.ended.emit(clean(reason))
 
 
 class RosLink(QObject):
@@ -314,7 +315,7 @@ class RosLink(QObject):
             row.fill(request, *values)
             return row.read(rospy.ServiceProxy(service, kind)(request))
         except rospy.ServiceException as error:
-            return Answer(False, f"{service} failed: {error}.")
+            return Answer(False, f"{service} failed: {clean(error)}.")
         except rospy.ROSException:
             return Answer(False, f"No program offers {service}: it is not running, or not ready yet.")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -11,10 +12,16 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from telepresence.outside_text import LONGEST_NAME, clean
+
 HISTORY = 10.0
 """[s] for which transforms are stored."""
 LARGEST_LAG = 0.3
 """[s] by which the newest transform may be older than a picture: meanwhile a robot moves about 0.1 m."""
+
+
+MOST_FRAMES = 500
+"""Frames of a robot; Pepper has about 80."""
 
 
 class Subscriber(Protocol):
@@ -39,12 +46,14 @@ class Transforms:
         self._buffer: tf2_ros.Buffer | None = None
         self._has_own = False
         self._subscribers: list[Subscriber] = []
+        self._frames: set[str] = set()
 
     def listen(self, wanted: bool) -> None:
         """Receive transforms from now on, or no longer; to be called when the graph has been joined."""
         if wanted == bool(self._subscribers):
             return
         self._buffer, self._has_own = _new_buffer(), False
+        self._frames.clear()
         while self._subscribers:
             self._subscribers.pop().unregister()
         for topic, method in (("tf", "set_transform"), ("tf_static", "set_transform_static")) if wanted else ():
@@ -61,11 +70,19 @@ class Transforms:
         if not self._has_own:
             self._has_own = True
             self._buffer = _new_buffer()
+            self._frames.clear()
         self._store(message, method)
 
     def _store(self, message: TFMessage, method: str) -> None:
         for transform in message.transforms:
-            getattr(self._buffer, method)(transform, "window")
+            # tf2 prints a line for each transform that is not finite, and keeps every frame for ever.
+            if _finite(transform) and self._room_for(transform.child_frame_id):
+                getattr(self._buffer, method)(transform, "window")
+
+    def _room_for(self, frame: str) -> bool:
+        if len(self._frames) < MOST_FRAMES and len(frame) <= LONGEST_NAME:
+            self._frames.add(frame)
+        return frame in self._frames
 
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the pose of `frame` in `seen_from` at `stamp` [s since 1970].
@@ -81,7 +98,7 @@ class Transforms:
         try:
             found = _lookup(buffer, frame, seen_from, stamp)
         except tf2_ros.TransformException as error:
-            raise LookupError(str(error)) from None
+            raise LookupError(clean(error)) from None
         q, t = found.transform.rotation, found.transform.translation
         return _rotation(q.x, q.y, q.z, q.w), np.array((t.x, t.y, t.z))
 
@@ -95,6 +112,11 @@ def _lookup(buffer: tf2_ros.Buffer, frame: str, seen_from: str, stamp: float) ->
         if abs(newest.header.stamp.to_sec() - stamp) > LARGEST_LAG:
             raise
         return newest
+
+
+def _finite(transform: TransformStamped) -> bool:
+    q, t = transform.transform.rotation, transform.transform.translation
+    return all(map(math.isfinite, (q.x, q.y, q.z, q.w, t.x, t.y, t.z)))
 
 
 def _new_buffer() -> tf2_ros.Buffer:

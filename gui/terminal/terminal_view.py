@@ -17,12 +17,13 @@ from collections.abc import Callable
 
 from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
-from PyQt5.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QStackedLayout, QWidget
 
 from gui.periodic_timer import PeriodicTimer
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
 from gui.terminal.x11 import HostWindow, X11Error
 from gui.theme import application
+from gui.widgets.label import Label
 
 log = logging.getLogger(__name__)
 
@@ -309,7 +310,7 @@ class TerminalView(QFrame):
                 self.refused.emit("The line could not be typed. The window's log says why.")
 
 
-class _Cover(QLabel):
+class _Cover(Label):
     """What is shown while there is no terminal."""
 
     clicked = pyqtSignal()

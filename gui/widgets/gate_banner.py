@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 
-from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QCheckBox, QFrame, QGridLayout, QSizePolicy, QWidget
 
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Careful, Safety
 from gui.styling import restyle, set_property
+from gui.widgets.label import Label, tip
+from telepresence.outside_text import clean
 
 SILENT_AFTER = 1.0
 """[s] without a message after which the safety gate counts as silent."""
@@ -28,6 +30,9 @@ WORDS = {
     "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
     "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
 }  # fmt: skip
+
+LONGEST = 20
+"""Characters of a word that is none of these: a longer one would widen the window."""
 
 
 class GateBanner(QFrame):
@@ -51,12 +56,11 @@ class GateBanner(QFrame):
         layout.setContentsMargins(10, 6, 10, 6)
         layout.setHorizontalSpacing(10)
         layout.setVerticalSpacing(4)
-        self._word = QLabel()
+        self._word = Label()
         self._word.setProperty("role", "word")
-        self._reason = QLabel()
+        self._reason = Label()
         self._reason.setProperty("role", "reason")
         self._reason.setWordWrap(True)
-        self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._switch = QCheckBox(CAREFUL)
         self._switch.setObjectName("carefulSwitch")
@@ -101,7 +105,7 @@ class GateBanner(QFrame):
             return
         self._switch.setChecked(state.on)
         self._switch.setEnabled(self._may_switch and not state.unavailable)
-        self._switch.setToolTip(state.unavailable or (CAREFUL_TIP if self._may_switch else WATCHES))
+        self._switch.setToolTip(tip(state.unavailable or (CAREFUL_TIP if self._may_switch else WATCHES)))
         if state.by_default and self._may_switch and self.careful_choice not in (None, state.on):
             self.careful_wanted.emit(bool(self.careful_choice))
 
@@ -123,7 +127,7 @@ class GateBanner(QFrame):
             self._say("Silent", "The safety gate fell silent. Expect no protection until it is back.", "bad")
 
     def _show(self, state: str, reason: str) -> None:
-        self._say(WORDS.get(state, state.capitalize()), reason, LEVELS.get(state, "off"))
+        self._say(WORDS.get(state, clean(state.capitalize(), LONGEST)), reason, LEVELS.get(state, "off"))
 
     def _say(self, word: str, reason: str, level: str) -> None:
         reason = reason[:1].upper() + reason[1:]

@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
-from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.driving.drive_pad import WANTS_LETTERS
 from gui.widgets.key_legend import KeyLegend
+from gui.widgets.label import Label
 
 Section = tuple[str, tuple[tuple[str, str], ...]]
 """A heading, and rows of (keys, what they do)."""
@@ -168,13 +169,13 @@ def _section(title: str, rows: tuple[tuple[str, str], ...]) -> QGridLayout:
     grid = QGridLayout()
     grid.setHorizontalSpacing(16)
     grid.setVerticalSpacing(6)
-    heading = QLabel(title)
+    heading = Label(title)
     heading.setProperty("role", "title")
     grid.addWidget(heading, 0, 0, 1, 2)
     for row, (keys, what) in enumerate(rows, start=1):
-        cap = QLabel(keys)
+        cap = Label(keys)
         cap.setProperty("kind", "legend")
         cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
         grid.addWidget(cap, row, 0)
-        grid.addWidget(QLabel(what), row, 1)
+        grid.addWidget(Label(what), row, 1)
     return grid

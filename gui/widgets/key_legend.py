@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from PyQt5.QtCore import QEvent, QObject, Qt
-from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QWidget
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QWidget
 
 from gui.driving.drive_pad import MOVES
 from gui.styling import set_property
+from gui.widgets.label import Label
 
 MARGIN = 12
 """Below the picture of the keys [px]."""
@@ -49,19 +50,19 @@ class KeyLegend(QFrame):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setHorizontalSpacing(6)
         layout.setVerticalSpacing(4)
-        self._heading = QLabel(table.heading)
+        self._heading = Label(table.heading)
         self._heading.setProperty("role", "detail")
         layout.addWidget(self._heading, 0, 0, 1, 3)
-        self._caps: list[QLabel] = []
+        self._caps: list[Label] = []
         for row, keys in enumerate(table.rows, start=1):
             for column in range(len(keys)):
-                cap = QLabel()
+                cap = Label()
                 cap.setTextFormat(Qt.TextFormat.RichText)
                 cap.setAlignment(Qt.AlignmentFlag.AlignCenter)
                 cap.setProperty("kind", "legend")
                 layout.addWidget(cap, row, column)
                 self._caps.append(cap)
-        notes = QLabel(table.notes)
+        notes = Label(table.notes)
         notes.setProperty("role", "note")
         layout.addWidget(notes, len(table.rows) + 1, 0, 1, 3)
         layout.setRowStretch(len(table.rows) + 2, 1)

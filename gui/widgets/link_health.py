@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import time
 
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QWidget
 
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Battery
 from gui.styling import set_property
+from gui.widgets.label import Label
 
 GOOD_DELAY, BAD_DELAY = 0.15, 0.30
 """[s]. Drivers notice 100 to 200 ms and drive clearly worse from 200 to 300 ms on (arXiv 2508.18074)."""
@@ -30,7 +31,7 @@ class LinkHealth(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2, 0, 2, 0)
         layout.setSpacing(6)
-        self._values: dict[str, QLabel] = {}
+        self._values: dict[str, Label] = {}
         tips = {
             "command": "From sending a command to the safety gate's answer",
             "age": "How old a picture is when it is shown, by the robot's clock",
@@ -38,16 +39,16 @@ class LinkHealth(QFrame):
             "battery": "Charge, or voltage where the robot publishes no charge",
         }
         for name, title in NAMES.items():
-            label = QLabel(title)
+            label = Label(title)
             label.setProperty("role", "detail")
-            value = QLabel("–")
+            value = Label("–")
             value.setProperty("kind", "gauge")
             for part in (label, value):
                 part.setToolTip(tips[name])
                 layout.addWidget(part)
             layout.addStretch(1)
             self._values[name] = value
-        self._share = QLabel()
+        self._share = Label()
         self._share.setProperty("kind", "gauge")
         self._share.setToolTip("The link's delay caps the speed: half above 0.5 s, none above 1 s")
         self._share.hide()

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gui.widgets.label import Label
 
 LONGEST_SENTENCE = 300
 """Characters: half a minute of speech, during which nothing else can be said."""
@@ -31,11 +42,13 @@ class RobotPanel(QFrame):
         self.say_button = QPushButton("Say")
         self.say_button.setProperty("kind", "primary")
         self.say_button.setObjectName("sayButton")
-        self._answer = QLabel()
+        self._answer = Label()
         self._answer.setProperty("role", "note")
         self._answer.setWordWrap(True)
+        # A long word must not widen the window.
+        self._answer.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._speech, self._postures = QWidget(), QWidget()
-        self._nothing = QLabel("This robot can neither speak nor take postures.")
+        self._nothing = Label("This robot can neither speak nor take postures.")
         self._nothing.setProperty("role", "note")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
 

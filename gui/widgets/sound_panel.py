@@ -7,11 +7,12 @@ import time
 
 from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QPainter, QPaintEvent
-from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QComboBox, QFrame, QGridLayout, QPushButton, QSizePolicy, QWidget
 
 from gui import theme
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Levels, VoiceSettings, VoiceState
+from gui.widgets.label import Label, tip
 
 QUIETEST, LOUD = -60.0, -9.0
 """Range in which the meter is green; above it is red [dBFS]."""
@@ -87,9 +88,9 @@ class DeviceChoice(QComboBox):
             self.clear()
             for name in dict.fromkeys((*self._fixed, *names, current)):
                 self.addItem(self._fixed.get(name, name), name)
-                self.setItemData(self.count() - 1, name, Qt.ItemDataRole.ToolTipRole)
+                self.setItemData(self.count() - 1, tip(name), Qt.ItemDataRole.ToolTipRole)
         self.setCurrentIndex(self.findData(current))
-        self.setToolTip(self.currentText())
+        self.setToolTip(tip(self.currentText()))
 
 
 class SoundPanel(QFrame):
@@ -113,18 +114,21 @@ class SoundPanel(QFrame):
         self.microphones.setObjectName("microphoneChoice")
         self.speakers.setObjectName("speakerChoice")
         self.talk_button.setObjectName("talkButton")
-        for button, name, tip in (
+        for button, name, purpose in (
             (self.microphone, "muteMicrophone", "The robot does not play your voice"),
             (self.speaker, "muteSpeaker", "Mutes the sound from the robot"),
         ):
             button.setCheckable(True)
             button.setObjectName(name)
-            button.setToolTip(tip)
+            button.setToolTip(purpose)
         self.talk_button.setToolTip("While held, your voice goes to the robot even if you are muted")
         self.talk_button.setProperty("kind", "primary")
-        self._state = QLabel()
+        self._state = Label()
         self._state.setProperty("role", "note")
         self._state.setWordWrap(True)
+        self._state.setSizePolicy(
+            QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        )  # long words do not widen it
         layout = QGridLayout(self)
         layout.setContentsMargins(10, 10, 10, 10)
         layout.setHorizontalSpacing(12)
@@ -135,7 +139,7 @@ class SoundPanel(QFrame):
                 ("Robot", self.robot, self.speakers, self.speaker),
             )
         ):
-            layout.addWidget(QLabel(name), row, 0)
+            layout.addWidget(Label(name), row, 0)
             layout.addWidget(meter, row, 1)
             layout.addWidget(choice, row, 2)
             layout.addWidget(button, row, 3)

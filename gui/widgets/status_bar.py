@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QFontMetrics, QResizeEvent
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from gui.styling import set_property
+from gui.widgets.label import Label
+from telepresence.outside_text import clean
 
 CHIPS = ("master", "robot", "picture", "keys")
+LONGEST = 2000
+"""Characters of a message."""
 
 
 class StatusBar(QFrame):
@@ -23,15 +27,14 @@ class StatusBar(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(16, 0, 16, 0)
         layout.setSpacing(8)
-        self._message = QLabel()
+        self._message = Label()
         self._message.setObjectName("message")
-        self._message.setTextFormat(Qt.TextFormat.PlainText)
         # A long message is elided instead of widening the window.
         self._message.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout.addWidget(self._message, 1)
-        self._chips: dict[str, QLabel] = {}
+        self._chips: dict[str, Label] = {}
         for name in CHIPS:
-            chip = QLabel()
+            chip = Label()
             chip.setProperty("kind", "chip")
             layout.addWidget(chip, 0, Qt.AlignmentFlag.AlignVCenter)
             self._chips[name] = chip
@@ -42,6 +45,7 @@ class StatusBar(QFrame):
 
     def say(self, text: str, level: str = "info") -> None:
         """Show a message; `level` is info, good, warn or bad."""
+        text = clean(text, LONGEST)
         changed, self._text = text != self._text, text
         self._message.setToolTip(text)
         set_property(self._message, "level", level)

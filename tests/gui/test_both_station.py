@@ -8,6 +8,7 @@ the pictures go to docs/, else to a temporary folder.
 
 import json
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -389,6 +390,25 @@ def test_a_key_held_for_a_second_drives_robotino_for_a_second(
     wait_until(lambda: station.newest("/rto3/movement_command") == [1], "the window reports it")
     assert {"/rto3/distance_sensors", "/rto3/body_state"} <= {*station.subscriptions("/gui_ros_node")}
     screen.do("keyup", "w")
+
+
+def test_a_forged_state_with_html_in_it_freezes_no_window(robotino, station, window, screen, wait_until):
+    """Markup that names a pipe made Qt wait for ever for somebody to write into it."""
+    os.mkfifo(station.folder / "pipe")
+    html = f"<img src='{station.folder / 'pipe'}'>\x1b[2J"
+    forged = {"state": html, "reason": html, "allowed": [0.3] * 72, "sector": 99}
+    pictures = first_pictures(window)
+    for fields in (forged, {**forged, "sector": -1}):
+        told = ("rostopic", "pub", "-r", "50", "/rto3/safety", "telepresence_msgs/SafetyState", json.dumps(fields))
+        stranger = station.start(*told)
+        wait_until(lambda: station.newest("/rto3/safety")[0] == html, "the forged state is published")
+        bring_to_front(screen, "pepper")
+        wait_until(lambda before=pictures: first_pictures(window) > before, "the window shows the other robot")
+        bring_to_front(screen, "robotino")
+        wait_until(lambda before=pictures: first_pictures(window) > before + 1, "and this one again")
+        pictures = first_pictures(window)
+        processes.end(stranger)
+    assert "\x1b[2J" not in window.output and "Traceback" not in window.output
 
 
 def test_light_and_dark(robotino, station, window, screen, place, video, photograph, wait_until):

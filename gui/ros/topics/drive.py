@@ -4,13 +4,19 @@ No ROS here."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 from gui.ros.channels import Answer, Incoming, Offered, Outgoing
+from telepresence.outside_text import clean, clean_name
 from telepresence.teleop.drive_lease import Command, Velocity
 
 PROOF = 16  # bytes; uint8[16] in the messages
+MOST_PRESENT = 32
+"""People that are shown."""
+MOST_AXES = 64
+"""Axes, and buttons, of a gamepad."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +44,25 @@ class LeaseState:
 
 
 def read_lease_state(message: Any, arrived: float) -> LeaseState:
-    """Convert a telepresence_msgs/DriveState."""
+    """Convert a telepresence_msgs/DriveState.
+
+    Raises:
+        ValueError: It names more people than windows, or fewer.
+    """
+    if len(message.present) != len(message.windows):
+        raise ValueError(f"{len(message.present)} people have {len(message.windows)} windows")
+    present = zip(message.present[:MOST_PRESENT], message.windows[:MOST_PRESENT], strict=True)
     return LeaseState(
-        message.epoch,
+        clean(message.epoch),
         message.sign_in,
-        message.pilot,
-        message.window,
-        message.asking,
-        message.stopped_by,
-        message.hold,
-        message.other,
+        clean_name(message.pilot),
+        clean(message.window),
+        clean_name(message.asking),
+        clean_name(message.stopped_by),
+        clean(message.hold),
+        clean_name(message.other),
         Velocity(message.vx, message.vy, message.wz),
-        tuple(zip(message.present, message.windows, strict=True)),
+        tuple((clean_name(name), clean(window)) for name, window in present),
         arrived,
     )
 
@@ -67,7 +80,7 @@ def _fill_join(request: Any, name: str, window: str, nonce: bytes) -> None:
 
 
 def _read_joined(response: Any) -> Answer:
-    return Answer(response.ok, response.reason, (response.session, bytes(response.nonce)))
+    return Answer(response.ok, clean(response.reason), (response.session, bytes(response.nonce)))
 
 
 def _fill_ask(request: Any, session: str, number: int, action: str, to: str, proof: bytes) -> None:
@@ -75,15 +88,16 @@ def _fill_ask(request: Any, session: str, number: int, action: str, to: str, pro
 
 
 def _read_asked(response: Any) -> Answer:
-    return Answer(response.ok, response.reason)
+    return Answer(response.ok, clean(response.reason))
 
 
 def _read_text(message: Any, _arrived: float) -> str:
-    return str(message.data)
+    return clean(message.data)
 
 
 def _read_joy(message: Any, _arrived: float) -> tuple[tuple[float, ...], tuple[int, ...]]:
-    return tuple(message.axes), tuple(message.buttons)
+    axes = (max(-1.0, min(1.0, axis)) if math.isfinite(axis) else 0.0 for axis in message.axes[:MOST_AXES])
+    return tuple(axes), tuple(message.buttons[:MOST_AXES])
 
 
 def _leave_zero(_message: Any) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gui.ros.channels import Incoming
 from gui.ros.readings import (
+    SECTORS,
     Battery,
     Beams,
     BodyState,
@@ -27,6 +28,7 @@ from gui.ros.readings import (
     VoiceSettings,
     VoiceState,
 )
+from telepresence.outside_text import clean, clean_name
 
 CHARGING, DEAD = 1, 3
 """sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
@@ -36,6 +38,25 @@ INFRARED_REACH, INFRARED_RADIUS = 0.40, 0.2264
 """Range of Robotino's infrared sensors, radius of their ring [m] (Webots' Robotino3; see rto_node.robot_facts)."""
 GUIDE_RADIUS, NOTHING = 0.2, 0.41
 """Radius of the ring in the Robotino guide's points, the reading that means nothing there [m] (likewise)."""
+MOST_RAYS, MOST_POINTS, MOST_BEAMS, MOST_DEVICES = 20_000, 2000, 100, 50
+"""Rays of a scan, points of it that are painted, beams of a ring, sound devices of a kind; what has more is refused or
+thinned out."""
+FARTHEST = 100.0
+"""What a range sensor sees at most [m]; what is farther is not painted."""
+LARGEST = 1e5
+"""Of a position [m], a velocity [m/s, rad/s], a voltage [V], a focal length [px]. No robot has more, and numbers of
+hundreds of digits do not fit the window."""
+
+
+def _sane(value: float, what: str) -> float:
+    """Return the value if it is finite and no robot's is much larger.
+
+    Raises:
+        ValueError: It is not.
+    """
+    if not abs(value) <= LARGEST:
+        raise ValueError(f"{what} holds a value that is not finite, or too large")
+    return float(value)
 
 
 @dataclass(frozen=True)
@@ -48,14 +69,19 @@ class Mount:
 
 
 def scan_points(source: str, mount: Mount = Mount()) -> Callable[[Any, float], Points]:  # noqa: B008
-    """Return a function that converts sensor_msgs/LaserScan to `Points`."""
+    """Return a function that converts sensor_msgs/LaserScan to `Points`; it raises a ValueError for an absurd scan."""
 
     def convert(message: Any, arrived: float) -> Points:
+        if len(message.ranges) > MOST_RAYS:
+            raise ValueError(f"a scan of {len(message.ranges)} rays; {MOST_RAYS} are shown")
+        for angle in (message.angle_min, message.angle_increment):
+            _sane(angle, "the scan")
         ranges = np.asarray(message.ranges, float)
         angles = message.angle_min + message.angle_increment * np.arange(len(ranges)) + mount.theta
         with np.errstate(invalid="ignore"):
-            hit = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max)
+            hit = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= min(message.range_max, FARTHEST))
         at = np.stack([ranges[hit] * np.cos(angles[hit]), ranges[hit] * np.sin(angles[hit])], axis=1)
+        at = at[:: max(1, math.ceil(len(at) / MOST_POINTS))]
         return Points(source, at + np.array((mount.x, mount.y)), arrived)
 
     return convert
@@ -66,23 +92,31 @@ def infrared_ring(message: Any, arrived: float) -> Beams:
 
     The readings are in its channel "range" [m]. Without that they follow from the points, which the Robotino guide puts
     0.2 m farther out than what they measure.
+
+    Raises:
+        ValueError: There are too many.
     """
     readings = next((channel.values for channel in message.channels if channel.name == "range"), None)
     if readings is None:
         readings = [math.hypot(point.x, point.y) - GUIDE_RADIUS for point in message.points]
-    ranges = np.asarray(readings, float)
+    if len(readings) > MOST_BEAMS:
+        raise ValueError(f"a ring of {len(readings)} beams; {MOST_BEAMS} are shown")
+    ranges = np.maximum(np.asarray(readings, float), 0.0)  # NaN stays
     bearings = math.tau / len(ranges) * np.arange(len(ranges)) if len(ranges) else np.zeros(0)
     starts = INFRARED_RADIUS * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
     return Beams("infrared", starts, bearings, np.where(ranges < NOTHING, ranges, math.inf), INFRARED_REACH, arrived)
 
 
 def sonar_cone(source: str, mount: Mount) -> Callable[[Any, float], Cone]:
-    """Return a function that converts sensor_msgs/Range to `Cone`."""
+    """Return a function that converts sensor_msgs/Range to `Cone`; it raises a ValueError for an absurd one."""
 
     def convert(message: Any, arrived: float) -> Cone:
         seen = message.min_range if message.range == -math.inf else message.range
-        width = message.field_of_view
-        return Cone(source, mount.x, mount.y, mount.theta, width, seen, message.max_range, arrived)
+        width, reach = message.field_of_view, min(message.max_range, FARTHEST)
+        if not (0.0 <= width <= math.tau and reach >= 0.0) or seen < 0.0:
+            raise ValueError("the sonar's range is absurd")
+        seen = seen if not math.isfinite(seen) or seen <= FARTHEST else math.inf
+        return Cone(source, mount.x, mount.y, mount.theta, width, seen, reach, arrived)
 
     return convert
 
@@ -109,16 +143,22 @@ def bumper_ring(message: Any, arrived: float) -> Bumpers:
 
 
 def read_safety(message: Any, arrived: float) -> Safety:
-    """Convert a telepresence_msgs/SafetyState."""
+    """Convert a telepresence_msgs/SafetyState.
+
+    Raises:
+        ValueError: Its numbers are absurd.
+    """
     sector = int(message.sector)
+    if len(message.allowed) != SECTORS or not sector < SECTORS or message.gap < 0.0:
+        raise ValueError("the safety gate's sectors are absurd")
     return Safety(
-        message.state,
-        message.reason,
+        clean_name(message.state),
+        clean(message.reason),
         np.asarray(message.allowed, float),
         float(message.gap),
         sector if sector >= 0 else None,
         float(message.command_age),
-        (float(message.vx), float(message.vy), float(message.wz)),
+        (_sane(message.vx, "the gate"), _sane(message.vy, "the gate"), _sane(message.wz, "the gate")),
         bool(message.scanning),
         arrived,
     )
@@ -130,12 +170,12 @@ def read_careful(message: Any, _arrived: float) -> Careful:
     Raises:
         ValueError: It is none of the texts that telepresence_ros.careful_switch lists.
     """
-    state, _, reason = message.data.partition(": ")
+    state, _, reason = clean(message.data).partition(": ")
     if state == "unavailable":
         return Careful(False, False, reason)
     word, _, origin = state.partition(" ")
     if word not in ("on", "off") or origin not in ("", "by default"):
-        raise ValueError(f"{message.data!r} is no state of the careful scan")
+        raise ValueError(f"{clean_name(message.data)!r} is no state of the careful scan")
     return Careful(word == "on", bool(origin))
 
 
@@ -143,7 +183,7 @@ def read_odometry(message: Any, arrived: float) -> BodyState:
     """Convert a nav_msgs/Odometry.
 
     Raises:
-        ValueError: A part of it is not a finite number.
+        ValueError: A part of it is not a finite number, or one that no robot has.
     """
     position, q = message.pose.pose.position, message.pose.pose.orientation
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
@@ -151,16 +191,16 @@ def read_odometry(message: Any, arrived: float) -> BodyState:
     pitch = math.asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x))))
     yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
     numbers = (position.x, position.y, position.z, roll, pitch, yaw, linear.x, linear.y, angular.z)
-    if not all(map(math.isfinite, numbers)):
-        raise ValueError("the odometry holds a value that is not finite")
-    return BodyState(*numbers, message.header.frame_id.lstrip("/"), arrived)
+    for number in numbers:
+        _sane(number, "the odometry")
+    return BodyState(*numbers, clean_name(message.header.frame_id).lstrip("/"), arrived)
 
 
 def read_battery(message: Any, arrived: float) -> Battery:
-    """Convert a sensor_msgs/BatteryState."""
+    """Convert a sensor_msgs/BatteryState; what no battery has counts as unknown."""
     return Battery(
-        float(message.percentage),
-        float(message.voltage) if message.voltage else math.nan,
+        float(message.percentage) if -0.5 <= message.percentage <= 1.5 else math.nan,
+        float(message.voltage) if 0.0 < message.voltage < 1000.0 else math.nan,
         message.power_supply_status == CHARGING,
         message.power_supply_health == DEAD,
         arrived,
@@ -176,7 +216,9 @@ def read_lens(message: Any, _arrived: float) -> Lens:
     fx, fy, cx, cy = message.K[0], message.K[4], message.K[2], message.K[5]
     if not (fx > 0.0 and fy > 0.0 and message.width > 0 and message.height > 0):
         raise ValueError("the camera has no calibration")
-    return Lens(fx, fy, cx, cy, message.width, message.height, message.header.frame_id.lstrip("/"))
+    for number in (fx, fy, cx, cy, message.width, message.height):
+        _sane(number, "the calibration")
+    return Lens(fx, fy, cx, cy, message.width, message.height, clean_name(message.header.frame_id).lstrip("/"))
 
 
 def read_levels(message: Any, arrived: float) -> Levels:
@@ -193,20 +235,20 @@ def read_levels(message: Any, arrived: float) -> Levels:
 def read_voice_settings(message: Any, _arrived: float) -> VoiceSettings:
     """Convert a telepresence_msgs/VoiceSettings."""
     return VoiceSettings(
-        bool(message.microphone_muted), bool(message.speaker_muted), message.microphone, message.speaker,
-        tuple(message.microphones), tuple(message.speakers),
+        bool(message.microphone_muted), bool(message.speaker_muted), clean(message.microphone), clean(message.speaker),
+        tuple(map(clean, message.microphones[:MOST_DEVICES])), tuple(map(clean, message.speakers[:MOST_DEVICES])),
     )  # fmt: skip
 
 
 def read_posture_result(message: Any, arrived: float) -> PostureResult:
     """Convert the result of an action."""
-    return PostureResult(message.status.status == SUCCEEDED, message.status.text, arrived)
+    return PostureResult(message.status.status == SUCCEEDED, clean(message.status.text), arrived)
 
 
 def read_page_state(message: Any, arrived: float) -> PageState:
     """Convert the diagnostic_msgs/DiagnosticStatus of com_cam/status."""
     values = {pair.key: pair.value for pair in message.values}
-    return PageState(message.message, values.get("page", ""), arrived)
+    return PageState(clean(message.message), clean(values.get("page", "")), arrived)
 
 
 def common() -> tuple[Incoming, ...]:
@@ -214,9 +256,13 @@ def common() -> tuple[Incoming, ...]:
     return (
         Incoming("body", "odom", "nav_msgs/Odometry", read_odometry),
         Incoming("safety", "safety", "telepresence_msgs/SafetyState", read_safety),
-        Incoming("drive_state", "drive_state", "std_msgs/String", lambda message, t: DriveState(message.data, t)),
+        Incoming(
+            "drive_state", "drive_state", "std_msgs/String", lambda message, t: DriveState(clean(message.data), t)
+        ),
         Incoming("voice_levels", "voice/levels", "std_msgs/Float32MultiArray", read_levels),
-        Incoming("voice_state", "voice/state", "std_msgs/String", lambda message, t: VoiceState(message.data, t)),
+        Incoming(
+            "voice_state", "voice/state", "std_msgs/String", lambda message, t: VoiceState(clean(message.data), t)
+        ),
         Incoming("voice_settings", "voice/settings", "telepresence_msgs/VoiceSettings", read_voice_settings),
     )
 

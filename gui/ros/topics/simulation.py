@@ -6,11 +6,11 @@ where there are several (`gui.robots.Robot.among_others`).
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from gui.ros.channels import Incoming, Offered, Outgoing, fill_data
 from gui.ros.readings import TruePose
+from gui.ros.topics.sensors import LARGEST
 from telepresence.teleop.movement import REPORT_HEADER
 
 ROBOT_CAMERA = "/robot_camera"
@@ -20,10 +20,10 @@ def read_body_state(message: Any, arrived: float) -> TruePose:
     """Convert the std_msgs/Float32MultiArray x y z [m] roll pitch yaw [rad].
 
     Raises:
-        ValueError: It does not hold six finite numbers.
+        ValueError: It does not hold six finite numbers, or one that no robot has.
     """
-    numbers = [float(value) for value in message.data]
-    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+    numbers = [float(value) for value in message.data[:7]]
+    if len(numbers) != 6 or not all(abs(number) <= LARGEST for number in numbers):
         raise ValueError("body_state holds x, y, z, roll, pitch and yaw, six finite numbers")
     x, y, z, roll, pitch, yaw = numbers
     return TruePose(x, y, z, roll, pitch, yaw, arrived)

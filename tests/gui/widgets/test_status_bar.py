@@ -23,11 +23,6 @@ def test_a_long_message_is_cut_but_kept(bar):
     assert bar.width() == 900
 
 
-def test_markup_in_a_message_is_text(bar):
-    bar.say("<b>not bold</b>")
-    assert bar.findChild(type(bar._message), "message").text() == "<b>not bold</b>"
-
-
 def test_chips_show_text_and_level(bar):
     bar.set_chip("master", "ROS master", "good", "http://127.0.0.1:11311")
     assert bar.chip("master") == ("ROS master", "good")

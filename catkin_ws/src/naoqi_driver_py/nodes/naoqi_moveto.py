@@ -40,6 +40,7 @@ from telepresence_ros.safety_topics import SafetyTopics
 
 from telepresence.change_log import ChangeLog
 from telepresence.geometry import yaw_of
+from telepresence.outside_text import clean
 from telepresence.safety import PEPPER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -156,7 +157,7 @@ class MoveTo:
         if self._base.state != self._state or now >= self._state_due:
             self._state = self._base.state
             self._state_due = now + STATE_PERIOD
-            self._state_publisher.publish(self._state)
+            self._state_publisher.publish(clean(self._state))
         connected = self._node.connection.connected
         if connected and now >= self._looked_after + LOOK_PERIOD:
             self._looked_after = now

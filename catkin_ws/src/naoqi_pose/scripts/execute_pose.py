@@ -13,6 +13,8 @@ from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseGoal
 from telepresence_ros.master_watch import wait_for_master
 
+from telepresence.outside_text import clean
+
 SERVER_TIMEOUT = 10.0
 POSE_TIMEOUT = 30.0
 
@@ -29,7 +31,7 @@ def main() -> int:
         return 1
     client.send_goal_and_wait(BodyPoseGoal(arguments.pose), rospy.Duration(POSE_TIMEOUT))
     if client.get_state() != GoalStatus.SUCCEEDED:
-        print(f"pose not taken: {client.get_goal_status_text() or 'no answer'}", file=sys.stderr)
+        print(f"pose not taken: {clean(client.get_goal_status_text()) or 'no answer'}", file=sys.stderr)
         return 1
     return 0
 

@@ -17,6 +17,7 @@ import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
 from gui.recording.film import Film
+from telepresence.outside_text import keep_logs_plain
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import read_image_message
 from telepresence.video.jpeg import decode_jpeg
@@ -76,6 +77,7 @@ def main() -> int:
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("film", anonymous=True)
+    keep_logs_plain()
     node = FilmNode(arguments.topic, arguments.file)
     rospy.spin()
     pictures = node.close()

@@ -35,6 +35,7 @@ from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
 from telepresence.change_log import ChangeLog
 from telepresence.geometry import Velocity
+from telepresence.outside_text import clean
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -130,6 +131,7 @@ class Driver:
                 self._outputs = None
 
     def _report(self, now: float, state: str) -> None:
+        state = clean(state)
         self._log.note(now, state, rospy.loginfo)
         if state != self._state or now >= self._state_due:
             self._state, self._state_due = state, now + STATE_PERIOD

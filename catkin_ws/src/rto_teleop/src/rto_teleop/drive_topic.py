@@ -20,6 +20,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
 from telepresence.geometry import Velocity
+from telepresence.outside_text import LONGEST_LOG, clean
 from telepresence.station.ros_master import master_proxy
 
 log = logging.getLogger(__name__)
@@ -136,7 +137,7 @@ class DriveTopic:
     @property
     def problem(self) -> str:
         """Why nothing would move; empty while somebody listens."""
-        return "" if self.route.listeners else self.route.describe(self._program)
+        return "" if self.route.listeners else clean(self.route.describe(self._program), LONGEST_LOG)
 
     @property
     def hold(self) -> str:
@@ -182,10 +183,10 @@ class DriveTopic:
             hold = f"{_split(route.topic)[0]}drive/hold"
             self._holds = rospy.Subscriber(hold, String, self._on_hold, queue_size=1, tcp_nodelay=True)
         self.route = route
-        self._say(route.describe(self._program))
+        self._say(clean(route.describe(self._program), LONGEST_LOG))
 
     def _on_hold(self, message: String) -> None:
-        self._hold = message.data
+        self._hold = clean(message.data)
 
 
 def _split(topic: str) -> tuple[str, str]:

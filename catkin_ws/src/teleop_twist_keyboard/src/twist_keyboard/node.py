@@ -22,6 +22,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from telepresence_ros.node import Node, stop_on_signals
 
+from telepresence.outside_text import clean
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
@@ -160,7 +161,7 @@ class KeyboardNode:
 
     def _on_hold(self, message: String) -> None:
         """Take the new reason; called on rospy's thread."""
-        self._hold = message.data
+        self._hold = clean(message.data)
 
     def _receive(self, message: Twist) -> None:
         """Let go when another node drives; called on rospy's thread."""

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from telepresence.outside_text import LONGEST_LOG, clean
+
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -29,8 +31,8 @@ class Diagnostics:
         if now < self._due:
             return False
         self._due = now + 1.0
-        status = DiagnosticStatus(level, self._name, message, self._hardware_id, [])
-        status.values = [KeyValue(key, str(value)) for key, value in (values or {}).items()]
+        status = DiagnosticStatus(level, self._name, clean(message, LONGEST_LOG), self._hardware_id, [])
+        status.values = [KeyValue(key, clean(value, LONGEST_LOG)) for key, value in (values or {}).items()]
         message_array = DiagnosticArray(status=[status])
         message_array.header.stamp = rospy.Time.now()
         self._publisher.publish(message_array)

@@ -6,6 +6,8 @@ import importlib.metadata
 import logging
 from pathlib import Path
 
+from telepresence.outside_text import keep_logs_plain
+
 
 def our_packages() -> set[str]:
     """Return the names of the Python packages that log for us: those of the distribution telepresence, and those of the
@@ -24,7 +26,11 @@ def our_packages() -> set[str]:
 
 
 def route_logs_to_ros() -> None:
-    """Show the logs of our packages on the terminal and on /rosout. Call it after `rospy.init_node`."""
+    """Show the logs of our packages on the terminal and on /rosout. Call it after `rospy.init_node`.
+
+    All lines that this process logs are plain text from then on, whatever a robot or a message brought.
+    """
+    keep_logs_plain()
     for name in our_packages():
         logger = logging.getLogger(name)
         logger.setLevel(logging.INFO)
