@@ -41,6 +41,12 @@ class BareNode:
                     stderr=subprocess.STDOUT,
                 )
 
+    def kill(self) -> None:
+        """End it at once."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
     @property
     def output(self) -> str:
         return self._log.read_bytes().decode(errors="replace")

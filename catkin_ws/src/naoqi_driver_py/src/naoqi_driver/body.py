@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from naoqi_driver.connection import Connection
-from naoqi_driver.replies import is_number, names, numbers, sequence
+from naoqi_driver.replies import as_number, names, numbers, sequence
 from telepresence.geometry import Pose, Velocity
 
 WHEELS = ("WheelFL", "WheelB", "WheelFR")
@@ -133,11 +133,6 @@ class BodyReader:
 def _vector(values: Sequence[float]) -> Vector:
     first, second, third = values
     return first, second, third
-
-
-def as_number(value: object) -> float:
-    """A value of ALMemory as a float; NaN for None and for what nothing can have measured."""
-    return float(value) if is_number(value) else math.nan
 
 
 def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

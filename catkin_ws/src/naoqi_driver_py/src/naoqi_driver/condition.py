@@ -11,8 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from naoqi_driver.body import as_number
-from naoqi_driver.replies import sequence
+from naoqi_driver.replies import as_number, sequence
 
 _DEVICE = "Device/SubDeviceList"
 SWITCHES: Mapping[str, str] = {

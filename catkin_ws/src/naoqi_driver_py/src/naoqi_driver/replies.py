@@ -6,9 +6,10 @@ none of these; whoever answers in its place may.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
 from telepresence.outside_text import clean
 
@@ -51,16 +52,17 @@ def bounded(value: Any, name: str) -> Any:
     return value
 
 
-def is_number(value: object) -> TypeGuard[float]:
-    """Whether a value of ALMemory is a number that something can have measured, NaN not among them."""
-    return isinstance(value, int | float) and -LARGEST <= value <= LARGEST
+def as_number(value: object) -> float:
+    """Return a value of ALMemory as a float; NaN for None and for what nothing can have measured."""
+    return float(value) if isinstance(value, int | float) and -LARGEST <= value <= LARGEST else math.nan
 
 
 def number(value: object, name: str) -> float:
     """Return a number, finite and no larger than `LARGEST`."""
-    if not is_number(value):
+    found = as_number(value)
+    if math.isnan(found):
         raise UnexpectedReply(f"{name}: {kind(value)} for a number")
-    return float(value)
+    return found
 
 
 def numbers(value: object, count: int, name: str) -> list[float]:

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from naoqi_driver.replies import is_number, sequence
+from naoqi_driver.replies import as_number, sequence
 from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, MAX_RANGE, MIN_RANGE, RIGHT, SEGMENTS, FloorFrame
 
 SUBSCRIBER = "ROS"
@@ -75,7 +75,7 @@ def read_points(values: Any) -> dict[str, np.ndarray]:
         UnexpectedReply: It is no list of that length.
     """
     values = sequence(values, "laser values", len(KEYS))
-    numbers = np.array([value if is_number(value) else math.nan for value in values], float)
+    numbers = np.array([as_number(value) for value in values], float)
     points, first = {}, 0
     for name, line in LINES.items():
         points[name] = numbers[first : first + 2 * line.segments].reshape(-1, 2)
