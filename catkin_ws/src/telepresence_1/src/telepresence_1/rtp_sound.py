@@ -19,6 +19,7 @@ from gi.repository import Gio
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline, SoundError
 from telepresence.audio.schedule import Schedule
+from telepresence_1.network import NoRoute, local_address_towards
 
 PORT = 10001
 CODECS = ("l16", "opus")
