@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import logging
+from fractions import Fraction
 
 from fuzz_harness import Target
 
@@ -179,3 +180,31 @@ def shown_text() -> Target:
         assert all(line.isprintable() for line in clean(text, lines=True).split("\n"))
 
     return Target(feed, ("way is free; Grüße".encode(), b"two\nlines\t\x1b[2J"), longest=2000)
+
+
+def vp8_frame() -> Target:
+    """Frames of a WebRTC stream: sizes first, then FFmpeg's decoder; damaged frames give no picture."""
+    import av
+    import numpy as np
+    from aiortc.jitterbuffer import JitterFrame
+
+    from telepresence.video.bounded_decoding import MAX_PIXELS, BoundedVp8Decoder, vp8_size
+
+    encoder = av.CodecContext.create("libvpx", "w")
+    encoder.width, encoder.height, encoder.pix_fmt, encoder.time_base = 32, 24, "yuv420p", Fraction(1, 30)
+    encoder.options = {"deadline": "realtime", "lag-in-frames": "0"}
+    frames = []
+    for number in range(3):
+        pixels = np.random.default_rng(number).integers(0, 255, (24, 32, 3), np.uint8)
+        picture = av.VideoFrame.from_ndarray(pixels, "rgb24")
+        picture.pts = number
+        frames += [bytes(packet) for packet in encoder.encode(picture)]
+    decoder = BoundedVp8Decoder()
+
+    def feed(data: bytes) -> None:
+        for frame in (frames[0], data):  # a damaged one must not spoil the next key frame
+            for picture in decoder.decode(JitterFrame(data=frame, timestamp=0)):
+                assert picture.width * picture.height <= MAX_PIXELS
+        vp8_size(data)
+
+    return Target(feed, tuple(frames), (av.FFmpegError,), 3000)

@@ -26,6 +26,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "jpeg": fuzz_media.jpeg,
     "jpeg-header": fuzz_media.jpeg_header,
     "camera-jpeg": fuzz_media.camera_jpeg,
+    "vp8-frame": fuzz_media.vp8_frame,
     "tablet-picture": fuzz_media.tablet_picture,
     "multipart": fuzz_media.multipart,
     "shown-text": fuzz_media.shown_text,
