@@ -15,7 +15,7 @@ import time
 import xmlrpc.client
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import rosgraph
@@ -157,12 +157,10 @@ class RosNode(QObject):
     def _is_taken(self) -> bool:
         """Whether a node of our name is running; the master also lists ones that were killed."""
         try:
-            found: Any = master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name)
-            code, _, uri = found
+            code, _, uri = cast(Any, master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name))
             if code != 1:
                 return False
-            answer: Any = master_proxy(uri, POLL_TIMEOUT).getPid(self.name)
-            return bool(answer[0] == 1)
+            return bool(cast(Any, master_proxy(uri, POLL_TIMEOUT).getPid(self.name))[0] == 1)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return False
 

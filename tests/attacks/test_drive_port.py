@@ -503,7 +503,9 @@ def test_mutated_datagrams_end_the_drive_server(robot, middle, overheard, make_s
         stranger.send(bytes(sample[:1500]))
         middle.send("robot", bytes(sample[:1500]))
     robot.let_reports_pass(3)
-    assert robot.process.poll() is None and robot.state == "no command"
+    # Reports about the red stop may still be on their way on a busy machine.
+    wait(lambda: robot.state == "no command", "nobody drives and nothing is stopped")
+    assert robot.process.poll() is None
     with holding(overheard, 0.0, 0.05, 0.0):
         wait(lambda: robot.given[1] > 0.02, "the pilot still drives")
 

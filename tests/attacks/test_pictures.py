@@ -9,6 +9,7 @@ from __future__ import annotations
 import http.server
 import json
 import os
+import secrets
 import signal
 import struct
 import subprocess
@@ -325,17 +326,17 @@ ABSURD = {
 
 def test_absurd_raw_pictures_stop_the_page_with_the_robots_picture(lab, free_port):
     """One after the other; each is left out with one plain line."""
-    port = free_port()
-    page = lab.attack(
-        "page", str(PROGRAMS / "telepresence_1" / "rob_cam.py"), "_image:=/raw", f"_port:={port}", "__name:=page"
-    )
+    port, key = free_port(), secrets.token_hex(16)
+    lab.environment["TELEPRESENCE_PAGE_KEY"] = key
+    program = str(PROGRAMS / "telepresence_1" / "rob_cam.py")
+    page = lab.attack("page", program, "_image:=/raw", f"_port:={port}", "__name:=page")
     lab.wait_until(lambda: lab.say("listeners")[1], "the page's program listens")
 
     def works(patience: float) -> None:
         def live() -> bool:
             lab.say("raw", GOOD)
             try:
-                with urllib.request.urlopen(f"http://127.0.0.1:{port}/frame.jpg", timeout=2) as answer:
+                with urllib.request.urlopen(f"http://127.0.0.1:{port}/frame.jpg?k={key}", timeout=2) as answer:
                     data = answer.read()
             except OSError:
                 return False
