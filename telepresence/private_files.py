@@ -37,9 +37,11 @@ def restrict_new_files() -> None:
     os.umask(_OTHERS)
 
 
-def make_folder(path: Path) -> Path:
+def make_folder(path: Path, close: bool = True) -> Path:
     """Return the folder, made if necessary, readable for its owner only; a home directory stays as it is.
 
+    Args:
+        close: Close one that exists and is open to others; otherwise it is only examined.
     Raises:
         NotPrivate: It is a symbolic link, belongs to somebody else, or everybody may write into it.
         OSError: It cannot be made.
@@ -51,7 +53,7 @@ def make_folder(path: Path) -> Path:
         status = os.fstat(descriptor)
         if status.st_mode & stat.S_ISVTX:
             raise NotPrivate(path, "is a folder for everybody's files; name one of your own")
-        if status.st_mode & _OTHERS and path.resolve() != Path.home().resolve():
+        if close and status.st_mode & _OTHERS and path.resolve() != Path.home().resolve():
             os.fchmod(descriptor, FOLDER_MODE)
             _say(f"{path} was open to other users; only its owner can enter it now.")
     finally:

@@ -16,10 +16,13 @@ ENDINGS = (".bag", ".active", ".mp4", ".html", ".png", ".jpg")
 def open_folder(folder: Path) -> Path:
     """Return the folder, made if necessary, closed to other users with all that is in it.
 
+    A folder that holds other things too, such as a project's, stays open; the recordings in it are closed.
+
     Raises:
         OSError: It cannot be made, or belongs to others too; see `telepresence.private_files`.
     """
-    private_files.make_folder(folder)
+    ours = not folder.is_dir() or all(entry.name.endswith(ENDINGS) for entry in folder.iterdir())
+    private_files.make_folder(folder, close=ours)
     private_files.tighten(folder, *ENDINGS)
     return folder
 

@@ -67,7 +67,9 @@ class Rig:
 
     def attack(self, machine: FarMachine, *words: str, user: int | None = None) -> str:
         """Do something to the port; what came of it."""
-        command = machine.command("/usr/bin/python3", str(HERE / "voice_port_stranger.py"), *words)
+        # As text: another user may not be able to read the checkout.
+        program = (HERE / "voice_port_stranger.py").read_text()
+        command = machine.command("/usr/bin/python3", "-c", program, *words)
         if user is not None:
             command[2:2] = [f"--setuid={user}", f"--setgid={user}"]
         return subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout.strip()

@@ -15,7 +15,7 @@ from rto_node.robot_sound import RobotSound
 from rto_node.webrtc_camera import WebrtcCamera
 
 from telepresence.robot_key import RobotKey
-from telepresence.station import processes
+from telepresence.station import pair, processes
 
 pytestmark = pytest.mark.slow
 
@@ -155,7 +155,14 @@ def test_the_drive_server_reports_to_a_pilot_with_the_key_beside_it(bundle, star
         link.close()
 
 
-def test_the_camera_sends_pictures(start, until_true):
+@pytest.fixture
+def paired(bundle, tmp_path, monkeypatch):
+    """This computer has the robot's key."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert pair.main(["127.0.0.1", "--file", str(bundle.with_name("robot.key"))]) == 0
+
+
+def test_the_camera_sends_pictures(paired, start, until_true):
     camera = WebrtcCamera(f"127.0.0.1:{port_of(start('camera', '--port', '0', '--source', 'test')[1])}")
     try:
         camera.want(True)
@@ -170,7 +177,7 @@ def test_the_camera_also_sends_by_copy_and_paste(start):
     assert next(line for line in program.stdout if line.startswith("{")).endswith('"type": "offer"}\n')
 
 
-def test_the_sound_server_sends_what_the_microphone_picks_up(start, until_true):
+def test_the_sound_server_sends_what_the_microphone_picks_up(paired, start, until_true):
     port = port_of(start("sound", "--port", "0", "--microphone", "test", "--speaker", "none")[1])
     sound = RobotSound(f"127.0.0.1:{port}", lambda _frames: None).start()
     try:
