@@ -119,8 +119,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     try:
         return (yield)
     finally:
-        # The station of a file stays up between its tests.
-        if not (alone and nextitem is not None and nextitem.path == item.path):
+        # One after the other, without waiting for a turn again.
+        if not (alone and nextitem is not None and nextitem.get_closest_marker("alone")):
             turns.leave()
 
 

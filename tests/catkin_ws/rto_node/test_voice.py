@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from sound_lab import RATE, Heard, Mouth, Recorder, SoundServer, match, sentence
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = pytest.mark.ros
 
 PILOT_SAYS = "Good morning, this is the pilot. May I come in?"
 ROBOT_HEARS = "Hello robot, please be careful, the cat is asleep."
@@ -95,6 +95,7 @@ def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -
         rig.close()
 
 
+@pytest.mark.alone
 def test_both_sides_hear_each_other_at_once(rig: Rig) -> None:
     for name, heard in rig.converse().items():
         print(f"{name}: {heard}")

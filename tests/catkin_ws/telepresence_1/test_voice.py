@@ -16,7 +16,7 @@ from sound_lab import RATE, Heard, Mouth, Recorder, SoundServer, match, sentence
 
 from pepper_sim.simulation import Simulation
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = pytest.mark.ros
 
 PILOT_SAYS = "Good morning, this is the pilot. May I come in and have a look at the kitchen?"
 ROBOT_HEARS = "Hello robot, yes of course, but please be careful, the cat is asleep on the carpet."
@@ -109,6 +109,7 @@ def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -
         rig.close()
 
 
+@pytest.mark.alone
 def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable) -> None:
     ours, theirs = sentence(PILOT_SAYS), sentence(ROBOT_HEARS, "en-gb")
     at_robot, at_pilot = Heard(ours), Heard(theirs)
@@ -128,6 +129,7 @@ def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable)
         assert heard.worst >= 0.9, f"{name}: {heard}"
 
 
+@pytest.mark.alone
 def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Callable) -> None:
     probe = rig.probe
 
