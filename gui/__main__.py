@@ -34,8 +34,8 @@ from gui.ros.link import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
 from gui.window import OperatorWindow, themes
-from telepresence.outside_text import keep_logs_plain
-from telepresence.private_files import restrict_new_files
+from telepresence.security.outside_text import keep_logs_plain
+from telepresence.security.private_files import restrict_new_files
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"

@@ -9,8 +9,8 @@ from pathlib import Path
 from PyQt5.QtCore import QByteArray, QSettings
 from PyQt5.QtWidgets import QMainWindow, QSplitter
 
-from telepresence import private_files
-from telepresence.private_files import NotPrivate
+from telepresence.security import private_files
+from telepresence.security.private_files import NotPrivate
 
 NOTHING = "none"
 """Value of TELEPRESENCE_SETTINGS with which nothing is remembered."""

@@ -21,7 +21,7 @@ from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
 from gui.widgets.label import tip
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink

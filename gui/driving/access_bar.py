@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QAction, QMenu, QPushButton, QToolButton, QWidget
 from gui.driving.drive_access import DriveAccess
 from gui.styling import set_property
 from gui.widgets.label import caption, tip
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 LONGEST = 16
 """Characters of a name on the button: a longer one would widen the window."""

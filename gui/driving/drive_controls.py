@@ -13,7 +13,7 @@ from PyQt5.QtWidgets import QPushButton, QSlider, QWidget
 from gui.driving.gamepad import JoystickState
 from gui.styling import set_property
 from gui.widgets.label import Label, caption
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 STEP = 0.05
 """[m/s] between two positions of the slider."""

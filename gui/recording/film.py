@@ -9,7 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from telepresence import private_files
+from telepresence.security import private_files
 
 TIME_BASE = Fraction(1, 1000)
 """Unit of the time stamps in the file [s]."""

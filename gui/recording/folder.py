@@ -7,7 +7,7 @@ from pathlib import Path
 from PyQt5.QtCore import QBuffer, QIODevice
 from PyQt5.QtGui import QImage, QPixmap
 
-from telepresence import private_files
+from telepresence.security import private_files
 
 ENDINGS = (".bag", ".active", ".mp4", ".html", ".png", ".jpg")
 """Of what versions before 0.4 have left readable for others."""
@@ -19,7 +19,7 @@ def open_folder(folder: Path) -> Path:
     A folder that holds other things too, such as a project's, stays open; the recordings in it are closed.
 
     Raises:
-        OSError: It cannot be made, or belongs to others too; see `telepresence.private_files`.
+        OSError: It cannot be made, or belongs to others too; see `telepresence.security.private_files`.
     """
     ours = not folder.is_dir() or all(entry.name.endswith(ENDINGS) for entry in folder.iterdir())
     private_files.make_folder(folder, close=ours)

@@ -13,7 +13,7 @@ import numpy as np
 
 from gui.recording.report_plots import path_plot, time_plot
 from gui.recording.session import Session
-from telepresence import private_files
+from telepresence.security import private_files
 
 HALTS = frozenset({"stopped", "fault", "sensor stale", "bumped", "blocked"})
 """States of the safety gate in which it passes nothing of a command, or next to nothing."""

@@ -9,7 +9,7 @@ import numpy as np
 import rosbag
 
 from gui.recording.session import Session
-from telepresence.outside_text import clean, clean_name
+from telepresence.security.outside_text import clean, clean_name
 
 _TWIST = "geometry_msgs/Twist"
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 COMPLAINT_PERIOD = 1.0
 """[s] between two complaints about one topic, at least."""

@@ -29,7 +29,7 @@ from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.transforms import Transforms
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 from telepresence.station.ros_master import ended_nodes, forget_nodes, master_proxy
 
 log = logging.getLogger(__name__)

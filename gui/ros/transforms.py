@@ -12,7 +12,7 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from telepresence.outside_text import LONGEST_NAME, clean
+from telepresence.security.outside_text import LONGEST_NAME, clean
 
 HISTORY = 10.0
 """[s] for which transforms are stored."""

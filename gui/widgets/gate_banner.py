@@ -11,7 +11,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import Careful, Safety
 from gui.styling import restyle, set_property
 from gui.widgets.label import Label, tip
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 SILENT_AFTER = 1.0
 """[s] without a message after which the safety gate counts as silent."""

@@ -2,7 +2,7 @@
 makes a key of a letter behind `&` on a button: nothing that a robot or a person may send must do that.
 
 Every label of the window is a `Label`; texts of tool tips go through `tip`, those of buttons and menus through
-`caption`, unless they are literals. `telepresence.outside_text` has removed control characters before.
+`caption`, unless they are literals. `telepresence.security.outside_text` has removed control characters before.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from gui.styling import set_property
 from gui.widgets.label import Label
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 CHIPS = ("master", "robot", "picture", "keys")
 LONGEST = 2000

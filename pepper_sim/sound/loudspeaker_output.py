@@ -13,7 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from pepper_sim.sound.room import FULL_SCALE, Track
-from telepresence import private_files
+from telepresence.security import private_files
 
 log = logging.getLogger(__name__)
 

@@ -20,8 +20,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))  # this file is run by its path
-from telepresence.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
-from telepresence.outside_text import LONGEST_LOG, clean  # noqa: E402
+from telepresence.security.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
+from telepresence.security.outside_text import LONGEST_LOG, clean  # noqa: E402
 
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from telepresence import robot_key
+from telepresence.security import robot_key
 from telepresence.station.doctor import ROOT, Finding, protection
 
 JUDGED = "November 2026"

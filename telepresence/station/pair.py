@@ -17,8 +17,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from telepresence import robot_key
-from telepresence.robot_key import MOST_TEXT, RobotKey
+from telepresence.security import robot_key
+from telepresence.security.robot_key import MOST_TEXT, RobotKey
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from telepresence.private_files import restrict_new_files
+from telepresence.security.private_files import restrict_new_files
 from telepresence.station import firewall, processes
 from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper

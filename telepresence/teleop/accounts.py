@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from telepresence import private_files
+from telepresence.security import private_files
 from telepresence.teleop import password_key
 from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
 from telepresence.teleop.key_agreement import Credential, public_key

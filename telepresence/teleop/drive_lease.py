@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
+from telepresence.security.signing import PROOF, Check
 from telepresence.teleop.command_timeout import ZEROS_TIME
 from telepresence.teleop.key_agreement import EVERYBODY, Claim
 from telepresence.teleop.lease_messages import (
@@ -33,7 +34,6 @@ from telepresence.teleop.lease_messages import (
     sign_reply,
 )
 from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, Window, Windows
-from telepresence.teleop.signing import PROOF, Check
 
 __all__ = ["FORGOTTEN", "LEASE", "PILOT", "WATCHER", "ZERO", "Account", "Command", "DriveLease", "State", "Velocity"]
 

@@ -19,7 +19,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 
-from telepresence.teleop import signing
+from telepresence.security import signing
 
 KEY = 32
 """Length of a key [bytes]."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY as ZERO
 from telepresence.geometry import Velocity
-from telepresence.teleop import signing
+from telepresence.security import signing
 from telepresence.teleop.key_agreement import OPEN, Credential
 
 PILOT, WATCHER = "pilot", "watcher"

@@ -10,9 +10,9 @@ import secrets
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from telepresence.security.signing import Received
 from telepresence.teleop.key_agreement import KEY, Claim, LeaseSide
 from telepresence.teleop.lease_messages import Account, Offer, Reply, sign_join
-from telepresence.teleop.signing import Received
 
 LEASE = 1.0
 """Seconds without a sign of life after which the pilot's lease ends, and a window counts as silent."""

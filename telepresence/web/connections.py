@@ -23,7 +23,7 @@ from typing import Any
 import gevent
 from gevent import pywsgi
 
-from telepresence.log_flood import LogFlood
+from telepresence.security.log_flood import LogFlood
 
 log = logging.getLogger(__name__)
 log.addFilter(LogFlood())

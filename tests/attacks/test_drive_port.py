@@ -32,7 +32,7 @@ try:
     from rto_node import drive_session
     from rto_node.drive_datagram import encode
 
-    from telepresence.robot_key import RobotKey
+    from telepresence.security.robot_key import RobotKey
 except ImportError:  # before there were keys
     RobotKey = None  # type: ignore[assignment,misc]
 

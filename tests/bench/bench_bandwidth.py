@@ -18,7 +18,7 @@ from pathlib import Path
 from media.far_network import FarMachine, FarNetwork
 from report import Row
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[2]

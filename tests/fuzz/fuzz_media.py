@@ -171,7 +171,7 @@ def multipart() -> Target:
 
 def shown_text() -> Target:
     """Texts of robots and messages, before they are shown: printable, short, and at most as long as allowed."""
-    from telepresence.outside_text import LONGEST, clean
+    from telepresence.security.outside_text import LONGEST, clean
 
     def feed(data: bytes) -> None:
         text = data.decode("utf-8", "surrogateescape")

@@ -55,7 +55,7 @@ def drive_session() -> Target:
     from rto_node.drive_datagram import encode
     from rto_node.drive_session import KeyMismatch, PilotHandshake
 
-    from telepresence.robot_key import RobotKey
+    from telepresence.security.robot_key import RobotKey
 
     key = RobotKey(bytes(range(32)))
     pilots = Pilots(key)
@@ -78,7 +78,7 @@ def drive_session() -> Target:
 
 def robot_key() -> Target:
     """The text of a key's file, and the address of a robot as somebody types it."""
-    from telepresence import robot_key
+    from telepresence.security import robot_key
 
     def feed(data: bytes) -> None:
         text = data.decode("utf-8", "surrogateescape")
@@ -92,8 +92,8 @@ def robot_key() -> Target:
 
 def signed_request() -> Target:
     """Headers by which a request and an answer prove the robot's key."""
-    from telepresence import signed_requests as signed
-    from telepresence.robot_key import RobotKey
+    from telepresence.security import signed_requests as signed
+    from telepresence.security.robot_key import RobotKey
 
     key = RobotKey(bytes(range(32)))
     challenges = signed.Challenges()
@@ -166,7 +166,7 @@ def rest_answer() -> Target:
 
 def rest_http() -> Target:
     """Bytes of a web server's answer, over a real connection: status line, headers, chunks, lengths."""
-    from telepresence.bounded_http import BadAnswer, BoundedConnection
+    from telepresence.security.bounded_http import BadAnswer, BoundedConnection
 
     listening = socket.create_server(("127.0.0.1", 0))
     answer = b""
@@ -286,10 +286,10 @@ def page_request() -> Target:
 
 def lease_message() -> Target:
     """What windows send to drive_lease, known or not, in every field that a ROS message has."""
+    from telepresence.security.signing import Received
     from telepresence.teleop.drive_lease import PILOT, Account, Command, DriveLease
     from telepresence.teleop.key_agreement import Claim
     from telepresence.teleop.lease_messages import Reply, sign_command, sign_request
-    from telepresence.teleop.signing import Received
 
     account = Account("ann", PILOT, 1)
     lease = DriveLease({"ann": account}.get)

@@ -25,7 +25,7 @@ from gui.ros.channels import Answer
 from gui.widgets.help_overlay import HelpOverlay
 from gui.widgets.key_legend import KeyLegend
 from gui.window import OperatorWindow, style_sheet
-from telepresence.outside_text import LONGEST, clean
+from telepresence.security.outside_text import LONGEST, clean
 from telepresence.teleop.drive_lease import PILOT, Account
 
 FOLDER = Path(gui.__file__).parent

@@ -21,8 +21,8 @@ from telepresence.station import processes
 from telepresence.video.webrtc import on_address, peer_connection
 
 try:
-    from telepresence import signed_requests
-    from telepresence.robot_key import RobotKey
+    from telepresence.security import signed_requests
+    from telepresence.security.robot_key import RobotKey
 except ImportError:  # before there were keys
     signed_requests = RobotKey = None  # type: ignore[assignment,misc]
 

@@ -13,11 +13,11 @@ from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
 from gui.ros.topics.drive import LeaseState
+from telepresence.security.signing import PROOF
 from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, Velocity
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_messages import Reply, sign_joined, sign_reply
 from telepresence.teleop.lease_windows import Window
-from telepresence.teleop.signing import PROOF
 
 
 class FakeLink(QObject):

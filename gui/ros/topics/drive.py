@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from gui.ros.channels import Answer, Incoming, Offered, Outgoing
-from telepresence.outside_text import clean, clean_name
+from telepresence.security.outside_text import clean, clean_name
+from telepresence.security.signing import PROOF
 from telepresence.teleop.drive_lease import Command, Velocity
 from telepresence.teleop.key_agreement import Claim
-from telepresence.teleop.signing import PROOF
 
 MOST_PRESENT = 32
 """People that are shown."""

@@ -28,7 +28,7 @@ from gui.ros.readings import (
     VoiceSettings,
     VoiceState,
 )
-from telepresence.outside_text import clean, clean_name
+from telepresence.security.outside_text import clean, clean_name
 
 CHARGING, DEAD = 1, 3
 """sensor_msgs/BatteryState: power_supply_status, power_supply_health."""

@@ -14,7 +14,7 @@ from rto_node.drive_link import DriveLink
 from rto_node.robot_sound import RobotSound
 from rto_node.webrtc_camera import WebrtcCamera
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 from telepresence.station import pair, processes
 
 pytestmark = pytest.mark.slow

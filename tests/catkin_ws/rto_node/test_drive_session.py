@@ -17,7 +17,7 @@ from rto_node.drive_session import (
     session_of,
 )
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 
 KEY, OTHER = RobotKey(bytes(range(32))), RobotKey(bytes(32))
 HERE, THERE = ("10.0.0.2", 5000), ("10.0.0.3", 5000)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from telepresence import robot_key
-from telepresence.robot_key import RobotKey
+from telepresence.security import robot_key
+from telepresence.security.robot_key import RobotKey
 from telepresence.station import bundled_versions, doctor, doctor_security
 
 LISTEN = """

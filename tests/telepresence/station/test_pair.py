@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.robot_key import RobotKey, path_of
+from telepresence.security.robot_key import RobotKey, path_of
 from telepresence.station.pair import main
 
 ROOT = Path(__file__).resolve().parents[3]

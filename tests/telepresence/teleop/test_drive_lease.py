@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from telepresence.security.signing import PROOF
 from telepresence.teleop.drive_lease import (
     COMMAND_AGE,
     FORGOTTEN,
@@ -23,7 +24,6 @@ from telepresence.teleop.drive_lease import (
 from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
 from telepresence.teleop.lease_messages import Reply, sign_command, sign_join, sign_reply, sign_request
 from telepresence.teleop.lease_windows import MOST_OF_ONE, MOST_WINDOWS, NOT_ACCEPTED, OFFER
-from telepresence.teleop.signing import PROOF
 
 AHEAD = Velocity(0.2, 0.0, 0.0)
 LEASE_KEY = bytes(range(32))

@@ -20,7 +20,7 @@ from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.replies import UnexpectedReply, number, text
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 LEVELS = {"fatal": 1, "error": 2, "warning": 3, "info": 4, "verbose": 5, "debug": 6}
 ROS_LOG = {1: rospy.logfatal, 2: rospy.logerr, 3: rospy.logwarn, 4: rospy.loginfo, 5: rospy.logdebug, 6: rospy.logdebug}

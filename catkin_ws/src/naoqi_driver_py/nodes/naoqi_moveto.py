@@ -38,10 +38,10 @@ from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 
-from telepresence.change_log import ChangeLog
 from telepresence.geometry import yaw_of
-from telepresence.outside_text import clean
 from telepresence.safety import PEPPER
+from telepresence.security.change_log import ChangeLog
+from telepresence.security.outside_text import clean
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 MOTION_CYCLE = 0.02

@@ -13,7 +13,7 @@ from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseGoal
 from telepresence_ros.master_watch import wait_for_master
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 SERVER_TIMEOUT = 10.0
 POSE_TIMEOUT = 30.0

@@ -23,7 +23,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[3]
 sys.path.insert(0, str(ROOT))
-from telepresence.robot_key import RobotKey  # noqa: E402  works in a checkout that is not installed
+from telepresence.security.robot_key import RobotKey  # noqa: E402  works in a checkout that is not installed
 
 SOURCES = (ROOT, ROOT / "catkin_ws/src/rto_node/src", ROOT / "catkin_ws/src/rto_bringup/src")
 """Where our modules are."""

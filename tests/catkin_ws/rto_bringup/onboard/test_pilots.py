@@ -9,7 +9,7 @@ from rto_bringup.onboard.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Req
 from rto_node.drive_datagram import decode, encode
 from rto_node.drive_session import COOKIE_LIFE, HELLO, MESSAGE, OPEN, PilotHandshake
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 
 KEY = RobotKey(bytes(range(32)))
 HERE, THERE = ("10.0.0.2", 5000), ("10.0.0.3", 6000)

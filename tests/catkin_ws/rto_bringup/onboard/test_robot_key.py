@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from rto_bringup.onboard.__main__ import find_key, main, parse
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 
 ROLES = ("drive", "camera", "sound")
 

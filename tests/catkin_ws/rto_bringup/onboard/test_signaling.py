@@ -9,7 +9,7 @@ import pytest
 from rto_node.robot_sound import RobotSound
 from rto_node.webrtc_camera import WebrtcCamera
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 
 pytestmark = pytest.mark.slow
 

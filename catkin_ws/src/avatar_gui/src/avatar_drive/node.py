@@ -37,11 +37,11 @@ from telepresence_msgs.srv import (
 )
 from telepresence_ros.node import Node
 
+from telepresence.security.signing import PROOF
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, State, Velocity
 from telepresence.teleop.key_agreement import EVERYBODY, KEY, Claim
 from telepresence.teleop.lease_messages import Reply, sign_joined
-from telepresence.teleop.signing import PROOF
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2

@@ -18,7 +18,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
-from telepresence.outside_text import keep_logs_plain
+from telepresence.security.outside_text import keep_logs_plain
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import read_image_message
 from telepresence.video.jpeg import decode_jpeg

@@ -18,9 +18,9 @@ from naoqi_driver.command_gate import CommandGate, Decision, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall, RobotUnreachable
 from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.replies import flag, kind, numbers, sequence
-from telepresence.change_log import ChangeLog
 from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
-from telepresence.outside_text import clean
+from telepresence.security.change_log import ChangeLog
+from telepresence.security.outside_text import clean
 
 log = logging.getLogger(__name__)
 

@@ -27,7 +27,7 @@ from naoqi_driver.callback_port import close_to_strangers, end_stuck
 from naoqi_driver.certificate_pin import CertificatePin
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
 from naoqi_driver.tls_relay import TlsRelay
-from telepresence.outside_text import LONGEST, clean
+from telepresence.security.outside_text import LONGEST, clean
 
 log = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 
 MOST_PARTS = 20_000
 """Values in a reply, those within others counted too; the longest of NAOqi's has a few hundred."""

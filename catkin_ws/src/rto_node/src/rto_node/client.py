@@ -22,8 +22,8 @@ from http.client import RemoteDisconnected
 from typing import Any, NamedTuple
 
 from rto_node.robot_facts import SENSORS
-from telepresence.bounded_http import BadAnswer, BoundedConnection
-from telepresence.outside_text import clean
+from telepresence.security.bounded_http import BadAnswer, BoundedConnection
+from telepresence.security.outside_text import clean
 
 TIMEOUT = 0.5
 """Seconds allowed for connecting to the robot, and for its whole answer."""

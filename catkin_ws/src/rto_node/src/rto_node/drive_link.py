@@ -30,7 +30,7 @@ from rto_node.drive_datagram import (
     short,
 )
 from rto_node.drive_session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
-from telepresence.robot_key import RobotKey, is_loopback
+from telepresence.security.robot_key import RobotKey, is_loopback
 
 COMMAND_TIMEOUT = 0.3
 """Seconds for which a velocity is valid here: keyboards and windows repeat it every 0.1 s."""

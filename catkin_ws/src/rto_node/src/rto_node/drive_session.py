@@ -21,9 +21,9 @@ import struct
 from typing import Any, NamedTuple
 
 from rto_node.drive_datagram import MAX_DATAGRAM, BadMessage, decode, encode
-from telepresence.robot_key import RobotKey
-from telepresence.teleop import signing
-from telepresence.teleop.signing import NONCE, PROOF, SEAL, Received, seal
+from telepresence.security import signing
+from telepresence.security.robot_key import RobotKey
+from telepresence.security.signing import NONCE, PROOF, SEAL, Received, seal
 
 VERSION = b"RTD2"
 HELLO, CHALLENGE, OPEN, MESSAGE = (VERSION + kind for kind in (b"h", b"c", b"o", b"m"))

@@ -33,9 +33,9 @@ from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_gate import CommandGate, SpeedLimits
 from rto_node.link import Link, find_address
-from telepresence.change_log import ChangeLog
 from telepresence.geometry import Velocity
-from telepresence.outside_text import clean
+from telepresence.security.change_log import ChangeLog
+from telepresence.security.outside_text import clean
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import rospy
 
 from rto_node.client import RobotinoClient, RobotinoError, RobotinoUnreachable
-from telepresence.change_log import ChangeLog
+from telepresence.security.change_log import ChangeLog
 
 REMINDER_PERIOD = 30.0
 """Seconds after which a robot that still does not answer is named again."""

@@ -4,8 +4,8 @@
     DELETE LOCATION     we leave
 
 With the robot's key, which `./stack pair ROBOT` brought, both sides prove that they have it
-(`telepresence.signed_requests`). Without one nothing is sent to any robot but one on this machine: whoever answers at
-its address could be anybody.
+(`telepresence.security.signed_requests`). Without one nothing is sent to any robot but one on this machine: whoever
+answers at its address could be anybody.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import aiohttp
 import yarl
 from aiortc import RTCPeerConnection, RTCSessionDescription
 
-from telepresence.robot_key import RobotKey, is_loopback
-from telepresence.signed_requests import Answer, Request, answer_proven, authorization, challenge_in
+from telepresence.security.robot_key import RobotKey, is_loopback
+from telepresence.security.signed_requests import Answer, Request, answer_proven, authorization, challenge_in
 from telepresence.video.foreign_sdp import checked
 from telepresence.video.webrtc import address_towards, on_address
 

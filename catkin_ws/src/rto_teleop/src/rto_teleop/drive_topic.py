@@ -20,7 +20,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
 from telepresence.geometry import Velocity
-from telepresence.outside_text import LONGEST_LOG, clean
+from telepresence.security.outside_text import LONGEST_LOG, clean
 from telepresence.station.ros_master import master_proxy
 
 log = logging.getLogger(__name__)

@@ -22,7 +22,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from telepresence_ros.node import Node, stop_on_signals
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
 from twist_keyboard.terminal import HungUp, KeyTerminal
 

@@ -20,7 +20,7 @@ import numpy as np
 import qi
 from naoqi_driver.connection import Connection, RobotError
 
-from telepresence.change_log import ChangeLog
+from telepresence.security.change_log import ChangeLog
 
 log = logging.getLogger(__name__)
 

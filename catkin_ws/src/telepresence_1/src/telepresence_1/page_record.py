@@ -16,7 +16,7 @@ from pathlib import Path
 
 from naoqi_driver.connection import Address
 
-from telepresence import private_files
+from telepresence.security import private_files
 from telepresence_1.network import host_of
 
 

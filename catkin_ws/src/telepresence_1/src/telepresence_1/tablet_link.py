@@ -19,7 +19,7 @@ from typing import Any
 from naoqi_driver.connection import CallRefused, Connection, RobotError
 from naoqi_driver.replies import kind, number, text
 
-from telepresence.outside_text import clean
+from telepresence.security.outside_text import clean
 from telepresence_1.retry import Retry
 from telepresence_1.robot_focus import ACTIVITY, RobotFocus
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from telepresence.outside_text import LONGEST_LOG, clean
+from telepresence.security.outside_text import LONGEST_LOG, clean
 
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 

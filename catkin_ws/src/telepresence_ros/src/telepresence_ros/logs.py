@@ -9,8 +9,8 @@ from pathlib import Path
 
 import rospkg
 
-from telepresence import private_files
-from telepresence.outside_text import keep_logs_plain
+from telepresence.security import private_files
+from telepresence.security.outside_text import keep_logs_plain
 
 
 def our_packages() -> set[str]:

@@ -106,16 +106,18 @@ class MasterWatch:
                 return  # the master has forgotten this node because it ends
             if known == 1 and uri != rospy.get_node_uri():
                 continue  # another node has taken the name; the master asks rospy to end this one
-            if known != 1:
-                self._register()
+            # A new master knows the name alone as soon as rospy has logged a line: that reads a parameter, as a node.
+            if (known != 1 or self._misses) and not self._register():
+                continue
             was_lost = not self.alive
             self._misses = 0
             if was_lost:
                 log.warning("the ROS master at %s answers again", self._uri)
                 self._call(self._on_found)
 
-    def _register(self) -> None:
-        """Repeat what rospy registered with the old master: publishers, subscribers, services."""
+    def _register(self) -> bool:
+        """Repeat what rospy registered with the old master: publishers, subscribers, services. The same master takes
+        it as it is. False if it failed."""
         node_uri = rospy.get_node_uri()
         master = master_proxy(self._uri, timeout=2.0)
         topics = get_topic_manager()
@@ -133,6 +135,8 @@ class MasterWatch:
                     xmlrpc.client.ServerProxy(node_uri).publisherUpdate("/master", subscriber.resolved_name, publishers)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
             log.warning("registering %s again failed, next try in %.1f s: %s", self._name, PERIOD, error)
+            return False
+        return True
 
     def _call(self, callback: Callable[[], None]) -> None:
         try:

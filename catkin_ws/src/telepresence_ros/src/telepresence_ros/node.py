@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import rospy
 
-from telepresence.private_files import restrict_new_files
+from telepresence.security.private_files import restrict_new_files
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master

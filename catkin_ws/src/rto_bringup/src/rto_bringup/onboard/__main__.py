@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from telepresence.log_flood import limit_log_flood
-from telepresence.robot_key import RobotKey, is_loopback
+from telepresence.security.log_flood import limit_log_flood
+from telepresence.security.robot_key import RobotKey, is_loopback
 
 if TYPE_CHECKING:
     from rto_bringup.onboard.picture_sources import PictureSource

@@ -27,7 +27,7 @@ from aiortc.contrib.signaling import BYE
 
 from rto_bringup.onboard.picture_sources import PictureSource
 from rto_bringup.onboard.signaling_server import SDP, SignalingServer, local_address, remote_address
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 from telepresence.video.copy_paste_signaling import EXITING, CopyPasteSignaling, connected, follow, take_description
 from telepresence.video.foreign_sdp import checked
 from telepresence.video.webrtc import NewestPictureTrack, on_address, peer_connection

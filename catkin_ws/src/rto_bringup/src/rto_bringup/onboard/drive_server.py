@@ -23,8 +23,8 @@ from rto_node.drive_datagram import MAX_DATAGRAM, Report, encode_report
 
 from rto_bringup.onboard.pilots import Outgoing, Pilots, Request
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
-from telepresence.robot_key import RobotKey
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Decision, Odometry, State, VelocityGate
+from telepresence.security.robot_key import RobotKey
 
 log = logging.getLogger(__name__)
 

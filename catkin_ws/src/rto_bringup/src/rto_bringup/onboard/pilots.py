@@ -19,8 +19,8 @@ from rto_node import drive_session
 from rto_node.drive_datagram import Ask, BadMessage, Drive, encode, parse_for_robot, short
 from rto_node.drive_session import Address, Opened, RobotHandshake
 
-from telepresence.robot_key import RobotKey
 from telepresence.safety import Command
+from telepresence.security.robot_key import RobotKey
 
 SILENCE = 0.2
 """Seconds after the last datagram with a velocity until the robot counts as left alone: four were lost."""

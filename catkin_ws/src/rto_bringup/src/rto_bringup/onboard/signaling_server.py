@@ -1,8 +1,8 @@
 """What the robot's two WebRTC services have in common: HTTP for few, who prove that they have the robot's key.
 
-Nobody else gets more than a short refusal, and nothing is made for them: see `telepresence.signed_requests`. Without a
-key only this machine's own user is served: the other end must be a program of the same user, the request's Host an
-address or localhost, and no web page may have sent it (Origin).
+Nobody else gets more than a short refusal, and nothing is made for them: see
+`telepresence.security.signed_requests`. Without a key only this machine's own user is served: the other end must be a
+program of the same user, the request's Host an address or localhost, and no web page may have sent it (Origin).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from collections.abc import Awaitable, Callable
 from aiohttp import web
 
 from rto_bringup.onboard.admission import Admission
-from telepresence import local_users
-from telepresence.robot_key import RobotKey
-from telepresence.signed_requests import (
+from telepresence.security import local_users
+from telepresence.security.robot_key import RobotKey
+from telepresence.security.signed_requests import (
     Answer,
     Challenges,
     Request,

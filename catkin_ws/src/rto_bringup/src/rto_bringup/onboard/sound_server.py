@@ -24,7 +24,7 @@ from rto_bringup.onboard.signaling_server import SDP, SignalingServer, local_add
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.webrtc_sound import RATE, MicrophoneTrack, listen
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 from telepresence.video.foreign_sdp import checked
 from telepresence.video.webrtc import on_address, peer_connection, release_early
 

@@ -1,4 +1,4 @@
-from telepresence.change_log import PERIOD, ChangeLog
+from telepresence.security.change_log import PERIOD, ChangeLog
 
 
 def test_what_changes_with_every_answer_is_logged_once_a_second():

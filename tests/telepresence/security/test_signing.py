@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from telepresence.teleop.signing import PROOF, SEAL, Check, Received, mac, nonce, seal, session_key, sign
+from telepresence.security.signing import PROOF, SEAL, Check, Received, mac, nonce, seal, session_key, sign
 
 KEY = session_key(b"shared", "test", bytes(16), bytes(range(16)))
 

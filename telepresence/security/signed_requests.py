@@ -20,7 +20,7 @@ import re
 import secrets
 from typing import NamedTuple
 
-from telepresence.robot_key import RobotKey
+from telepresence.security.robot_key import RobotKey
 
 SCHEME = "Robot-Key"
 LIFETIME = 10.0

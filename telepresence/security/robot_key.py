@@ -16,9 +16,8 @@ import secrets
 import socket
 from pathlib import Path
 
-from telepresence import private_files
-from telepresence.private_files import NotPrivate
-from telepresence.teleop import signing
+from telepresence.security import private_files, signing
+from telepresence.security.private_files import NotPrivate
 
 SIZE = 32
 """Length of a key [bytes]; twice as many digits in its file."""
@@ -128,7 +127,7 @@ class RobotKey:
         return self._secret.hex()
 
     def mac(self, purpose: str, *parts: bytes) -> bytes:
-        """Return the HMAC-SHA256 of the parts with this key, 32 bytes; see `telepresence.teleop.signing.mac`."""
+        """Return the HMAC-SHA256 of the parts with this key, 32 bytes; see `telepresence.security.signing.mac`."""
         return signing.mac(self._secret, purpose, *parts)
 
     def matches(self, mac: bytes, purpose: str, *parts: bytes) -> bool:

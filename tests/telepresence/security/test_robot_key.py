@@ -7,7 +7,7 @@ import stat
 
 import pytest
 
-from telepresence.robot_key import RobotKey, host_of, is_loopback, paired, path_of
+from telepresence.security.robot_key import RobotKey, host_of, is_loopback, paired, path_of
 
 
 @pytest.fixture(autouse=True)

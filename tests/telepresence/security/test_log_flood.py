@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import logging
 
-from telepresence.log_flood import BURST, MAX_LINE, LogFlood
+from telepresence.security.log_flood import BURST, MAX_LINE, LogFlood
 
 
 def test_a_flood_is_one_line_a_second_and_says_how_much_it_was() -> None:

@@ -7,8 +7,8 @@ import stat
 
 import pytest
 
-from telepresence import private_files
-from telepresence.private_files import NotPrivate
+from telepresence.security import private_files
+from telepresence.security.private_files import NotPrivate
 
 
 def mode(path):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from telepresence.outside_text import LONGEST_LOG, PlainRecord, clean, clean_name
+from telepresence.security.outside_text import LONGEST_LOG, PlainRecord, clean, clean_name
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from telepresence.robot_key import RobotKey
-from telepresence.signed_requests import (
+from telepresence.security.robot_key import RobotKey
+from telepresence.security.signed_requests import (
     LIFETIME,
     MAX_HEADER,
     Answer,
