@@ -97,7 +97,7 @@ def test_a_command_with_a_bad_value_is_refused(field, text):
         parse_for_robot(json.dumps(fields).replace('"HERE"', text).encode())
 
 
-@settings(max_examples=300)
+@settings(max_examples=60)
 @fed(
     st.one_of(
         st.binary(max_size=200),
