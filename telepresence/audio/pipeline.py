@@ -6,16 +6,15 @@ description is parsed as a whole, which fails loudly, and every error on the bus
 
 from __future__ import annotations
 
-import contextlib
+import ctypes
 import logging
 import threading
 from collections.abc import Callable
 
-# GStreamer loads libunwind. If greenlet, whose C++ exceptions gevent's web servers need, is loaded after it and NumPy
-# before it, the first greenlet that ends aborts the program. A robot without gevent needs none of this.
-with contextlib.suppress(ImportError):
-    import greenlet  # noqa: F401
-import gi
+# GStreamer loads libunwind, whose unwinder would then serve all C++ libraries that are loaded later, and the first C++
+# exception of libqi or of greenlet ends the program. So the compiler's own unwinder is there for all of them before.
+ctypes.CDLL("libgcc_s.so.1", mode=ctypes.RTLD_GLOBAL)
+import gi  # noqa: E402
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
