@@ -23,7 +23,8 @@ robot = qi.Session()
 robot.listenStandalone("tcp://127.0.0.1:0")
 robot.registerService("Service", Service())
 for _ in range(3):
-    pilot = qi.Session(robot.endpoints()[0])
+    pilot = qi.Session()
+    pilot.connect(robot.endpoints()[0])
     with contextlib.suppress(RuntimeError):
         pilot.service("Service").fail()
     pilot.close()
