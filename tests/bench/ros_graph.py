@@ -41,6 +41,7 @@ def private_master() -> Iterator[dict[str, str]]:
         uri = environment["ROS_MASTER_URI"]
         master = processes.start(
             ["rosmaster", "--core", "-p", uri.rpartition(":")[2]],
+            tied=True,  # else a benchmark that crashes leaves it behind
             env=environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

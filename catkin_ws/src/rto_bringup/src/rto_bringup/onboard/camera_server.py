@@ -227,13 +227,5 @@ async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
 
 
 async def serve(server: CameraServer, address: str, port: int, ready: Callable[[str], None]) -> None:
-    """Answer offers until cancelled; then end every connection.
-
-    Args:
-        address: Of one interface; "0.0.0.0" for all.
-        port: 0 takes a free one.
-        ready: Called with the URL.
-    Raises:
-        OSError: The port is taken or the address is not this machine's.
-    """
+    """Answer offers until cancelled; arguments and errors are those of `SignalingServer.serve`."""
     await server.signaling.serve(server.application(), address, port, ready)
