@@ -6,15 +6,14 @@ has failed when both still ask afterwards, have asked nobody else, and wrote a f
 
 from __future__ import annotations
 
-import contextlib
 import gzip
 import socket
-import threading
 import time
 from collections.abc import Callable, Iterator
 
 import pytest
 from bare_nodes import BareNodes, wait_for
+from tcp_listener import TcpListener
 
 HONEST = {
     "/data/distancesensorarray": b"[0.41,0.41,0.41,0.41,0.41,0.41,0.41,0.41,0.41]",
@@ -43,38 +42,30 @@ class HostileRobotino:
         self.drip = False
         self.asked = {"scan0": 0, "rest": 0}
         self.velocities: list[bytes] = []
-        self._listener = socket.create_server(("127.0.0.1", 0), backlog=50)
-        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._listener = TcpListener(self._talk)
+        self.address = f"127.0.0.1:{self._listener.port}"
 
     def close(self) -> None:
         self._listener.close()
 
-    def _accept(self) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                threading.Thread(target=self._talk, args=(near,), daemon=True).start()
-
     def _talk(self, near: socket.socket) -> None:
-        with near, contextlib.suppress(OSError):
-            while request := near.recv(65536):
-                path = request.split(b" ", 2)[1].decode(errors="replace")
-                answer, drip = self.answer, self.drip
-                if b"omnidrive" in request:
-                    self.velocities.append(request)
-                if drip:
-                    near.sendall(b"HTTP/1.1 200 OK\r\nX: ")
-                    self._count(path)
-                    while self.drip:
-                        near.sendall(b"y")
-                        time.sleep(0.1)
-                    return
-                near.sendall(http(HONEST.get(path, b"{}")) if answer is None else answer)
+        while request := near.recv(65536):
+            path = request.split(b" ", 2)[1].decode(errors="replace")
+            answer, drip = self.answer, self.drip
+            if b"omnidrive" in request:
+                self.velocities.append(request)
+            if drip:
+                near.sendall(b"HTTP/1.1 200 OK\r\nX: ")
                 self._count(path)
-                if answer is not None and b"Content-Length" not in answer[:200]:
-                    near.shutdown(socket.SHUT_WR)
-                    return
+                while self.drip:
+                    near.sendall(b"y")
+                    time.sleep(0.1)
+                return
+            near.sendall(http(HONEST.get(path, b"{}")) if answer is None else answer)
+            self._count(path)
+            if answer is not None and b"Content-Length" not in answer[:200]:
+                near.shutdown(socket.SHUT_WR)
+                return
 
     def _count(self, path: str) -> None:
         self.asked["scan0" if path.endswith("scan0") else "rest"] += 1
@@ -85,19 +76,14 @@ class Trap:
 
     def __init__(self) -> None:
         self.calls = 0
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._listener = TcpListener(self._count)
+        self.address = f"127.0.0.1:{self._listener.port}"
 
     def close(self) -> None:
         self._listener.close()
 
-    def _accept(self) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                self.calls += 1
-                near.close()
+    def _count(self, _near: socket.socket) -> None:
+        self.calls += 1
 
 
 class Scene:

@@ -6,13 +6,13 @@ import contextlib
 import datetime
 import socket
 import ssl
-import threading
 from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import NameOID
+from tcp_listener import TcpListener
 
 
 def make_certificate(folder: Path, name: str) -> Path:
@@ -52,9 +52,8 @@ class TlsFront:
         self._target = target
         self._sockets: list[socket.socket] = []
         self.show(certificate)
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, name="tls-front", daemon=True).start()
+        self._listener = TcpListener(self._talk)
+        self.port = self._listener.port
 
     def show(self, certificate: Path | None) -> None:
         """Show this certificate from the next connection on, and cut those that there are."""
@@ -73,12 +72,6 @@ class TlsFront:
     def close(self) -> None:
         self._listener.close()
         self.cut()
-
-    def _accept(self) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                threading.Thread(target=self._talk, args=(near,), daemon=True).start()
 
     def _talk(self, near: socket.socket) -> None:
         """One thread for both ways: a TLS socket does not belong to two."""
