@@ -23,15 +23,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from rto_node.drive_link import DriveLink
 
 from robotino_sim.simulation import Simulation
+from telepresence.drive.link import DriveLink
 from telepresence.station import processes
 
 try:
-    from rto_node import drive_session
-    from rto_node.drive_datagram import encode
-
+    from telepresence.drive import session as drive_session
+    from telepresence.drive.datagram import encode
     from telepresence.security.robot_key import RobotKey
 except ImportError:  # before there were keys
     RobotKey = None  # type: ignore[assignment,misc]

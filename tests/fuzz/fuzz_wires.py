@@ -20,7 +20,7 @@ NOW = 100.0
 
 def drive_datagram() -> Target:
     """Bodies of both directions, once their seal is checked."""
-    from rto_node.drive_datagram import (
+    from telepresence.drive.datagram import (
         SECTORS,
         BadMessage,
         Report,
@@ -51,10 +51,9 @@ def drive_datagram() -> Target:
 
 def drive_session() -> Target:
     """Datagrams at the robot's port: greetings, opens, sealed and forged messages; and at the pilot's."""
-    from rto_bringup.onboard.pilots import Outgoing, Pilots
-    from rto_node.drive_datagram import encode
-    from rto_node.drive_session import KeyMismatch, PilotHandshake
-
+    from telepresence.drive.datagram import encode
+    from telepresence.drive.pilots import Outgoing, Pilots
+    from telepresence.drive.session import KeyMismatch, PilotHandshake
     from telepresence.security.robot_key import RobotKey
 
     key = RobotKey(bytes(range(32)))

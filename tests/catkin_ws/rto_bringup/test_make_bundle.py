@@ -10,10 +10,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from rto_node.drive_link import DriveLink
 from rto_node.robot_sound import RobotSound
 from rto_node.webrtc_camera import WebrtcCamera
 
+from telepresence.drive.link import DriveLink
 from telepresence.security.robot_key import RobotKey
 from telepresence.station import pair, processes
 

@@ -6,8 +6,9 @@ import math
 import time
 
 import pytest
-from rto_node.drive_link import DriveLink
 from rto_node.webrtc_camera import WebrtcCamera
+
+from telepresence.drive.link import DriveLink
 
 pytestmark = pytest.mark.slow
 

@@ -12,8 +12,8 @@ import pytest
 from rto_bringup.onboard.__main__ import main
 from rto_bringup.onboard.sensors import ranges_of_sectors
 from rto_node.client import RobotinoClient, Scan
-from rto_node.drive_link import DriveLink
 
+from telepresence.drive.link import DriveLink
 from telepresence.safety import UNKNOWN
 
 

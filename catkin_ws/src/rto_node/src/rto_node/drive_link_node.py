@@ -28,8 +28,8 @@ from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 
-from rto_node.drive_datagram import Report
-from rto_node.drive_link import DriveLink
+from telepresence.drive.datagram import Report
+from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 

@@ -1,6 +1,6 @@
 """The drive server: the only program that commands this robot's wheels, with no network between it and them.
 
-Datagrams from pilots (`rto_node.drive_datagram`) in, sensors from the robot's web server in, the gate of
+Datagrams from pilots (`telepresence.drive.datagram`) in, sensors from the robot's web server in, the gate of
 `telepresence.safety` between, velocities to the web server out. A pilot who falls silent stops the robot: a zero 0.2 s
 after the last command, then nothing, so that the robot's own watchdog (200 ms) holds the motors a moment later at the
 latest; together at most half a second to standstill from 0.2 m/s. Who lets go of the controls gets the base's own
@@ -19,10 +19,10 @@ import time
 from dataclasses import dataclass
 
 from rto_node.client import RobotinoClient, RobotinoError
-from rto_node.drive_datagram import MAX_DATAGRAM, Report, encode_report
 
-from rto_bringup.onboard.pilots import Outgoing, Pilots, Request
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
+from telepresence.drive.datagram import MAX_DATAGRAM, Report, encode_report
+from telepresence.drive.pilots import Outgoing, Pilots, Request
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Decision, Odometry, State, VelocityGate
 from telepresence.security.robot_key import RobotKey
 

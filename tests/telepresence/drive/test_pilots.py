@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rto_bringup.onboard.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Request
-from rto_node.drive_datagram import decode, encode
-from rto_node.drive_session import COOKIE_LIFE, HELLO, MESSAGE, OPEN, PilotHandshake
 
+from telepresence.drive.datagram import decode, encode
+from telepresence.drive.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Request
+from telepresence.drive.session import COOKIE_LIFE, HELLO, MESSAGE, OPEN, PilotHandshake
 from telepresence.security.robot_key import RobotKey
 
 KEY = RobotKey(bytes(range(32)))

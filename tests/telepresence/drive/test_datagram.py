@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given as fed
 from hypothesis import settings
 from hypothesis import strategies as st
-from rto_node import drive_datagram
-from rto_node.drive_datagram import BadMessage, Drive, Report, decode, encode, parse_for_robot, parse_report
-from rto_node.drive_session import MAX_BODY
+
+from telepresence.drive import datagram
+from telepresence.drive.datagram import BadMessage, Drive, Report, decode, encode, parse_for_robot, parse_report
+from telepresence.drive.session import MAX_BODY
 
 DRIVE = {"type": "drive", "echo": 10.5, "after": 0.1, "velocity": [0.1, 0, -0.2]}
 
@@ -28,14 +29,14 @@ REPORT = Report(
 
 
 def test_a_report_fits_one_datagram_and_survives():
-    body = drive_datagram.encode_report(REPORT)
+    body = datagram.encode_report(REPORT)
     assert len(body) <= MAX_BODY
     assert parse_report(decode(body)) == REPORT
 
 
 @pytest.mark.parametrize("letter", ['"', "\\", "ü", "\U0001f916", "\0", "\ud800"])
 def test_whatever_letters_its_reason_has_a_report_fits(letter):
-    body = drive_datagram.encode_report(REPORT._replace(reason=letter * 500))
+    body = datagram.encode_report(REPORT._replace(reason=letter * 500))
     assert len(body) <= MAX_BODY
     assert parse_report(decode(body)).reason.isprintable()
 
@@ -46,11 +47,11 @@ def test_whatever_letters_its_reason_has_a_report_fits(letter):
 )
 def test_a_report_that_no_message_could_hold_is_refused(field, value):
     with pytest.raises(BadMessage):
-        parse_report({**decode(drive_datagram.encode_report(REPORT)), field: value})
+        parse_report({**decode(datagram.encode_report(REPORT)), field: value})
 
 
 def test_control_characters_of_the_robot_reach_no_terminal():
-    fields = {**decode(drive_datagram.encode_report(REPORT)), "reason": "a\x1b[2Jb\rc\u202ed", "state": "clear\n"}
+    fields = {**decode(datagram.encode_report(REPORT)), "reason": "a\x1b[2Jb\rc\u202ed", "state": "clear\n"}
     assert parse_report(fields)[2:4] == ("clear ", "a [2Jb c d")
 
 

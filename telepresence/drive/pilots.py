@@ -1,9 +1,9 @@
 """Who may drive now, and which of their commands still counts. No clock, no socket: time and address are arguments.
 
-Whoever has the robot's key is a pilot (`rto_node.drive_session`); for others nothing is kept and nothing is done. Any
-pilot may listen and stop; one at a time drives: the first to ask for a velocity keeps the robot until a second after
-the last one. A command is refused that is not newer than the last, too old, or from a pilot who has received nothing
-from the robot lately.
+Whoever has the robot's key is a pilot (`telepresence.drive.session`); for others nothing is kept and nothing is done.
+Any pilot may listen and stop; one at a time drives: the first to ask for a velocity keeps the robot until a second
+after the last one. A command is refused that is not newer than the last, too old, or from a pilot who has received
+nothing from the robot lately.
 
 A stop is reset by who pressed it, in this session or a later one, or by a pilot of a higher rank. Names and ranks are
 what pilots say about themselves: among those who have the key they prevent mistakes, not malice.
@@ -15,10 +15,9 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from rto_node import drive_session
-from rto_node.drive_datagram import Ask, BadMessage, Drive, encode, parse_for_robot, short
-from rto_node.drive_session import Address, Opened, RobotHandshake
-
+from telepresence.drive import session as drive_session
+from telepresence.drive.datagram import Ask, BadMessage, Drive, encode, parse_for_robot, short
+from telepresence.drive.session import Address, Opened, RobotHandshake
 from telepresence.safety import Command
 from telepresence.security.robot_key import RobotKey
 

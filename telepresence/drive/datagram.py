@@ -1,5 +1,5 @@
-"""What pilot and drive server say to each other: bodies of JSON in the signed datagrams of `rto_node.drive_session`,
-over UDP. No ROS, no socket.
+"""What pilot and drive server say to each other: bodies of JSON in the signed datagrams of
+`telepresence.drive.session`, over UDP. No ROS, no socket.
 
     robot -> pilot  {"type": "welcome"}                      the session is open
     pilot -> robot  {"type": "drive", "echo": T, "after": A, "velocity": [vx, vy, wz] or null, "careful": bool}

@@ -4,7 +4,7 @@ No ROS, no socket, no clock.
     pilot -> robot  RTD2 h  nonce[16], zeros                             longer than its answer
     robot -> pilot  RTD2 c  nonce[16] cookie[24] fingerprint[4]          of the robot's key; zeros without one
     pilot -> robot  RTD2 o  nonce[16] cookie[24] proof[16] {"type": "open", "name": ..., "rank": ...}
-    both ways       RTD2 m  session[8] number[8] proof[16] body          bodies: `rto_node.drive_datagram`
+    both ways       RTD2 m  session[8] number[8] proof[16] body          bodies: `telepresence.drive.datagram`
 
 The cookie is the robot's nonce. It names the moment and, by a secret of the robot, the address that asked, so the robot
 remembers nothing about whoever does not prove that datagrams reach the address and that the key is there. The session's
@@ -20,7 +20,7 @@ import secrets
 import struct
 from typing import Any, NamedTuple
 
-from rto_node.drive_datagram import MAX_DATAGRAM, BadMessage, decode, encode
+from telepresence.drive.datagram import MAX_DATAGRAM, BadMessage, decode, encode
 from telepresence.security import signing
 from telepresence.security.robot_key import RobotKey
 from telepresence.security.signing import NONCE, PROOF, SEAL, Received, seal

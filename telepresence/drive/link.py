@@ -1,4 +1,4 @@
-"""DriveLink: the pilot's end of the wire to the drive server on the robot (`rto_node.drive_datagram`). No ROS.
+"""DriveLink: the pilot's end of the wire to the drive server on the robot (`telepresence.drive.datagram`). No ROS.
 
 It needs the robot's key, `./stack pair ROBOT`; only a robot on this machine's loopback, a simulated one, needs none.
 What is not signed with the key is not believed.
@@ -18,7 +18,7 @@ import threading
 import time
 from typing import NamedTuple
 
-from rto_node.drive_datagram import (
+from telepresence.drive.datagram import (
     DEFAULT_PORT,
     MAX_DATAGRAM,
     PERIOD,
@@ -29,7 +29,7 @@ from rto_node.drive_datagram import (
     parse_report,
     short,
 )
-from rto_node.drive_session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
+from telepresence.drive.session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
 from telepresence.security.robot_key import RobotKey, is_loopback
 
 COMMAND_TIMEOUT = 0.3
@@ -121,7 +121,7 @@ class DriveLink:
             self._velocity = None
 
     def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
-        """Have the robot do one of `drive_datagram.REQUESTS`; waits for the answer, asking again until it comes."""
+        """Have the robot do one of `datagram.REQUESTS`; waits for the answer, asking again until it comes."""
         with self._lock:
             self._number += 1
             number = self._number

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from rto_node.drive_datagram import BadMessage
-from rto_node.drive_session import (
+
+from telepresence.drive.datagram import BadMessage
+from telepresence.drive.session import (
     COOKIE_LIFE,
     MAX_BODY,
     MOST_USED,
@@ -16,7 +17,6 @@ from rto_node.drive_session import (
     Session,
     session_of,
 )
-
 from telepresence.security.robot_key import RobotKey
 
 KEY, OTHER = RobotKey(bytes(range(32))), RobotKey(bytes(32))
