@@ -77,12 +77,13 @@ class Vitals:
     Args:
         pid: Its process.
         beats: Where it beats, or None: then only whether it is stopped counts.
+        beater: Who is known to have beaten: the program, or what it runs (a node in an xterm); 0: nobody yet.
     """
 
-    def __init__(self, pid: int, beats: Beats | None) -> None:
+    def __init__(self, pid: int, beats: Beats | None, beater: int = 0) -> None:
         self.pid = pid
         self._beats = beats
-        self._beater = 0  # who beats: the program, or what it runs (a node in an xterm)
+        self._beater = beater
         self._within = WITHIN
         self._silence = 0.0
         self._worked = -1.0  # as of `_measured` seconds of silence; -1: not known
