@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from telepresence.station import priority
+
 log = logging.getLogger(__name__)
 
 TIMESTEP = 0.0025
@@ -25,6 +27,8 @@ TICK = TIMESTEP * STEPS_PER_TICK
 """Length of a tick [s]."""
 MAX_LATENESS = 0.25
 """A stall longer than this [s] is dropped instead of being caught up at a sprint."""
+SHORTEST_PAUSE = 1e-4
+"""[s] after each tick, however late it is: other programs must go on when the physics takes too long."""
 LOWEST_HEIGHT = -3.0
 """A body below this height [m] has fallen out of the world; the world then resets itself."""
 
@@ -255,6 +259,7 @@ class World:
                 log.exception("a completion callback failed")
 
     def _run(self) -> None:
+        priority.put_thread_first(children_too=False)
         try:
             self._keep_pace()
         except Exception:  # the top of a thread; `running` shows that it has ended
@@ -266,9 +271,8 @@ class World:
         while not self._closing.is_set():
             deadline += TICK
             late = time.monotonic() - deadline
-            if late < 0:
-                time.sleep(-late)
-            elif late > MAX_LATENESS:
+            time.sleep(max(-late, SHORTEST_PAUSE))
+            if late > MAX_LATENESS:
                 self._dropped += late
                 deadline += late
                 log.warning("the simulation fell %.2f s behind real time and let that time go", late)
