@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from telepresence.station import heartbeat
+from telepresence.station import heartbeat, priority
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +29,8 @@ MAX_LATENESS = 0.25
 """A stall longer than this [s] is dropped instead of being caught up at a sprint."""
 FROZEN_AFTER = 2.0
 """Seconds after which a program whose physics does not go on counts as frozen; somebody may hold the world."""
+SHORTEST_PAUSE = 1e-4
+"""[s] after each tick, however late it is: other programs must go on when the physics takes too long."""
 LOWEST_HEIGHT = -3.0
 """A body below this height [m] has fallen out of the world; the world then resets itself."""
 
@@ -259,6 +261,7 @@ class World:
                 log.exception("a completion callback failed")
 
     def _run(self) -> None:
+        priority.put_thread_first(children_too=False)
         try:
             self._keep_pace()
         except Exception:  # the top of a thread; `running` shows that it has ended
@@ -273,9 +276,8 @@ class World:
             heartbeat.beat(within=FROZEN_AFTER)
             deadline += TICK
             late = time.monotonic() - deadline
-            if late < 0:
-                time.sleep(-late)
-            elif late > MAX_LATENESS:
+            time.sleep(max(-late, SHORTEST_PAUSE))
+            if late > MAX_LATENESS:
                 self._dropped += late
                 deadline += late
                 log.warning("the simulation fell %.2f s behind real time and let that time go", late)

@@ -17,14 +17,15 @@ import time
 import xml.etree.ElementTree
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 from urllib.parse import urlsplit
 
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import firewall, processes
+from telepresence.station import firewall, processes, station_folder
 from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.station_folder import StationFolder
 from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
 from telepresence.stop_signals import stop_on
@@ -70,13 +71,19 @@ def main(argv: list[str] | None = None) -> int:
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()
     restrict_new_files()  # logs, in which stands what was said, too
+    folder = None
     try:
+        for left in station_folder.sweep():
+            print(f"Left by a station that was killed, and ended or removed now: {left}", file=sys.stderr)
+        folder = StationFolder()
         return run(arguments, stop)
-    except RuntimeError as error:
-        print(f"stack up: {error}", file=sys.stderr)
+    except (RuntimeError, OSError) as error:
+        say(f"stack up: {error}", sys.stderr)
         return 1
     finally:
         processes.end_descendants()
+        if folder is not None:
+            folder.close()
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
@@ -162,9 +169,9 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         print(banner(arguments.robot, settings, master_uri, simulated, display, screen_port), flush=True)
         while not stop.wait(0.2):
             if launch.poll() is not None:
-                print("roslaunch ended", file=sys.stderr)
+                say("roslaunch ended", sys.stderr)
                 return launch.returncode or 1
-        print("\nEnding everything ...", flush=True)
+        say("\nEnding everything ...")
         processes.end(launch, patience=8.0)
         return 0
     finally:
@@ -174,6 +181,17 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             keeper.close()
         if display is not None:
             display.close()
+
+
+def say(text: str, stream: TextIO | None = None) -> None:
+    """Print a line, to standard output or `stream`. Who has closed the terminal reads nothing any more: then what we
+    print goes nowhere from now on, as writing there fails."""
+    try:
+        print(text, file=stream, flush=True)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
 
 
 def launch_arguments(robot: str) -> set[str]:

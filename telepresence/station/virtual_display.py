@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from telepresence.station import processes
+from telepresence.station.station_folder import DISPLAY_NUMBER
 
 _HEADER = struct.Struct(">25I")
 _ANY_DISPLAY = 0xFFFF
@@ -68,6 +69,7 @@ class VirtualDisplay:
             number = answer.readline().strip()  # empty when Xvfb ends without a display
         if not number:
             raise RuntimeError("Xvfb could not open a display")
+        (self.folder / DISPLAY_NUMBER).write_text(number, encoding="ascii")
         self.name = f":{number}"
         """Value of the environment variable DISPLAY."""
 

@@ -31,7 +31,7 @@ from telepresence_ros.node import Node
 from telepresence.drive.datagram import Report
 from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
-from telepresence.station import heartbeat
+from telepresence.station import heartbeat, priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
@@ -152,4 +152,5 @@ def _unknown(problem: str) -> SafetyState:
 
 def main() -> int:
     """Run the node; the exit code."""
+    priority.put_commands_first()
     return DriveLinkNode().run()
