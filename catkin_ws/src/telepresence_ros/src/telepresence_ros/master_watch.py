@@ -30,8 +30,8 @@ log = logging.getLogger(__name__)
 
 PERIOD = 0.2
 """Seconds between two questions to the master: a master that was killed must stop a robot within half a second."""
-RETURN_PERIOD = 0.1
-"""Seconds between two questions to a master that is lost."""
+RETRY_PERIOD = 0.1
+"""Seconds until the next question to a master that has not answered."""
 START_TIMEOUT = 10.0
 """Seconds that a node waits for a master at its start."""
 PATIENCE = 0.5
@@ -109,10 +109,7 @@ class MasterWatch:
                 self._misses += 1
                 if isinstance(error, ConnectionRefusedError):
                     self._misses = max(self._misses, self._misses_allowed)
-                if not self.alive:
-                    pause = RETURN_PERIOD
-                elif isinstance(error, ConnectionError):
-                    pause = 0.0  # it hung up in the middle of its answer: the next attempt says whether it has ended
+                pause = RETRY_PERIOD
                 if not self.alive and not was_lost:
                     log.warning("the ROS master at %s does not answer any more", self._uri)
                     self._call(self._on_lost)
