@@ -46,6 +46,8 @@ class MasterKeeper:
         self.restarts = 0
         self._parameters: dict = {}
         self._nodes: dict[str, str] = {}
+        self._missing: dict[str, str] = {}
+        self._revived_at = 0.0
         self._children: list[int] = []
         self._stop = threading.Event()
         self._start_master()
@@ -87,6 +89,8 @@ class MasterKeeper:
             elif time.monotonic() > remember_at:
                 self._remember()
                 remember_at = time.monotonic() + REMEMBER_PERIOD
+            if self._missing:
+                self._restart_strangers()
 
     def _remember(self) -> None:
         try:
@@ -116,25 +120,26 @@ class MasterKeeper:
         except (RuntimeError, *_ERRORS) as error:
             log.error("roscore could not be brought back, trying again: %s", error)
             return
+        self._missing, self._revived_at = self._missing | self._nodes, time.monotonic()
         self.restarts += 1
-        self._restart_strangers()
         log.warning("roscore is back")
 
     def _restart_strangers(self) -> None:
-        """Shut down nodes that do not register again automatically; roslaunch respawns them."""
-        missing = dict(self._nodes)
-        deadline = time.monotonic() + RETURN_TIMEOUT
-        while missing and time.monotonic() < deadline and not self._stop.wait(PERIOD):
-            for name in list(missing):
-                try:
-                    master: Any = master_proxy(self.uri, timeout=1.0)
-                    if master.lookupNode(CALLER, name)[0] == 1:
-                        del missing[name]
-                except _ERRORS:
-                    return
-        for name, uri in missing.items():
+        """Shut down nodes that have not registered again in time; roslaunch respawns them. Called again and again, as
+        the new master may die, too, while they are waited for."""
+        for name in list(self._missing):
+            try:
+                master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
+                if master.lookupNode(CALLER, name)[0] == 1:
+                    del self._missing[name]
+            except _ERRORS:
+                return
+        if time.monotonic() < self._revived_at + RETURN_TIMEOUT:
+            return
+        for name, uri in self._missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
                 master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
             except _ERRORS:
                 continue  # it is gone already
+        self._missing = {}
