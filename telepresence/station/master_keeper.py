@@ -60,6 +60,8 @@ class MasterKeeper:
         self._reviving, self._revivals = False, 0
         self._parameters: dict = {}
         self._nodes: dict[str, str] = {}
+        self._missing: dict[str, str] = {}
+        self._revived_at = 0.0
         self._children: list[int] = []
         self._stop = threading.Event()
         self._start_master()
@@ -115,9 +117,14 @@ class MasterKeeper:
                 self._revive(vitals.cause(code))
 
     def _remember_always(self) -> None:
-        self._remember()
-        while not self._stop.wait(REMEMBER_PERIOD):
-            self._remember()
+        remember_at = 0.0
+        while not self._stop.is_set():
+            if self._missing:
+                self._restart_strangers()
+            elif time.monotonic() >= remember_at:
+                self._remember()
+                remember_at = time.monotonic() + REMEMBER_PERIOD
+            self._stop.wait(RETURN_PERIOD)
 
     def _remember(self) -> None:
         revivals = self._revivals
@@ -152,26 +159,27 @@ class MasterKeeper:
         except (RuntimeError, *_ERRORS) as error:
             log.error("roscore could not be brought back, trying again: %s", error)
             return
+        self._missing, self._revived_at = self._missing | self._nodes, time.monotonic()
         self.restarts += 1
-        self._restart_strangers()
         self._reviving = False
         log.warning("roscore is back")
 
     def _restart_strangers(self) -> None:
-        """Shut down nodes that do not register again automatically; roslaunch respawns them."""
-        missing = dict(self._nodes)
-        deadline = time.monotonic() + RETURN_TIMEOUT
-        while missing and time.monotonic() < deadline and not self._stop.wait(RETURN_PERIOD):
-            for name in list(missing):
-                try:
-                    master: Any = master_proxy(self.uri, timeout=1.0)
-                    if master.lookupNode(CALLER, name)[0] == 1:
-                        del missing[name]
-                except _ERRORS:
-                    return
-        for name, uri in missing.items():
+        """Shut down nodes that have not registered again in time; roslaunch respawns them. Called again and again, as
+        the new master may die, too, while they are waited for."""
+        for name in list(self._missing):
+            try:
+                master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
+                if master.lookupNode(CALLER, name)[0] == 1:
+                    del self._missing[name]
+            except _ERRORS:
+                return
+        if time.monotonic() < self._revived_at + RETURN_TIMEOUT:
+            return
+        for name, uri in self._missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
                 master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
             except _ERRORS:
                 continue  # it is gone already
+        self._missing = {}
