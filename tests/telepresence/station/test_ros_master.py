@@ -2,7 +2,6 @@
 
 import signal
 import socket
-import signal
 import subprocess
 import sys
 import textwrap
