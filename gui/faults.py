@@ -111,8 +111,8 @@ class Faults:
         self._robot, self._namespace, self._others = robot, namespace.rstrip("/"), tuple(others)
         self._noticed: dict[Cause, float] = {}
         """Since when the window notices it."""
-        self._readable: dict[Cause, float] = {}
-        """Until when it is shown at least."""
+        self._began: dict[Cause, float] = {}
+        """When the window has last noticed that it began."""
         self._reports: dict[Cause, tuple[str, float]] = {}
         self.recent: deque[Fault] = deque(maxlen=REMEMBERED)
         """What was shown, oldest first."""
@@ -123,8 +123,7 @@ class Faults:
             del self._noticed[cause]
             self._reports.pop(cause, None)  # over
         elif present and cause not in self._noticed:
-            self._noticed[cause] = now
-            self._readable[cause] = now + LEAST_TIME
+            self._noticed[cause] = self._began[cause] = now
 
     def report(self, program: str, what: str, then: str, now: float) -> None:
         """Take a report: the node's name, "died: signal 9" or "froze", and "starts again" or "stays away"."""
@@ -139,7 +138,7 @@ class Faults:
     def forget(self) -> None:
         """Show nothing: what ends now is meant to."""
         self._noticed.clear()
-        self._readable.clear()
+        self._began.clear()
         self._reports.clear()
 
     def current(self, now: float) -> Fault | None:
@@ -148,10 +147,11 @@ class Faults:
         if cause is None:
             return None
         text, reported = self._reports.get(cause, ("", -math.inf))
-        since = self._noticed.get(cause, reported)
-        if reported < since - CONSEQUENCE_TIME:
-            text = ""
-        fault = Fault(cause, text or NOTICED[cause].format(robot=self._robot), min(since, reported) if text else since)
+        began = self._began.get(cause, -math.inf)
+        if text and reported > began - CONSEQUENCE_TIME:  # both are about the same
+            fault = Fault(cause, text, min(began, reported) if reported - began < HOPE_TIME else reported)
+        else:
+            fault = Fault(cause, NOTICED[cause].format(robot=self._robot), began)
         self._remember(fault)
         return fault
 
@@ -160,11 +160,10 @@ class Faults:
         return inside and not any(program.startswith(f"{other}/") for other in self._others)
 
     def _is_active(self, cause: Cause, now: float) -> bool:
-        since = self._noticed.get(cause)
-        if since is not None and now - since < HOPE_TIME:
+        if cause in self._noticed and now - self._noticed[cause] < HOPE_TIME:
             return True
         reported = self._reports.get(cause, ("", -math.inf))[1]
-        return now < max(self._readable.get(cause, -math.inf), reported + SHOWN_TIME)
+        return now < max(self._began.get(cause, -math.inf) + LEAST_TIME, reported + SHOWN_TIME)
 
     def _remember(self, fault: Fault) -> None:
         for index, known in enumerate(self.recent):
