@@ -45,11 +45,11 @@ class Cause(IntEnum):
 NOTICED = {
     Cause.MASTER: "The ROS master does not answer: the robot stands until it is back.",
     Cause.SIMULATION: "No word from the simulated robot: it is gone until its program has started again.",
-    Cause.LINK: "{robot} does not answer: it has stopped by itself, and drives again when the link is back.",
-    Cause.DRIVER: "No word from the program that drives {robot}: the robot stops by itself; waiting for it.",
-    Cause.LEASE: "No word from the program that decides who drives: the robot stands; this window takes it back.",
+    Cause.LINK: "{robot} does not answer: it has stopped by itself; waiting for it.",
+    Cause.DRIVER: "No word from the program that drives {robot}: the robot stands until it is back.",
+    Cause.LEASE: "No word from the program that decides who drives: the robot stands until it is back.",
     Cause.PICTURE: "No new picture from the camera: the robot stands until one comes.",
-    Cause.STATION: "The program that watches the others (roslaunch) is gone: they go on, until it is back unwatched.",
+    Cause.STATION: "The program that watches the others (roslaunch) is gone; they go on unwatched.",
 }
 """What the window says when it notices it itself."""
 PROGRAMS = {
@@ -133,7 +133,7 @@ class Faults:
         subject, cause = PROGRAMS.get(name, (f"The program {name}", Cause.OTHER))
         kind, _, detail = what.partition(": ")
         sentence = f"{subject.format(robot=self._robot)} {kind}{f' ({detail})' if detail else ''}; it {then}."
-        self._reports[cause] = (f"{sentence} The robot stands until then." if cause.stops else sentence, now)
+        self._reports[cause] = (f"{sentence} The robot stands." if cause.stops else sentence, now)
 
     def forget(self) -> None:
         """Show nothing: what ends now is meant to."""

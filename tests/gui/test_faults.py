@@ -26,9 +26,7 @@ def test_what_is_noticed_is_said_until_it_is_over_and_long_enough_to_read(faults
 def test_a_report_makes_the_sentence_exact_and_ends_with_what_is_noticed(faults):
     faults.notice(Cause.PICTURE, True, 10.0)
     faults.report("/pepper_robot/camera/front", "died: signal 9", "starts again", 10.3)
-    assert sentence(faults, 10.3) == (
-        "The front camera's program died (signal 9); it starts again. The robot stands until then."
-    )
+    assert sentence(faults, 10.3) == ("The front camera's program died (signal 9); it starts again. The robot stands.")
     faults.notice(Cause.PICTURE, False, 12.0)
     assert not sentence(faults, 12.0) and len(faults.recent) == 1
 
@@ -69,6 +67,17 @@ def test_another_robots_programs_are_not_this_ones(namespace, others, program, s
 def test_what_does_not_end_is_not_waited_for_for_ever(faults):
     faults.notice(Cause.MASTER, True, 10.0)
     assert sentence(faults, 10.0 + HOPE_TIME - 0.1) and not sentence(faults, 10.0 + HOPE_TIME)
+
+
+def test_a_sentence_fits_into_one_line_of_the_banner():
+    """In a window of 1280 pixels; a second line would make the picture jump."""
+    faults = Faults("Robotino", "/")
+    for program, (_, cause) in PROGRAMS.items():
+        faults.report(f"/{program}", "died: signal 9", "starts again", 10.0)
+        if cause in NOTICED and cause is not Cause.STATION:
+            assert len(sentence(faults, 10.0)) <= 90, program
+        faults.forget()
+    assert max(len(text.format(robot="Robotino")) for text in NOTICED.values()) <= 90
 
 
 def test_the_page_lists_every_sentence(request):
