@@ -37,6 +37,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
+from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence.geometry import yaw_of
 from telepresence.safety import PEPPER
@@ -78,7 +79,7 @@ class MoveTo:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles)
             self._sensors = RangeSensorReader(self._node.connection, self._gated.receive).start()
-        rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
+        subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
         rospy.Service("orthogonal_security_distance", OrthogonalSecurityDistance, self._on_orthogonal)

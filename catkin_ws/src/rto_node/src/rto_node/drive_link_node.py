@@ -27,6 +27,7 @@ from telepresence_msgs.msg import SafetyState
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
+from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence.drive.datagram import Report
 from telepresence.drive.link import DriveLink
@@ -59,10 +60,10 @@ class DriveLinkNode:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
-        rospy.Subscriber("safe_cmd_vel", Twist, self._on_velocity, queue_size=BURST_ROOM, tcp_nodelay=True)
+        subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM)
         self._hold = ""
         self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel", Twist, self._on_ungated, queue_size=BURST_ROOM, tcp_nodelay=True)
+        subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM)
         for service in ("stop_drive", "reset_stop", "reset_bumper"):
             what = "stop" if service == "stop_drive" else service.replace("_", " ")
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))

@@ -28,6 +28,7 @@ from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan,
 from std_msgs.msg import Bool, String
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import Node
+from telepresence_ros.sender_watch import subscribe_velocities
 
 from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
@@ -83,7 +84,7 @@ class Driver:
         }
         self._drives = bool(rospy.get_param("~drive", True))
         if self._drives:
-            rospy.Subscriber("cmd_vel", Twist, self._on_velocity, queue_size=1, tcp_nodelay=True)
+            subscribe_velocities("cmd_vel", self._on_velocity)
         rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
 
     def run(self) -> int:

@@ -56,6 +56,9 @@ class Gate(Protocol):
 
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None: ...
 
+    def lose_odometry(self) -> None:
+        """The program that measured the odometry has ended."""
+
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         """A velocity of the pilot. An answer is to be sent at once."""
 
@@ -79,6 +82,9 @@ class RobotGate:
 
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
         self._odometry = Odometry(x, y, theta, now)
+
+    def lose_odometry(self) -> None:
+        self._odometry = None
 
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         self._command = Command(vx, vy, wz, now)
@@ -112,6 +118,9 @@ class BubbleGate:
         """Do nothing: the guide ignores the bumper."""
 
     def receive_odometry(self, x: float, y: float, theta: float, now: float) -> None:
+        """Do nothing: the guide ignores odometry."""
+
+    def lose_odometry(self) -> None:
         """Do nothing: the guide ignores odometry."""
 
     def log_lines(self) -> str:

@@ -28,6 +28,7 @@ from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
 from telepresence_ros.node import Node
 from telepresence_ros.safety_topics import SafetyTopics
+from telepresence_ros.sender_watch import SenderWatch, subscribe_velocities
 
 from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
@@ -57,11 +58,11 @@ class SafeDrive:
         if gate is not None:
             CarefulSwitch(partial(setattr, gate.gate, "careful"))
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
-        rospy.Subscriber("safe_cmd_vel", Twist, self._on_command, queue_size=BURST_ROOM, tcp_nodelay=True)
+        subscribe_velocities("safe_cmd_vel", self._on_command, BURST_ROOM)
+        SenderWatch("odom", Odometry, self._on_odometry, self._on_odometry_lost)
         for topic, kind, callback in (
             ("distance_sensors", PointCloud, self._on_distances),
             ("bumper", Bool, self._on_bumper),
-            ("odom", Odometry, self._on_odometry),
         ):
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
 
@@ -119,6 +120,10 @@ class SafeDrive:
         theta = yaw_of(q.w, q.x, q.y, q.z)
         with self._lock:
             self._gate.receive_odometry(position.x, position.y, theta, time.monotonic())
+
+    def _on_odometry_lost(self) -> None:
+        with self._lock:
+            self._gate.lose_odometry()
 
     def stop(self, reason: str) -> None:
         """Stop and stay stopped; `reason` completes "Stopped: ..."."""

@@ -3,6 +3,10 @@
 rospy registers a node once. When roscore is restarted the node's connections go on, but the new master knows nobody:
 no topic, no service, no name. `MasterWatch` asks the master five times a second whether it still knows the node, over
 the documented Master API (http://wiki.ros.org/ROS/Master_API), and repeats the registrations if it does not.
+
+A refused connection is certain at once: nobody listens there any more. A master that is only silent may be slow, on a
+busy machine for longer than an answer may take, and gets a second chance. `./stack up` kills a master that froze
+(`telepresence.station.master_keeper`), which makes it certain, too.
 """
 
 from __future__ import annotations
@@ -25,7 +29,9 @@ from telepresence.station.ros_master import master_answers, master_proxy
 log = logging.getLogger(__name__)
 
 PERIOD = 0.2
-"""Seconds between two questions to the master: a lost master must stop a robot within a second."""
+"""Seconds between two questions to the master: a master that was killed must stop a robot within half a second."""
+RETRY_PERIOD = 0.1
+"""Seconds until the next question to a master that has not answered."""
 START_TIMEOUT = 10.0
 """Seconds that a node waits for a master at its start."""
 PATIENCE = 0.5
@@ -61,7 +67,7 @@ class MasterWatch:
     """Watches the master from a thread of its own. Make one after `rospy.init_node`.
 
     Args:
-        on_lost: Called once when the master has not answered for `patience` seconds: stop the robot.
+        on_lost: Called once when the master has ended, or has not answered for `patience` seconds: stop the robot.
         on_found: Called once when it answers again and this node is registered with it.
         patience: Seconds of silence that count as a lost master.
     """
@@ -91,14 +97,20 @@ class MasterWatch:
         return self
 
     def _run(self) -> None:
+        pause = PERIOD
         while not rospy.is_shutdown():
-            time.sleep(PERIOD)
+            time.sleep(pause)
+            pause = PERIOD
             try:
                 answer: Any = master_proxy(self._uri).lookupNode(self._name, self._name)
                 known, _, uri = answer
-            except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
+                was_lost = not self.alive
                 self._misses += 1
-                if self._misses == self._misses_allowed:
+                if isinstance(error, ConnectionRefusedError):
+                    self._misses = max(self._misses, self._misses_allowed)
+                pause = RETRY_PERIOD
+                if not self.alive and not was_lost:
                     log.warning("the ROS master at %s does not answer any more", self._uri)
                     self._call(self._on_lost)
                 continue
