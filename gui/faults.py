@@ -49,7 +49,7 @@ NOTICED = {
     Cause.DRIVER: "No word from the program that drives {robot}: the robot stands until it is back.",
     Cause.LEASE: "No word from the program that decides who drives: the robot stands until it is back.",
     Cause.PICTURE: "No new picture from the camera: the robot stands until one comes.",
-    Cause.STATION: "The program that watches the others (roslaunch) is gone; they go on unwatched.",
+    Cause.STATION: "The program that watches the others (roslaunch) is gone: they go on unwatched.",
 }
 """What the window says when it notices it itself."""
 PROGRAMS = {

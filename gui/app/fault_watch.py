@@ -109,7 +109,7 @@ class FaultWatch(QObject):
         if self._access.shared:
             working[Cause.LEASE] = self._access.state is not None
         if self._link.state.master:  # without one nobody finds a supervisor that is back
-            working[Cause.STATION] = self._link.publishers("faults") > 0
+            working[Cause.STATION] = not self._link.state.unsupervised
         for cause, works in working.items():
             if works:
                 self._worked.add(cause)

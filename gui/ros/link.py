@@ -79,11 +79,6 @@ class RosLink(QObject):
         """The name of the window's node."""
         return self._node.name
 
-    def publishers(self, name: str) -> int:
-        """Return how many publishers of a channel this window is connected to now: a killed one drops out at once."""
-        subscriber = self._subscribers.get(name)
-        return subscriber.get_num_connections() if subscriber is not None else 0
-
     def set_open(self, wanted: bool) -> None:
         """Receive and send, or do neither because nobody has signed in."""
         self._open = wanted
@@ -254,6 +249,7 @@ class RosLink(QObject):
             self._node.master_uri,
             master=True,
             joined=self._node.joined,
+            unsupervised=self._node.unsupervised,
             driver=any(not _TOOL.search(name) for name in drivers),
             keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
             feed=bool(publishers.get(self.feed)),

@@ -20,6 +20,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from telepresence_ros.master_watch import MasterWatch
 from telepresence_ros.sockets import narrow_sockets
 
+from gui.ros.supervisors import Supervisors
 from telepresence.security.outside_text import clean
 from telepresence.station.ros_master import ended_nodes, forget_nodes, master_proxy
 
@@ -67,9 +68,12 @@ class RosNode(QObject):
         self.master_uri = rosgraph.get_master_uri()
         self.name = f"/{NODE}"
         self.joined = False
+        self.unsupervised = False
+        """The roslaunch that started the robot's programs was killed."""
         self.links: list[Link] = []
         self._sent_at = self._tidy_until = -math.inf
         self._watch: MasterWatch | None = None
+        self._supervisors = Supervisors()
         self._closing = threading.Event()
         self._wake = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ros-link", daemon=True)
@@ -124,6 +128,7 @@ class RosNode(QObject):
         """Return the graph as the master knows it; None without a master."""
         try:
             reply: Any = master_proxy(self.master_uri, POLL_TIMEOUT).getSystemState(self.name)
+            self.unsupervised = self._supervisors.lost(self.master_uri, self.name, POLL_TIMEOUT)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             return None
         code, _, graph = reply

@@ -49,8 +49,6 @@ class FakeLink(QObject):
         self.called: list[tuple] = []
         self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
         self.tidied: list[float] = []
-        self.connected = {"faults": 1}
-        """Channel -> how many publish it."""
 
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
@@ -142,9 +140,6 @@ class FakeLink(QObject):
     @property
     def found(self) -> frozenset[str]:
         return frozenset(self.published) if self.state.driver else frozenset()
-
-    def publishers(self, name: str) -> int:
-        return self.connected.get(name, 0)
 
     def tidy_master(self, seconds: float) -> None:
         self.tidied.append(seconds)

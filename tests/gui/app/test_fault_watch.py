@@ -72,7 +72,7 @@ def lose_master(link):
 
 
 def lose_supervisor(link):
-    link.connected["faults"] = 0
+    link.become(**RUNNING, unsupervised=True)
 
 
 def lose_robot(link):
@@ -110,7 +110,6 @@ def test_each_is_said_in_the_banner_and_at_the_bottom_and_goes_away(window, link
         return shown(window) == NOTICED[cause].format(robot="Pepper")
 
     spin(said, "it is said")
-    link.connected["faults"] = 1
     link.become(**RUNNING)
     spin(lambda: everybody_speaks(link) or window.controller.faults.fault is None, "it goes away")
     assert "Way is free" in window.gate.text and window.status.message not in NOTICED.values()
