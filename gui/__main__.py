@@ -30,7 +30,7 @@ from gui.app.unexpected import UnexpectedErrors
 from gui.recording.folder import save_picture
 from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
-from gui.ros.link import RosNode, without_remappings
+from gui.ros.node import RosNode, without_remappings
 from gui.settings import Settings, default_file
 from gui.terminal.x11 import hold_display, screen_height
 from gui.window import OperatorWindow, themes

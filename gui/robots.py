@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from gui.ros.channels import Incoming, Offered, Outgoing
 from gui.ros.picture import read_picture
-from gui.ros.topics import actions, drive, sensors, simulation
+from gui.ros.topics import actions, drive, sensors, simulation, station
 from gui.terminal import commands
 from gui.terminal.commands import Address
 from telepresence.safety.outline import Outline
@@ -119,7 +119,7 @@ _PEPPER = Robot(
     keyboard=commands.KEYBOARD,
     incoming=(
         _picture(_PEPPER_CAMERAS[0][1]), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
-        simulation.BODY_STATE,
+        simulation.BODY_STATE, station.FAULTS,
     ),
     outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing(), simulation.MOVEMENT_REPORT),
     services=(*drive.SERVICES, *actions.pepper_services(), simulation.RESTART),
@@ -148,7 +148,7 @@ _ROBOTINO = Robot(
     cmd_vel="safe_cmd_vel",
     session=commands.robotino_session,
     keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE),
+    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE, station.FAULTS),
     outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing(), simulation.MOVEMENT_REPORT),
     services=(*drive.SERVICES, *actions.sound_services(), *actions.careful_services(), simulation.RESTART),
     outline=ROBOTINO.outline,
@@ -173,7 +173,7 @@ _WALKER = Robot(
     cmd_vel="movement_command",
     session=commands.walker_session,
     keyboard="",
-    incoming=(_picture("robot_camera"), simulation.BODY_STATE, drive.JOY),
+    incoming=(_picture("robot_camera"), simulation.BODY_STATE, drive.JOY, station.FAULTS),
     outgoing=(simulation.MOVEMENT,),
     services=(simulation.RESTART,),
     outline=Outline.disc(0.28),

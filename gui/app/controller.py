@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import enum
+import time
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject
 
 from gui.app.conversation import Conversation
+from gui.app.fault_watch import FaultWatch
 from gui.app.keyboard_focus import KeyboardFocus
 from gui.app.session import RobotSession
 from gui.app.views import Views
@@ -91,6 +93,8 @@ class Controller(QObject):
         self.driving.sent.connect(self.views.note_sent)
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
+        self.faults = FaultWatch(link, self.access, window.video)
+        self.faults.changed.connect(self._show_fault)
         link.state_changed.connect(self._on_state)
         link.channel("picture").arrived.connect(self._on_picture)
         self._drove = False
@@ -134,6 +138,7 @@ class Controller(QObject):
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
             button.setEnabled(self.access.is_pilot)
         self._window.gate.set_may_switch(self.access.is_pilot)
+        self._pause_faults()
         self._on_state(self._link.state)
 
     def dismiss(self) -> None:
@@ -143,6 +148,7 @@ class Controller(QObject):
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
         self._link.set_open(False)
+        self._pause_faults()
 
     # --- buttons ---
 
@@ -176,6 +182,7 @@ class Controller(QObject):
         """Stop the robot, and what runs in the terminal's session."""
         self.driving.stop()
         self.session.stop()
+        self._pause_faults()
 
     # --- what the link reports ---
 
@@ -214,9 +221,7 @@ class Controller(QObject):
 
     def _on_stale(self, stale: bool) -> None:
         self._show_links()
-        if stale:
-            self._say(f"No new picture on {self._link.feed}. The drive pad is off until there is one.", "bad")
-        elif self._window.feedButton.isChecked():
+        if not stale and self._window.feedButton.isChecked():
             self._advise()
 
     def _clear_video(self) -> None:
@@ -233,9 +238,12 @@ class Controller(QObject):
         self._window.video.clear(*text)
 
     def _advise(self) -> None:
-        """Say what the buttons have done, and what to do next."""
-        advice = self.session.advice()
-        if advice is not None:
+        """Say what has failed; else what the buttons have done, and what to do next."""
+        self._pause_faults()
+        fault, advice = self.faults.fault, self.session.advice()
+        if fault is not None:
+            self._say(fault.sentence, "bad" if fault.cause.stops else "warn")
+        elif advice is not None:
             waits = "Robot feed waits for the robot. " if self.conversation.text and not self._link.state.driver else ""
             self._say(f"{waits}{advice[0]}", advice[1])
         elif not self._window.feedButton.isChecked():
@@ -246,6 +254,28 @@ class Controller(QObject):
         else:
             ways = "W and S, the pad and the gamepad's cross walk" if self._link.robot.by_movement else WAYS
             self._say(f"Ready: {ways}. {self.conversation.text}".rstrip(), "good")
+
+    def _pause_faults(self) -> None:
+        self.faults.set_paused(self.access.account is None or self.session.ending)
+
+    def _show_fault(self) -> None:
+        """Say it below the picture and at the bottom; and show all that there were."""
+        fault, now = self.faults.fault, time.monotonic()
+        stops = fault is not None and fault.cause.stops
+        word = "" if fault is None else "Fault" if stops else "Note"
+        self._window.gate.show_fault(word, fault.sentence if fault else "", "bad" if stops else "warn")
+        if self._link.robot.by_movement:
+            self._window.gate.setVisible(fault is not None)
+        times = (time.localtime(time.time() - now + fault.since) for fault in self.faults.recent)
+        lines = [
+            f"{time.strftime('%H:%M:%S', when)}  {fault.sentence}"
+            for when, fault in zip(times, self.faults.recent, strict=True)
+        ]
+        count = f"{len(lines)} fault{'s' if len(lines) != 1 else ''}" if lines else ""
+        self._window.status.set_chip(
+            "faults", count, "off" if fault is None else "bad" if stops else "warn", "\n".join(lines)
+        )
+        self._advise()
 
     def _show_links(self) -> None:
         state, set_chip = self._link.state, self._window.status.set_chip

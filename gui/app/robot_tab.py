@@ -10,7 +10,8 @@ from gui.app.capture import Capture
 from gui.app.controller import Controller
 from gui.driving.gamepad import Gamepad
 from gui.robots import Robot
-from gui.ros.link import RosLink, RosNode
+from gui.ros.link import RosLink
+from gui.ros.node import RosNode
 from gui.settings import Settings
 from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow

@@ -108,6 +108,11 @@ class RobotSession(QObject):
         if start_keyboard:
             self._start_keyboard()
 
+    @property
+    def ending(self) -> bool:
+        """Whether the robot's programs end, or have ended, because the pilot wanted it."""
+        return self._stopping or (self._stopped and not self._link.state.driver)
+
     # --- for the message ---
 
     def advice(self) -> tuple[str, str] | None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 STOP_REPEATS = 5
 """Number of zeros after a stop: a keyboard node elsewhere receives them and releases its latched key."""
 ZERO_PERIOD = 100  # ms
+LATE = "The next picture of the robot takes too long, so nothing drives until it comes."
 
 
 class DriveCoordinator(QObject):
@@ -74,11 +75,17 @@ class DriveCoordinator(QObject):
         if link.has("safety_text"):
             link.channel("safety_text").arrived.connect(self._on_safety)
         window.video.stale_changed.connect(lambda _stale: self.update_block())
+        window.video.late_changed.connect(self._on_late)
         self.update_block()
 
     @property
+    def hold(self) -> str:
+        """Why nobody may drive while this window has the robot, not even a keyboard; empty when somebody may."""
+        return self.picture_problem or (LATE if self._window.video.late else "")
+
+    @property
     def picture_problem(self) -> str:
-        """Why this window's picture forbids driving; empty when it does not."""
+        """Why this window's picture forbids driving until something is pressed again; empty when it does not."""
         if not self._window.video.stale:
             return ""
         return "The robot's picture is lost, so nothing drives. Turn Robot feed off to drive without it."
@@ -102,7 +109,7 @@ class DriveCoordinator(QObject):
         else:
             reason, passing = self.picture_problem, True
         self.mux.set_block(reason, passing)
-        self._access.set_hold(self.picture_problem)
+        self._access.set_hold(self.hold)
         lease = self._access.state
         stopped_by = lease.stopped_by if lease is not None else ""
         self._controls.show_stopped(stopped_by or ("the safety gate" if self._gate_stopped else ""))
@@ -153,10 +160,17 @@ class DriveCoordinator(QObject):
     def _on_velocity(self, vx: float, vy: float, wz: float) -> None:
         if any((vx, vy, wz)):
             self._zeros.stop()
-        self._access.drive(*(part * self._share for part in (vx, vy, wz)))
+        share = 0.0 if self._window.video.late else self._share
+        self._access.drive(*(part * share for part in (vx, vy, wz)))
         if not self._link.robot.by_movement:
-            self._link.send("movement", int(movement_of(vx)))  # a report: the simulator drives by the velocity
+            self._link.send("movement", int(movement_of(vx * share)))  # a report: the simulator drives by the velocity
         self.sent.emit()
+
+    def _on_late(self, late: bool) -> None:
+        """Pause: what is held drives on with the next picture, unless that comes so late that it counts as lost."""
+        if late and self.mux.driver is not None:
+            self._on_velocity(0.0, 0.0, 0.0)
+        self.update_block()
 
     def _send_zero(self) -> None:
         self._link.send("zero")

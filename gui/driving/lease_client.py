@@ -32,10 +32,13 @@ if TYPE_CHECKING:
     from gui.ros.link import RosLink
 
 LIFE_PERIOD = 250  # ms between two renewals; a lease lasts four of them
-SILENCE = 1.5
-"""[s] without a message from drive_lease after which it counts as gone."""
+CHECK_PERIOD = 100  # ms between two looks whether drive_lease is silent
+SILENCE = 0.7
+"""[s] without a message from drive_lease, which repeats its state every 0.2 s, after which it counts as gone."""
 JOIN_PERIOD = 2.0
-"""[s] between two attempts to join."""
+"""[s] between two attempts to join after a refusal."""
+UNANSWERED_PERIOD = 0.2
+"""[s] between two attempts to join that nobody has answered: drive_lease was just started, or has died meanwhile."""
 MISSED = 0.2
 """[s] for which `drive/state` may lack this window before it asks why."""
 IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
@@ -54,13 +57,17 @@ class LeaseClient(DriveAccess):
         self._session, self._key, self._epoch = "", b"", ""
         self._number = self._asked = 0
         self._hold = ""
-        self._wants = self._joining = False
-        self._sent_at = self._tried_at = self._taken_at = -math.inf
+        self._wants = False
+        self._joining = ""
+        """The epoch of the drive_lease that is asked to let this window join."""
+        self._sent_at = self._join_at = self._taken_at = -math.inf
         self._join_problem = ""
         self._missed_at = math.inf
         link.channel("lease").arrived.connect(self._on_state)
         self._life = PeriodicTimer(LIFE_PERIOD, self._live, self)
         self._life.start()
+        self._checks = PeriodicTimer(CHECK_PERIOD, self._check_silence, self)
+        self._checks.start()
 
     @property
     def mine(self) -> bool:
@@ -104,7 +111,7 @@ class LeaseClient(DriveAccess):
             self.ask("leave", quiet=True)
         self.account = None
         self._session, self._join_problem = "", ""
-        self._tried_at = -math.inf
+        self._join_at = -math.inf
         self.changed.emit()
 
     def set_hold(self, reason: str) -> None:
@@ -194,12 +201,13 @@ class LeaseClient(DriveAccess):
             self._taken_at = now
             self.ask("take", quiet=True)
 
-    def _live(self) -> None:
-        now = time.monotonic()
-        if self.state is not None and now - self.state.arrived > SILENCE:
+    def _check_silence(self) -> None:
+        if self.state is not None and time.monotonic() - self.state.arrived > SILENCE:
             self.state = None
             self.changed.emit()
-        if now - self._sent_at > LIFE_PERIOD / 2000.0:
+
+    def _live(self) -> None:
+        if time.monotonic() - self._sent_at > LIFE_PERIOD / 2000.0:
             self._send(None)
 
     def _send(self, velocity: Velocity | None) -> None:
@@ -213,15 +221,15 @@ class LeaseClient(DriveAccess):
 
     def _join(self) -> None:
         now = time.monotonic()
-        if self._joining or self.account is None or self.state is None or now - self._tried_at < JOIN_PERIOD:
+        if self.account is None or self.state is None or self._joining == self.state.epoch or now < self._join_at:
             return
-        self._joining, self._tried_at = True, now
         account, epoch = self.account, self.state.epoch
+        self._joining, self._join_at = epoch, now + UNANSWERED_PERIOD
         side = WindowSide(account.name, self._link.node_name, account.credential)
 
         def offered(answer: Answer) -> None:
-            if account is not self.account or not answer.ok:
-                finish(answer.text)
+            if account is not self.account or self._joining != epoch or not answer.ok:
+                finish(answer.text, answered=answer.value is not None)
                 return
             session, lease_key, _ = answer.value
             try:
@@ -233,19 +241,23 @@ class LeaseClient(DriveAccess):
             self._link.call("join", side.claim, session, sign_join(key), then=proven)
 
         def joined(answer: Answer, session: str, key: bytes) -> None:
-            if account is not self.account or not answer.ok:
-                finish(answer.text)
+            if account is not self.account or self._joining != epoch or not answer.ok:
+                finish(answer.text, answered=answer.value is not None)
             elif not hmac.compare_digest(answer.value[2], sign_joined(key)):
                 finish(IMPOSTOR)
             else:
-                self._tried_at, self._missed_at = -math.inf, math.inf
+                self._join_at, self._missed_at = -math.inf, math.inf
                 self._session, self._key, self._epoch = session, key, epoch
                 self._number = self._asked = 0
                 finish("")
                 self._send(None)
 
-        def finish(problem: str) -> None:
-            self._joining = False
+        def finish(problem: str, answered: bool = True) -> None:
+            if self._joining != epoch:
+                return  # another drive_lease has come, and is asked
+            self._joining = ""
+            if problem and answered:
+                self._join_at = time.monotonic() + JOIN_PERIOD
             if account is self.account:
                 self._join_problem = problem
                 self.changed.emit()

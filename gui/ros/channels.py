@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +32,7 @@ class Incoming:
         convert: Converts a message and its arrival [monotonic s] to what the window works with; raises a ValueError
             that says why it cannot.
         on_request: Subscribe only after `RosLink.watch(channel, True)`; for large messages.
+        queue: So many messages are delivered when they come faster than Qt is free; usually the newest alone.
     """
 
     channel: str
@@ -38,6 +40,7 @@ class Incoming:
     kind: str
     convert: Callable[[Any, float], object]
     on_request: bool = False
+    queue: int = 1
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ class Offered:
 
 
 class Channel(QObject):
-    """One incoming topic on Qt's side: delivers only the newest message, converted on Qt's thread."""
+    """One incoming topic on Qt's side: delivers the newest message (`Incoming.queue`), converted on Qt's thread."""
 
     arrived = pyqtSignal(object)
     """What `Incoming.convert` made of the newest message."""
@@ -105,25 +108,29 @@ class Channel(QObject):
         self.row = row
         self.wanted = not row.on_request
         self._lock = threading.Lock()
-        self._waiting: tuple[object, float] | None = None
+        self._waiting: deque[tuple[object, float]] = deque(maxlen=row.queue)
         self._complaint, self._complained = "", -COMPLAINT_PERIOD
         self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]  # PyQt5's stub
 
     def post(self, message: object) -> None:
         """Deliver a message that has arrived; may be called from any thread."""
         with self._lock:
-            announced = self._waiting is not None
-            self._waiting = (message, time.monotonic())
+            announced = bool(self._waiting)
+            self._waiting.append((message, time.monotonic()))
         if not announced:
             self._posted.emit()
 
     def _deliver(self) -> None:
         with self._lock:
-            newest, self._waiting = self._waiting, None
-        if newest is None or not self.wanted:
-            return
+            messages = list(self._waiting)
+            self._waiting.clear()
+        for message, arrived in messages:
+            if self.wanted:
+                self._convert(message, arrived)
+
+    def _convert(self, message: object, arrived: float) -> None:
         try:
-            value = self.row.convert(*newest)
+            value = self.row.convert(message, arrived)
         except (ValueError, ArithmeticError, LookupError) as error:
             self._complain(clean(error))
             return

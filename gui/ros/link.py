@@ -1,172 +1,38 @@
-"""The window's node in the ROS graph: turns topics into Qt signals and calls into messages.
+"""The link to one robot: turns topics into Qt signals and calls into messages.
 
-The only file of the window that imports rospy. Nothing in it blocks Qt's thread: one thread polls for the master, joins
-the graph when there is one and makes all calls to the master; each service call has a thread of its own.
+Nothing in it blocks Qt's thread: the node's own thread (`gui.ros.node`) makes all calls to the master, and each service
+call has a thread of its own.
 """
 
 from __future__ import annotations
 
-import http.client
 import logging
-import math
 import re
 import threading
-import time
-import xmlrpc.client
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 import rosgraph
 import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
-from telepresence_ros.master_watch import MasterWatch
-from telepresence_ros.sockets import narrow_sockets
 
 from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
+from gui.ros.node import NODE, Graph, RosNode
 from gui.ros.transforms import Transforms
 from telepresence.security.outside_text import clean
-from telepresence.station.ros_master import ended_nodes, forget_nodes, master_proxy
 
 log = logging.getLogger(__name__)
 
-NODE = "gui_ros_node"
 KEYBOARD_NODE = "/teleop_twist_keyboard"
-POLL_PERIOD = 0.5
-POLL_TIMEOUT = 1.0
 FIND_TIMEOUT = 1.0
 """[s] that finding a service may take."""
 BUFFER = 1 << 22
 """[B]; more than one picture, or old pictures would queue in the socket."""
-Graph = list[dict[str, list[str]]]
-"""Publishers, subscribers and services: name -> nodes."""
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, somebody's scripts
-
-
-def without_remappings(argv: list[str]) -> list[str]:
-    """Return the arguments without those that roslaunch adds for ROS (`__name:=...`)."""
-    return rospy.myargv(argv)
-
-
-class RosNode(QObject):
-    """The window's node, shared by the links to its robots. They must be made before `start`."""
-
-    trouble = pyqtSignal(str)
-    """A message for the pilot."""
-    ended = pyqtSignal(str)
-    """ROS has shut this node down (rosnode kill); the reason."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.master_uri = rosgraph.get_master_uri()
-        self.name = f"/{NODE}"
-        self.joined = False
-        self.links: list[RosLink] = []
-        self._sent_at = self._tidy_until = -math.inf
-        self._closing = threading.Event()
-        self._wake = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ros-link", daemon=True)
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def poll_now(self) -> None:
-        """Poll at once: what the window wants to receive has changed."""
-        self._wake.set()
-
-    def tidy_master(self, seconds: float) -> None:
-        """For this long, have the master forget every node whose process has ended without signing off."""
-        self._tidy_until = time.monotonic() + seconds
-        self._wake.set()
-
-    def note_sent(self) -> None:
-        self._sent_at = time.monotonic()
-
-    def close(self) -> None:
-        """Leave the graph; takes a few seconds at most, even when the master hangs."""
-        self._closing.set()
-        self._wake.set()
-        self._thread.join(timeout=2.0 * POLL_TIMEOUT)
-        if not self.joined:
-            return
-        if time.monotonic() - self._sent_at < 0.5:
-            time.sleep(0.05)  # rospy sends from a thread of its own; the last command is a zero
-        farewell = threading.Thread(target=rospy.signal_shutdown, args=["the window was closed"], daemon=True)
-        farewell.start()
-        farewell.join(timeout=2.0)
-
-    # --- the node's own thread ---
-
-    def _run(self) -> None:
-        while not self._closing.is_set():
-            graph = self._poll()
-            if graph is not None and not self.joined:
-                try:
-                    self._join()
-                except rospy.ROSException as error:
-                    self.trouble.emit(f"The window cannot join the ROS graph: {clean(error)}. Start it again.")
-                    return
-            for link in self.links:
-                link.update(graph)
-            self._wake.wait(POLL_PERIOD)
-            self._wake.clear()
-
-    def _poll(self) -> Graph | None:
-        """Return the graph as the master knows it; None without a master."""
-        try:
-            reply: Any = master_proxy(self.master_uri, POLL_TIMEOUT).getSystemState(self.name)
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
-            return None
-        code, _, graph = reply
-        return self._running([dict(group) for group in graph]) if code == 1 else None
-
-    def _running(self, graph: Graph) -> Graph:
-        """Return the graph without nodes that the master lists although their process has ended."""
-        tidy = time.monotonic() < self._tidy_until
-        topics = {name for link in self.links for name in link.essential}
-        looked_at = {
-            node for group in graph for name, nodes in group.items() if tidy or name in topics for node in nodes
-        } - {self.name, "/rosout"}
-        try:
-            ended = ended_nodes(self.master_uri, looked_at, self.name, POLL_TIMEOUT)
-            if tidy and ended:
-                log.warning("the master still listed nodes that have ended: %s", ", ".join(sorted(ended)))
-                forget_nodes(self.master_uri, ended, self.name, POLL_TIMEOUT)
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
-            log.info("the master does not say which nodes run: %s", error)
-            return graph
-        return [
-            {name: [node for node in nodes if node not in ended] for name, nodes in group.items()} for group in graph
-        ]
-
-    def _join(self) -> None:
-        narrow_sockets()
-        # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
-        rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
-        self.name = rospy.get_name()
-        rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
-        MasterWatch().start()
-        for link in self.links:
-            link.advertise()
-        self.joined = True
-
-    def _is_taken(self) -> bool:
-        """Whether a node of our name is running; the master also lists ones that were killed."""
-        try:
-            code, _, uri = cast(Any, master_proxy(self.master_uri, POLL_TIMEOUT).lookupNode(self.name, self.name))
-            if code != 1:
-                return False
-            return bool(cast(Any, master_proxy(uri, POLL_TIMEOUT).getPid(self.name))[0] == 1)
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
-            return False
-
-    def _on_ros_shutdown(self, reason: str) -> None:
-        if not self._closing.is_set():
-            self.ended.emit(clean(reason))
 
 
 class RosLink(QObject):
@@ -349,12 +215,16 @@ class RosLink(QObject):
                     self._subscribers.pop(name).unregister()
         self._polled.emit(self._state_of(graph))
 
+    def lose_master(self) -> None:
+        """Report that the master has not answered lately."""
+        self._polled.emit(self._state_of(None))
+
     def _subscribe(self, name: str, channel: Channel) -> None:
         row: Incoming = channel.row
         kind = self._message_class(row.kind)
         if kind is not None:
             self._subscribers[name] = rospy.Subscriber(
-                self._resolve(row.topic), kind, channel.post, queue_size=1, buff_size=BUFFER, tcp_nodelay=True
+                self._resolve(row.topic), kind, channel.post, queue_size=row.queue, buff_size=BUFFER, tcp_nodelay=True
             )
 
     def _message_class(self, name: str) -> type | None:
@@ -379,6 +249,7 @@ class RosLink(QObject):
             self._node.master_uri,
             master=True,
             joined=self._node.joined,
+            unsupervised=self._node.unsupervised,
             driver=any(not _TOOL.search(name) for name in drivers),
             keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
             feed=bool(publishers.get(self.feed)),

@@ -15,6 +15,8 @@ class LinkState:
     """The master answers."""
     joined: bool = False
     """This window is a node of the graph."""
+    unsupervised: bool = False
+    """The roslaunch that started the robot's programs was killed, and nobody restarts them."""
     driver: bool = False
     """A driver subscribes to cmd_vel."""
     keyboard: bool = False

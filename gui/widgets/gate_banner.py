@@ -1,4 +1,4 @@
-"""Shows what the safety gate does, in one word and one sentence, and switches the careful scan."""
+"""Shows what the safety gate does, in one word and one sentence, or what has failed; switches the careful scan."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LONGEST = 20
 
 
 class GateBanner(QFrame):
-    """Shows state and reason, or that the safety gate is silent.
+    """Shows state and reason, or that the safety gate is silent; instead of them a fault, for as long as there is one.
 
     Attributes:
         careful_choice: Whether the pilot wants the careful scan; None before a first choice. A gate for which nobody
@@ -49,6 +49,7 @@ class GateBanner(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._arrived = 0.0
+        self._fault = self._own = ("", "", "off")
         self.careful_choice: bool | None = None
         self._careful: Careful | None = None
         self._may_switch = False
@@ -129,8 +130,17 @@ class GateBanner(QFrame):
     def _show(self, state: str, reason: str) -> None:
         self._say(WORDS.get(state, clean(state.capitalize(), LONGEST)), reason, LEVELS.get(state, "off"))
 
+    def show_fault(self, word: str, sentence: str, level: str) -> None:
+        """Show what has failed in place of what the gate does, until the sentence is empty again."""
+        self._fault = (word, sentence, level)
+        self._update()
+
     def _say(self, word: str, reason: str, level: str) -> None:
-        reason = reason[:1].upper() + reason[1:]
+        self._own = (word, reason[:1].upper() + reason[1:], level)
+        self._update()
+
+    def _update(self) -> None:
+        word, reason, level = self._fault if self._fault[1] else self._own
         self._word.setText(word)
         if self._reason.text() != reason:
             self._reason.setText(reason)

@@ -10,7 +10,7 @@ from gui.styling import set_property
 from gui.widgets.label import Label
 from telepresence.security.outside_text import clean
 
-CHIPS = ("master", "robot", "picture", "keys")
+CHIPS = ("faults", "master", "robot", "picture", "keys")
 LONGEST = 2000
 """Characters of a message."""
 
@@ -37,6 +37,7 @@ class StatusBar(QFrame):
             chip = Label()
             chip.setProperty("kind", "chip")
             layout.addWidget(chip, 0, Qt.AlignmentFlag.AlignVCenter)
+            chip.hide()
             self._chips[name] = chip
 
     @property
@@ -54,8 +55,9 @@ class StatusBar(QFrame):
             self.said.emit(text, level)
 
     def set_chip(self, name: str, text: str, level: str, tip: str = "") -> None:
-        """Show an indicator of `CHIPS`; `level` is off, good, warn or bad."""
+        """Show an indicator of `CHIPS`, or hide it without a text; `level` is off, good, warn or bad."""
         chip = self._chips[name]
+        chip.setVisible(bool(text))
         chip.setText(f"●  {text}")
         chip.setToolTip(tip)
         set_property(chip, "level", level)

@@ -7,11 +7,12 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QColor, QFont, QImage, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
+from gui.driving.picture_patience import PicturePatience
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.picture import Picture, as_qimage
 
@@ -31,8 +32,10 @@ class VideoView(QFrame):
 
     first_picture = pyqtSignal()
     """The first picture after `clear` has been painted."""
+    late_changed = pyqtSignal(bool)
+    """Whether the next picture takes too long to drive by the last one has changed (`gui.driving.picture_patience`)."""
     stale_changed = pyqtSignal(bool)
-    """Whether the picture is too old has changed."""
+    """Whether the picture counts as lost, and is greyed out, has changed."""
     status = pyqtSignal(str)
     """Size and rate of what is shown, for a label; changes at most every 100 ms."""
     pressed = pyqtSignal(float, float)
@@ -47,7 +50,8 @@ class VideoView(QFrame):
         self._image: QImage | None = None
         self._arrivals: deque[float] = deque()
         self._arrived = self._stamp = 0.0
-        self._stale = self._held = False
+        self._late = self._stale = self._held = False
+        self._patience = PicturePatience()
         self._painted = self._announced = False
         self._title, self._hint, self._status = "", "", ""
         self.stale_after = STALE_AFTER
@@ -55,6 +59,15 @@ class VideoView(QFrame):
         self._overlay: Callable[[QPainter, Callable[[float, float], QPointF]], None] | None = None
         self._checks = PeriodicTimer(CHECK_PERIOD, self._check, self)
         self._checks.start()
+        self._late_timer = QTimer(self)
+        self._late_timer.setSingleShot(True)
+        self._late_timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._late_timer.timeout.connect(self._check_late)
+
+    @property
+    def late(self) -> bool:
+        """Whether the next picture takes too long to drive by the last one."""
+        return self._late
 
     @property
     def stale(self) -> bool:
@@ -89,7 +102,9 @@ class VideoView(QFrame):
         self._image = as_qimage(picture)
         self._arrived, self._stamp = picture.arrived, picture.stamp
         self._arrivals.append(picture.arrived)
+        self._patience.note(picture.arrived)
         self._set_stale(False)
+        self._check_late()
         self.update()
 
     def clear(self, title: str, hint: str) -> None:
@@ -98,8 +113,10 @@ class VideoView(QFrame):
         self._image = None
         self._painted = self._announced = False
         self._arrivals.clear()
+        self._patience.forget()
         self._let_go()
         self._set_stale(False)
+        self._check_late()
         self._set_status("")
         self.update()
 
@@ -204,6 +221,18 @@ class VideoView(QFrame):
             rate = self.rate()
             often = "" if math.isnan(rate) else f"   {rate:.0f} pictures/s"
             self._set_status(f"{self._image.width()} × {self._image.height()}{often}")
+
+    def _check_late(self) -> None:
+        """Find out whether the next picture is late, and look again when it would be."""
+        known = self._image is not None and math.isfinite(self.stale_after)
+        left = self._patience.seconds() - self.age() if known else math.inf
+        if 0.0 < left < math.inf:
+            self._late_timer.start(math.ceil(1000 * left))
+        else:
+            self._late_timer.stop()
+        if (left <= 0.0) != self._late:
+            self._late = left <= 0.0
+            self.late_changed.emit(self._late)
 
     def _let_go(self) -> None:
         if self._held:

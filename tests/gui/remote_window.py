@@ -17,7 +17,8 @@ from PyQt5.QtCore import QCoreApplication, QObject, QTimer, pyqtSignal
 
 from gui.driving.lease_client import LeaseClient
 from gui.robots import ROBOTS
-from gui.ros.link import RosLink, RosNode
+from gui.ros.link import RosLink
+from gui.ros.node import RosNode
 from telepresence.teleop.accounts import Users
 
 

@@ -117,7 +117,7 @@ WHERE = textwrap.dedent("""
     from gui import theme
     from gui.__main__ import leave, parse, make_tabs
     from gui.settings import Settings
-    from gui.ros.link import RosNode
+    from gui.ros.node import RosNode
     from gui.ros.readings import Careful
     from gui.app.tabs import RobotTabs
     theme.apply("dark")

@@ -34,7 +34,8 @@ PROBE = textwrap.dedent("""
     from gui.ros.picture import Picture
     from gui.robots import ROBOTS
     from gui.ros.readings import BodyState, Cone, Points, Safety
-    from gui.ros.link import RosLink, RosNode
+    from gui.ros.link import RosLink
+    from gui.ros.node import RosNode
     from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
     from telepresence.teleop.drive_lease import PILOT, Account

@@ -5,7 +5,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
 from gui.__main__ import make_tabs, parse
-from gui.ros.link import RosNode
+from gui.ros.node import RosNode
 from gui.settings import Settings, default_file
 
 

@@ -43,20 +43,28 @@ def files_in(folder):
     return sorted(FOLDER.joinpath(folder).glob("**/*.py"))
 
 
-def test_one_file_imports_rospy():
-    assert [file.name for file in FILES if imports(file, "rospy")] == ["link.py"]
+def test_two_files_import_rospy():
+    assert [file.name for file in FILES if imports(file, "rospy")] == ["link.py", "node.py"]
 
 
 def test_ros_is_imported_in_its_folder_only():
     """`gui.ros.bag` reads files, `gui.ros.transforms` computes: they need ROS's libraries, no graph."""
     knowing = {name_of(file) for file in FILES if any(imports(file, package) for package in ROS)}
-    assert knowing == {"gui.ros.bag", "gui.ros.link", "gui.ros.transforms"}
+    assert knowing == {"gui.ros.bag", "gui.ros.link", "gui.ros.node", "gui.ros.transforms"}
 
 
 @pytest.mark.parametrize("file", files_in("widgets"), ids=lambda file: file.stem)
 def test_widgets_import_neither_ros_nor_what_joins_them(file):
     """A widget takes plain readings and emits signals, so each can be shown and tested alone."""
-    for package in (*sorted(ROS), "gui.ros.link", "gui.ros.transforms", "gui.robots", "gui.app", "gui.window"):
+    for package in (
+        *sorted(ROS),
+        "gui.ros.link",
+        "gui.ros.node",
+        "gui.ros.transforms",
+        "gui.robots",
+        "gui.app",
+        "gui.window",
+    ):
         assert not imports(file, package), package
 
 

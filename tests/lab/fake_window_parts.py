@@ -133,7 +133,7 @@ class FakeLink(QObject):
             return Answer(True, "", (offer.session, offer.key, b""))
         window = self.drive_lease.prove(claim, session, proof, 0.0)
         if isinstance(window, Reply):
-            return Answer(False, window.reason)
+            return Answer(False, window.reason, ("", b"", b""))
         self.windows[session] = window
         return Answer(True, "", ("", b"", sign_joined(window.key)))
 

@@ -13,7 +13,8 @@ from PyQt5.QtGui import QPaintEvent
 from PyQt5.QtWidgets import QApplication
 
 from gui.robots import ROBOTS
-from gui.ros.link import RosLink, RosNode
+from gui.ros.link import RosLink
+from gui.ros.node import RosNode
 from gui.widgets.video_view import VideoView
 
 

@@ -258,7 +258,7 @@ def test_a_lost_picture_stops_the_pad_and_is_said(open_window, link, spin):
     assert link.driven[-1] == (0.2, 0.0, 0.0)
     link.picture.emit(picture(age=3.0))
     spin(lambda: link.driven[-1] == ZERO, "the pad stops")
-    assert window.status.chip("picture") == ("Picture lost", "bad")
+    spin(lambda: window.status.chip("picture") == ("Picture lost", "bad"), "the window says so")
     count = len(link.driven)
     QTest.keyPress(window, Qt.Key_A)
     assert len(link.driven) == count and "picture is lost" in window.status.message
@@ -447,4 +447,27 @@ def test_a_slow_link_halves_the_speed_and_a_very_slow_one_stops(open_window, lin
     assert link.driven[-1] == ZERO and "late" in window.controller.driving.mux.block
     late(0.1)
     assert not window.controller.driving.mux.block
+    QTest.keyRelease(window, Qt.Key_W)
+
+
+def test_a_late_picture_makes_the_robot_stand_and_the_next_one_lets_it_drive_on(open_window, link, spin):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture(age=0.3))
+    window.setFocus()
+    QTest.keyPress(window, Qt.Key_W)
+    assert link.driven[-1] == (0.2, 0.0, 0.0), "there is no usual period yet"
+    lost = []
+    window.video.late_changed.connect(lambda late: lost.append(window.video.stale))
+    for number in range(5):
+        link.picture.emit(picture(age=0.25 - 0.05 * number))
+    spin(lambda: link.driven[-1] == ZERO, "it stands")
+    assert lost == [False], "before the picture counts as lost"
+    command = [values[1] for name, *values in link.sent if name == "command"][-1]
+    assert command.hold, "and keyboards elsewhere do not drive"
+    count = len(link.driven)
+    spin(lambda: len(link.driven) >= count + 3, "the key is still held")
+    assert set(link.driven[count:]) == {ZERO}
+    link.picture.emit(picture())
+    spin(lambda: link.driven[-1] == (0.2, 0.0, 0.0), "it drives on")
     QTest.keyRelease(window, Qt.Key_W)

@@ -7,7 +7,7 @@ import pytest
 from gui.app.controller import Attach
 from gui.app.robot_tab import RobotTab
 from gui.robots import ROBOTS
-from gui.ros.link import RosNode
+from gui.ros.node import RosNode
 from gui.settings import Settings
 
 

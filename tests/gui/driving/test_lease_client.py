@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+import time
 
 import pytest
 from PyQt5.QtCore import Qt
@@ -10,7 +11,8 @@ from PyQt5.QtTest import QTest
 from gui.app.authorization import Authorization
 from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
-from gui.driving.lease_client import SILENCE
+from gui.driving.lease_client import JOIN_PERIOD, SILENCE, UNANSWERED_PERIOD
+from gui.ros.channels import Answer
 from gui.window import OperatorWindow
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import DriveLease
@@ -258,6 +260,30 @@ def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatc
 def test_a_new_arbiter_is_joined_again(pilot, link):
     link.report_lease(epoch="2", pilot="", window="")
     assert [call[0] for call in link.called] == ["join", "join", "ask"] and link.asked == ["take"]
+
+
+def test_a_new_arbiter_is_joined_although_the_old_one_has_not_answered(pilot, link, spin, monkeypatch):
+    """A call that a killed node has taken is answered by nobody for seconds."""
+    access, lost = pilot.controller.access, []
+    with monkeypatch.context() as patched:
+        patched.setattr(link, "call", lambda *call, then: lost.append(then))
+        link.report_lease(epoch="2", pilot="", window="")
+    assert len(lost) == 1 and not access._session
+    spin(lambda: link.report_lease(epoch="3", pilot="", window="") or access._session, "it joins the new one")
+    session = access._session
+    lost[0](Answer(False, "drive/join did not answer within 3 s."))
+    assert access._session == session and access.obstacle() == "Nobody drives. Press Take the robot."
+
+
+def test_an_arbiter_that_does_not_answer_is_asked_again_sooner_than_one_that_refuses(pilot, link, spin, monkeypatch):
+    access, asked = pilot.controller.access, []
+    answers = [Answer(False, "it is not ready"), Answer(False, "Wrong name.", ("", b"", b""))]
+    monkeypatch.setattr(link, "call", lambda name, *_, then: asked.append(name) or then(answers[len(asked) - 1]))
+    began = time.monotonic()
+    link.report_lease(epoch="2", pilot="", window="")
+    spin(lambda: link.report_lease() or len(asked) == 2, "it asks again")
+    assert time.monotonic() - began > UNANSWERED_PERIOD and access.obstacle() == "Wrong name."
+    assert access._join_at > began + JOIN_PERIOD
 
 
 def test_the_speed_limit_reaches_the_pad(pilot, link):

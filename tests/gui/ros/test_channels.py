@@ -44,3 +44,12 @@ def test_nothing_arrives_on_a_channel_that_nobody_wants(qt):
     channel.post(1)
     qt.processEvents()
     assert heard == []
+
+
+def test_a_channel_with_a_queue_delivers_all_that_fit_in_order(qt):
+    channel = Channel(Incoming("faults", "faults", "std_msgs/Int32", double, queue=3))
+    heard, _ = listen(channel)
+    for number in range(5):
+        channel.post(number)
+    qt.processEvents()
+    assert [value for value, _ in heard] == [4, 6, 8]

@@ -1,0 +1,174 @@
+"""What has failed, as one sentence for the pilot: the cause, not what follows from it. No ROS, no Qt.
+
+Two sources: what the window notices itself (`Faults.notice`), because ROS cannot say it, and what those who restart
+programs report (`Faults.report`; topic /station/faults). A report makes the sentence of the same cause exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+from enum import IntEnum
+
+SHOWN_TIME = 3.0
+"""[s] for which a report is shown when the window notices nothing itself."""
+LEAST_TIME = 1.5
+"""[s] for which a sentence can be read, however soon it is over."""
+HOPE_TIME = 20.0
+"""[s] after which a fault that is not over is not waited for any more: the window says what to press instead."""
+CONSEQUENCE_TIME = 2.5
+"""[s] after which another fault is not what followed from this one."""
+REMEMBERED = 8
+"""Sentences that can be read afterwards."""
+
+
+class Cause(IntEnum):
+    """What a fault is about. An earlier one explains the later ones."""
+
+    MASTER = 1
+    SIMULATION = 2
+    LINK = 3
+    DRIVER = 4
+    LEASE = 5
+    PICTURE = 6
+    STATION = 7
+    OTHER = 8
+
+    @property
+    def stops(self) -> bool:
+        """Whether the robot stands because of it."""
+        return self < Cause.STATION
+
+
+NOTICED = {
+    Cause.MASTER: "The ROS master does not answer: the robot stands until it is back.",
+    Cause.SIMULATION: "No word from the simulated robot: it is gone until its program has started again.",
+    Cause.LINK: "{robot} does not answer: it has stopped by itself; waiting for it.",
+    Cause.DRIVER: "No word from the program that drives {robot}: the robot stands until it is back.",
+    Cause.LEASE: "No word from the program that decides who drives: the robot stands until it is back.",
+    Cause.PICTURE: "No new picture from the camera: the robot stands until one comes.",
+    Cause.STATION: "The program that watches the others (roslaunch) is gone: they go on unwatched.",
+}
+"""What the window says when it notices it itself."""
+PROGRAMS = {
+    "rosmaster": ("The ROS master", Cause.MASTER),
+    "roscore": ("The ROS master", Cause.MASTER),
+    "robot_control_node": ("The simulated robot", Cause.SIMULATION),
+    "drive_server": ("{robot}'s drive server", Cause.LINK),
+    "onboard_drive": ("{robot}'s drive server", Cause.LINK),
+    "naoqi_driver": ("The program that drives {robot}", Cause.DRIVER),
+    "rto_core": ("The program that drives {robot}", Cause.DRIVER),
+    "rto_drive_link": ("The program that drives {robot}", Cause.DRIVER),
+    "safe_omni_drive": ("The safety gate", Cause.DRIVER),
+    "drive_lease": ("The program that decides who drives", Cause.LEASE),
+    "front": ("The front camera's program", Cause.PICTURE),
+    "bottom": ("The floor camera's program", Cause.PICTURE),
+    "depth": ("The depth camera's program", Cause.PICTURE),
+    "rto_camera": ("The camera's program", Cause.PICTURE),
+    "rto_camera_receiver": ("The camera's program", Cause.PICTURE),
+    "onboard_camera": ("The camera's program on the robot", Cause.PICTURE),
+    "roslaunch": ("The program that watches the others (roslaunch)", Cause.STATION),
+    "gui_ros_node": ("This window", Cause.OTHER),
+    "watchdog": ("The robot's watchdog", Cause.OTHER),
+    "rto_odometry": ("The odometry's program", Cause.OTHER),
+    "pepper_laser": ("The laser's program", Cause.OTHER),
+    "pepper_sonar": ("The sonar's program", Cause.OTHER),
+    "com_cam": ("The program of the tablet's page", Cause.OTHER),
+    "voice": ("The program of the sound", Cause.OTHER),
+    "rto_voice": ("The program of the sound", Cause.OTHER),
+    "onboard_sound": ("The program of the sound on the robot", Cause.OTHER),
+}
+"""Last part of a node's name -> what a pilot calls it, and what its fault is."""
+SHARED = frozenset({"rosmaster", "roscore", "roslaunch", "robot_control_node", "gui_ros_node"})
+"""Programs of all robots, whatever namespace they are in."""
+
+
+@dataclass
+class Fault:
+    """A sentence that was shown.
+
+    Args:
+        since: When it began [monotonic s].
+    """
+
+    cause: Cause
+    sentence: str
+    since: float
+
+
+class Faults:
+    """The faults of one robot and of the station. Times are monotonic [s].
+
+    Args:
+        robot: What the robot is called.
+        namespace: Of its topics; `/` for a robot without one.
+        others: Namespaces of other robots.
+    """
+
+    def __init__(self, robot: str, namespace: str, others: Collection[str] = ()) -> None:
+        self._robot, self._namespace, self._others = robot, namespace.rstrip("/"), tuple(others)
+        self._noticed: dict[Cause, float] = {}
+        """Since when the window notices it."""
+        self._began: dict[Cause, float] = {}
+        """When the window has last noticed that it began."""
+        self._reports: dict[Cause, tuple[str, float]] = {}
+        self.recent: deque[Fault] = deque(maxlen=REMEMBERED)
+        """What was shown, oldest first."""
+
+    def notice(self, cause: Cause, present: bool, now: float) -> None:
+        """Take what the window notices itself, again and again."""
+        if not present and cause in self._noticed:
+            del self._noticed[cause]
+            self._reports.pop(cause, None)  # over
+        elif present and cause not in self._noticed:
+            self._noticed[cause] = self._began[cause] = now
+
+    def report(self, program: str, what: str, then: str, now: float) -> None:
+        """Take a report: the node's name, "died: signal 9" or "froze", and "starts again" or "stays away"."""
+        name = program.rpartition("/")[2]
+        if name not in SHARED and not self._owns(program):
+            return
+        subject, cause = PROGRAMS.get(name, (f"The program {name}", Cause.OTHER))
+        kind, _, detail = what.partition(": ")
+        sentence = f"{subject.format(robot=self._robot)} {kind}{f' ({detail})' if detail else ''}; it {then}."
+        self._reports[cause] = (f"{sentence} The robot stands." if cause.stops else sentence, now)
+
+    def forget(self) -> None:
+        """Show nothing: what ends now is meant to."""
+        self._noticed.clear()
+        self._began.clear()
+        self._reports.clear()
+
+    def current(self, now: float) -> Fault | None:
+        """Return what to show now; None when nothing has failed."""
+        cause = min((cause for cause in Cause if self._is_active(cause, now)), default=None)
+        if cause is None:
+            return None
+        text, reported = self._reports.get(cause, ("", -math.inf))
+        began = self._began.get(cause, -math.inf)
+        if text and reported > began - CONSEQUENCE_TIME:  # both are about the same
+            fault = Fault(cause, text, min(began, reported) if reported - began < HOPE_TIME else reported)
+        else:
+            fault = Fault(cause, NOTICED[cause].format(robot=self._robot), began)
+        self._remember(fault)
+        return fault
+
+    def _owns(self, program: str) -> bool:
+        inside = program.startswith(f"{self._namespace}/")
+        return inside and not any(program.startswith(f"{other}/") for other in self._others)
+
+    def _is_active(self, cause: Cause, now: float) -> bool:
+        if cause in self._noticed and now - self._noticed[cause] < HOPE_TIME:
+            return True
+        reported = self._reports.get(cause, ("", -math.inf))[1]
+        return now < max(self._began.get(cause, -math.inf) + LEAST_TIME, reported + SHOWN_TIME)
+
+    def _remember(self, fault: Fault) -> None:
+        for index, known in enumerate(self.recent):
+            if abs(fault.since - known.since) <= CONSEQUENCE_TIME:
+                if fault.cause <= known.cause:
+                    self.recent[index] = fault  # that was a consequence, or the sentence has become exact
+                return
+        self.recent.append(fault)
