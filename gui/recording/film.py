@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from fractions import Fraction
 from pathlib import Path
@@ -16,6 +17,12 @@ TIME_BASE = Fraction(1, 1000)
 KEY_FRAME_EVERY = 30
 """Pictures between two that stand alone; a film whose writer was killed lacks what came after the last of them."""
 OPTIONS = {"preset": "veryfast", "tune": "zerolatency", "crf": "23", "g": str(KEY_FRAME_EVERY)}
+
+
+CLOCK_SET_BACK = 1.0
+"""[s] by which a picture seems older than the one before when the clock was set back: the film goes on."""
+NEXT = 0.1
+"""[s] between those two pictures in the film."""
 
 
 class Film:
@@ -34,6 +41,7 @@ class Film:
         self._container: av.container.OutputContainer | None = None
         self._stream: av.VideoStream | None = None
         self._start = 0.0
+        self._newest = -math.inf
         self._last = -1
 
     def add(self, pixels: np.ndarray, stamp: float) -> bool:
@@ -49,6 +57,9 @@ class Film:
         if self._stream is None:
             self._open(pixels.shape[1] // 2 * 2, pixels.shape[0] // 2 * 2, stamp)
         assert self._stream is not None and self._container is not None  # `_open` makes them
+        if stamp < self._newest - CLOCK_SET_BACK:
+            self._start -= self._newest - stamp + NEXT
+        self._newest = stamp
         when = round((stamp - self._start) / TIME_BASE)
         if when <= self._last:
             return False

@@ -47,6 +47,7 @@ class Transforms:
         self._has_own = False
         self._subscribers: list[Subscriber] = []
         self._frames: set[str] = set()
+        self._newest = 0.0
 
     def listen(self, wanted: bool) -> None:
         """Receive transforms from now on, or no longer; to be called when the graph has been joined."""
@@ -75,9 +76,19 @@ class Transforms:
 
     def _store(self, message: TFMessage, method: str) -> None:
         for transform in message.transforms:
+            self._note_time(transform.header.stamp.to_sec(), method)
             # tf2 prints a line for each transform that is not finite, and keeps every frame for ever.
             if _finite(transform) and self._room_for(transform.child_frame_id):
                 getattr(self._buffer, method)(transform, "window")
+
+    def _note_time(self, stamp: float, method: str) -> None:
+        """Forget the moving transforms when the clock was set back: tf2 takes none that are older than those it has."""
+        if method != "set_transform" or not math.isfinite(stamp):
+            return
+        if stamp < self._newest - HISTORY and self._buffer is not None:
+            self._buffer.clear()
+            self._newest = stamp
+        self._newest = max(self._newest, stamp)
 
     def _room_for(self, frame: str) -> bool:
         if len(self._frames) < MOST_FRAMES and len(frame) <= LONGEST_NAME:

@@ -99,8 +99,8 @@ def read(path: Path) -> bytes:
 
 
 def write(path: Path, contents: bytes) -> None:
-    """Write a file at once: readers find the old one or the whole new one. A link at its place is replaced, not
-    followed.
+    """Write a file at once: readers find the old one or the whole new one, on a full disk too. A link at its place is
+    replaced, not followed.
 
     Raises:
         OSError: It cannot be written.
@@ -109,6 +109,8 @@ def write(path: Path, contents: bytes) -> None:
     try:
         with open(descriptor, "wb") as file:
             file.write(contents)
+            file.flush()
+            os.fsync(file.fileno())  # or a machine that loses power could have the new name with nothing in it
         os.replace(new, path)
     except BaseException:
         with contextlib.suppress(OSError):

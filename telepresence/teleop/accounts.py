@@ -225,6 +225,8 @@ def _count_try(database: sqlite3.Connection, name: str, now: float) -> tuple[int
     """
     database.execute("BEGIN IMMEDIATE")  # tries made at the same moment count, and wait, one by one
     database.execute("DELETE FROM tries WHERE last < ?", (now - FORGIVEN,))
+    # Whoever waits, waits no longer than this: a later time is of a clock that was set back since.
+    database.execute("UPDATE tries SET last = ? WHERE last > ?", (now, now + LONGEST_QUEUE))
     row = database.execute("SELECT failed, last FROM tries WHERE name = ?", (name,)).fetchone()
     failed, last = row or (0, now)
     turn = max(now, last + _pause(failed))

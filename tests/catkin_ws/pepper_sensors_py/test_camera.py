@@ -146,3 +146,11 @@ def test_stamps_of_a_wrong_clock_are_corrected_by_the_fastest_picture(offset):
     for taken, delay in ((100.0, 0.10), (100.1, 0.03), (100.2, 0.30)):
         local = clock.to_local(stamp=taken - offset, arrival=taken + delay)
     assert local == pytest.approx(100.2 + 0.03, abs=1e-6)
+
+
+@pytest.mark.parametrize("jump", [-3600.0, 3600.0])
+def test_a_clock_that_is_set_counts_from_the_next_picture_on(jump):
+    clock = RobotClock()
+    clock.to_local(stamp=100.0, arrival=100.05)
+    assert clock.to_local(stamp=100.1, arrival=100.15 + jump) == pytest.approx(100.15 + jump), "this machine's"
+    assert clock.to_local(stamp=100.2 + jump, arrival=100.25 + jump) == pytest.approx(100.2 + jump), "the robot's too"

@@ -63,3 +63,11 @@ def test_without_pictures_there_is_no_file(tmp_path):
     assert not film.path.exists()
     with pytest.raises(ValueError, match="2x2"):
         film.add(picture(0, 1, 1), START)
+
+
+def test_a_clock_that_is_set_back_does_not_end_the_film(tmp_path):
+    film = Film(tmp_path / "session.mp4")
+    for stamp in (START, START + 0.1, START - 3600.0, START - 3599.9):
+        assert film.add(picture(100), stamp)
+    film.close()
+    assert [time for time, *_ in played(film.path)] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=0.002)

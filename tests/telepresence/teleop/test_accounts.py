@@ -90,6 +90,11 @@ def test_wrong_passwords_are_forgotten_after_a_while_or_a_right_one(users):
     assert "4 tries left" in wrong(users, "anna", 1000.0 + FORGIVEN + 1.0)[0]
 
 
+def test_a_clock_that_was_set_back_locks_nobody_out(users):
+    wrong(users, "anna", 1000.0 + 3600.0)
+    assert users.check("anna", SECRET, now=1000.0, sleep=pytest.fail).name == "anna"
+
+
 def test_an_account_of_version_0_3_moves_when_its_person_signs_in(tmp_path):
     path = tmp_path / "users.db"
     salt = bytes(range(16))

@@ -8,6 +8,7 @@ Parameters: ~poses: name -> joint_names, positions, time_from_start (see config/
 """
 
 import sys
+import time
 
 import actionlib
 import rospy
@@ -55,13 +56,13 @@ class PoseManager:
             return
         self._stop_walking()
         self._controller.send_goal(trajectory_goal(pose))
-        deadline = rospy.Time.now() + rospy.Duration(pose.points[-1][0] + GRACE)
+        deadline = time.monotonic() + pose.points[-1][0] + GRACE
         while not self._controller.wait_for_result(rospy.Duration(POLL_PERIOD)):
             if self._server.is_preempt_requested() or self._node.stop.is_set():
                 self._controller.cancel_goal()
                 self._server.set_preempted(BodyPoseResult(), "withdrawn")
                 return
-            if rospy.Time.now() > deadline:
+            if time.monotonic() > deadline:
                 self._controller.cancel_goal()
                 self._abort(f"{goal.pose_name} took too long")
                 return
@@ -75,9 +76,9 @@ class PoseManager:
         self._server.set_aborted(BodyPoseResult(), reason)
 
     def _wait_for_controller(self) -> bool:
-        deadline = rospy.Time.now() + rospy.Duration(CONTROLLER_TIMEOUT)
+        deadline = time.monotonic() + CONTROLLER_TIMEOUT
         while not self._controller.wait_for_server(rospy.Duration(POLL_PERIOD)):
-            if self._node.stop.is_set() or self._server.is_preempt_requested() or rospy.Time.now() > deadline:
+            if self._node.stop.is_set() or self._server.is_preempt_requested() or time.monotonic() > deadline:
                 return False
         return True
 

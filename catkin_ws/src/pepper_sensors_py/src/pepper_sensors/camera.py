@@ -176,6 +176,9 @@ class RobotClock:
     them.
     """
 
+    CLOCK_SET = 5.0
+    """[s] by which the difference changes from one picture to the next only if somebody has set one of the clocks."""
+
     def __init__(self, tolerance: float = 0.5, memory: int = 100) -> None:
         self.difference = 0.0
         """What is added to a stamp [s]."""
@@ -186,6 +189,8 @@ class RobotClock:
     def to_local(self, stamp: float, arrival: float) -> float:
         """The local time [s] at which a picture stamped `stamp` [s] was taken that arrived at `arrival` [s]."""
         with self._lock:
+            if self._delays and abs(arrival - stamp - self._delays[-1]) > self.CLOCK_SET:
+                self._delays.clear()
             self._delays.append(arrival - stamp)
             fastest = min(self._delays)
             self.difference = 0.0 if 0.0 <= fastest < self._tolerance else fastest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +19,8 @@ from telepresence.video.images import LatestImage, fill_image_message, read_imag
 
 PICTURE_TIMEOUT = 0.2
 """Seconds to wait for a picture before looking for readers again."""
+SETTLED = 3.0
+"""[s] after a reset, by when all pictures from before it have come."""
 RETRY_PERIOD = 5.0
 """Seconds until a source that cannot be opened is tried again."""
 BUFFER = 1 << 22
@@ -53,12 +56,12 @@ class PictureTopic:
         self._open_source = open_source
         self._period = 1.0 / rate if rate else 0.0
         self._first = first
-        self._not_before = 0.0
+        self._not_before, self._reset_at = 0.0, -math.inf
         self._due = 0.0
 
     def reset(self) -> None:
         """The world starts afresh: pictures from before are not shown any more, and the timer starts now."""
-        self._not_before = time.time()
+        self._not_before, self._reset_at = time.time(), time.monotonic()
         self._due = 0.0
 
     def run(self, stop: threading.Event) -> None:
@@ -82,14 +85,21 @@ class PictureTopic:
             before, readers = readers, self._publisher.get_num_connections()
             if not readers:
                 return
-            picture = source().wait_newer(0 if readers > before else sequence, PICTURE_TIMEOUT)
+            image = source()
+            picture = image.wait_newer(0 if readers > before else sequence, PICTURE_TIMEOUT)
             if picture is not None:
                 sequence = picture.sequence
-                if picture.stamp >= self._not_before or self._first:
+                if self._first or not self._from_before(picture.stamp, image.age()):
                     self._publish(picture.pixels, picture.stamp)
                     self._pace(stop)
             elif self._first and readers > before:
                 self._publish(np.zeros((400, 640, 3), np.uint8), time.time())
+
+    def _from_before(self, stamp: float, age: float) -> bool:
+        """Whether a picture is older than the last reset. Its stamp is a date, and the clock may be set meanwhile:
+        it only counts for pictures that came shortly after the reset."""
+        arrival = time.monotonic() - age
+        return arrival < self._reset_at + SETTLED and (arrival < self._reset_at or stamp < self._not_before)
 
     def _pace(self, stop: threading.Event) -> None:
         now = time.monotonic()
