@@ -23,6 +23,7 @@ from urllib.parse import urlsplit
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import firewall, processes
 from telepresence.station.listening import listening
+from telepresence.station.log_folder import LogKeeper
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.unprivileged import STAY, must_leave_root
@@ -134,6 +135,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     for variable in (PAGE_KEY, SCREEN_KEY):
         os.environ[variable] = page_key(variable)
     keeper = screen = display = None
+    LogKeeper().start()
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")
