@@ -46,7 +46,7 @@ def run(options: Sequence[str]) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    Soak(folder, arguments.hours * 3600.0 or arguments.minutes * 60.0, arguments.seed, arguments.loss, stop).run()
+    Soak(folder, arguments, stop).run()
     return conclude(folder / "samples.jsonl", folder)
 
 
@@ -58,6 +58,9 @@ def parse(options: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="of the schedule, the sensors' noise and the losses")
     parser.add_argument(
         "--loss", type=float, default=LOSS, help="share of packets lost each way (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--round", type=float, default=ROUND, help="seconds of a round of events (default: %(default)s)"
     )
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: soak-DATE-TIME here")
     parser.add_argument("--report", type=Path, metavar="FILE", help="only make the report of this samples.jsonl again")
@@ -81,10 +84,13 @@ def conclude(record: Path, folder: Path) -> int:
 class Soak:
     """One run: carries out the schedule, samples, writes the record."""
 
-    def __init__(self, folder: Path, duration: float, seed: int, loss: float, stop: threading.Event) -> None:
-        self._folder, self._duration, self._seed, self._loss, self._stop = folder, duration, seed, loss, stop
-        self._period = max(SHORTEST_PERIOD, duration / SAMPLES)
-        self._recorder = Recorder(folder / "samples.jsonl", seed=seed, loss=loss, duration=duration, about=ABOUT)
+    def __init__(self, folder: Path, arguments: argparse.Namespace, stop: threading.Event) -> None:
+        self._folder, self._stop = folder, stop
+        self._duration = arguments.hours * 3600.0 or arguments.minutes * 60.0
+        self._seed, self._loss, self._round = arguments.seed, arguments.loss, arguments.round
+        self._period = max(SHORTEST_PERIOD, self._duration / SAMPLES)
+        about = {"seed": self._seed, "loss": self._loss, "duration": self._duration, "about": ABOUT}
+        self._recorder = Recorder(folder / "samples.jsonl", **about)
         self._begin = time.monotonic()
         self._counts: dict[str, int] = {}
         self._phase = "start"
@@ -106,8 +112,8 @@ class Soak:
         odometer = self._start_odometer(station)
         programs: dict[str, Usage] = {}
         next_sample = next_progress = 0.0
-        for number, events in enumerate(rounds(self._seed)):
-            begin = number * ROUND
+        for number, events in enumerate(rounds(self._seed, self._round)):
+            begin = number * self._round
             while not self._stop.wait(TICK):
                 now = time.monotonic() - self._begin
                 if now > self._duration:
@@ -128,7 +134,7 @@ class Soak:
                     next_progress = now + PROGRESS_PERIOD
                     self._show_progress(now, programs, logs)
                 hands.release()
-                if now >= begin + ROUND:
+                if now >= begin + self._round:
                     break
             else:
                 return
