@@ -31,24 +31,26 @@ BENCHMARKS = {
     "safety": "collisions, share of the command passed, escapes; against no gate, the bubble and uniform scaling",
 }
 
-OWN_OPTIONS = {"soak": "hours of driving, restarts, cuts and viewers: what grows"}
-"""Benchmarks that run only when they are named, alone, with options of their own."""
+PROGRAMS = {
+    "soak": "hours of driving, restarts, cuts and viewers: what grows, and which tracebacks come",
+}
+"""Benchmarks with a command line of their own, which take hours and are never among all."""
 
 DRAWS = {"control", "safety"}
 """Benchmarks that can write a record and pictures into a folder."""
 
 
 def main() -> int:
-    if sys.argv[1:] and sys.argv[1] in OWN_OPTIONS:
-        return run_with_options(sys.argv[1], sys.argv[2:])
+    if sys.argv[1:2] and sys.argv[1] in PROGRAMS:
+        return importlib.import_module(f"bench_{sys.argv[1]}").main(sys.argv[2:])
     parser = argparse.ArgumentParser(
         prog="./stack bench",
         description="Ours against a peer or the physical limit, measured in the same run. Quote the ratios: the "
         "absolute figures are those of this machine now.",
         epilog="benchmarks:  "
         + ";  ".join(f"{name}: {about}" for name, about in BENCHMARKS.items())
-        + ";  alone: "
-        + ";  ".join(f"{name} --help: {about}" for name, about in OWN_OPTIONS.items()),
+        + ".  Alone, with arguments of their own (--help):  "
+        + ";  ".join(f"{name}: {about}" for name, about in PROGRAMS.items()),
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
@@ -72,16 +74,6 @@ def main() -> int:
         arguments.json.write_text(json.dumps({k: [row.as_dict() for row in v] for k, v in results.items()}, indent=2))
         print(f"written to {arguments.json}")
     return 0
-
-
-def run_with_options(name: str, options: list[str]) -> int:
-    """Run a benchmark that reads its options itself; return its exit code."""
-    benchmark = importlib.import_module(f"bench_{name}")
-    processes.adopt_orphans()
-    try:
-        return benchmark.run(options)
-    finally:
-        processes.end_descendants()
 
 
 if __name__ == "__main__":

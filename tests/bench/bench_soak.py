@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,9 +20,10 @@ from soak import page
 from soak.hands import Hands
 from soak.record import Recorder
 from soak.samples import LogReader, Usage, sample
-from soak.schedule import ROUND, rounds
+from soak.schedule import ROUND, Event, rounds
 from soak.station import Station
 
+from telepresence.station import processes
 from telepresence.stop_signals import stop_on
 
 SAMPLES = 1500
@@ -37,7 +39,7 @@ ABOUT = (
 )
 
 
-def run(options: Sequence[str]) -> int:
+def main(options: Sequence[str]) -> int:
     """Run as the options say, or make a report again; return 1 when a limit is broken, else 0."""
     arguments = parse(options)
     if arguments.report:
@@ -46,7 +48,15 @@ def run(options: Sequence[str]) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    Soak(folder, arguments, stop).run()
+    processes.adopt_orphans()
+    try:
+        Soak(folder, arguments, stop).run()
+    except Exception:  # hours of samples are worth a report
+        traceback.print_exc()
+        conclude(folder / "samples.jsonl", folder)
+        return 1
+    finally:
+        processes.end_descendants()
     return conclude(folder / "samples.jsonl", folder)
 
 
@@ -119,7 +129,7 @@ class Soak:
                 if now > self._duration:
                     return
                 while events and begin + events[0].at <= now:
-                    hands.do(events.pop(0))
+                    self._begin_event(hands, events.pop(0))
                 if odometer.poll() is not None:
                     odometer = self._start_odometer(station)
                 station.look_after()
@@ -138,6 +148,13 @@ class Soak:
                     break
             else:
                 return
+
+    def _begin_event(self, hands: Hands, event: Event) -> None:
+        """Let an event begin; one that fails is noted, counts as a broken limit, and the run goes on."""
+        try:
+            hands.do(event)
+        except (OSError, RuntimeError, subprocess.SubprocessError) as error:
+            self._note("event failed", f"{event.kind} {event.what}: {error!r}")
 
     def _record(self, now: float, programs: dict[str, Usage], logs: LogReader) -> None:
         totals = {

@@ -128,6 +128,6 @@ def _broken(programs: list[Program], total: Growth, tracebacks: list, record: Re
                     f"({grown.low:.3g} to {grown.high:.3g})"
                 )
     found += [f"{count} x traceback in {file}: {text}" for file, text, count in tracebacks]
-    bad = ("not back", "station ended", "robot's program ended")
+    bad = ("not back", "station ended", "event failed")
     found += [f"{kind} at {at:.0f} s: {text}" for at, kind, text in record.events if kind in bad]
     return found

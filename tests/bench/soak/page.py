@@ -19,7 +19,16 @@ from soak.record import Record, read
 
 SHOWN = 10
 """Programs that have a line of their own in a plot: the largest."""
-FAULTS = {"kill", "back", "not back", "station ended", "station started", "robot's program ended", "link"}
+FAULTS = {
+    "kill",
+    "back",
+    "not back",
+    "station ended",
+    "station started",
+    "robot's program restarted",
+    "event failed",
+    "link",
+}
 PLOTS = {"memory": "Memory", "counts": "Descriptors and threads", "processor": "Processor share", "logs": "Logs"}
 
 

@@ -113,7 +113,7 @@ class Station:
         now = time.monotonic()
         for name, (argv, program, since) in [*self._kept.items()]:
             if program.poll() is not None and now - since > RETURN_PERIOD:
-                self._note("robot's program ended", f"{name}: exit code {program.returncode}")
+                self._note("robot's program restarted", f"{name}: exit code {program.returncode}")
                 self._keep(name, *argv)
         for end, viewer in [*self._passing]:
             if viewer.poll() is not None or now > end:
