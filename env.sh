@@ -27,5 +27,7 @@ case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$P
 [ -n "${ROS_HOSTNAME:-}" ] || export ROS_IP="${ROS_IP:-127.0.0.1}"
 # Pictures are rendered and decoded in fresh 1 MB buffers; keeping them mapped halves the time to decode one.
 export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=268435456
+# Small logs: three files of 4 MB for each program, see telepresence/station/log_folder.py.
+export ROS_PYTHON_LOG_CONFIG_FILE="${ROS_PYTHON_LOG_CONFIG_FILE:-$_telepresence_root/telepresence/station/python_logging.conf}"
 
 unset _telepresence_root _telepresence_nounset

@@ -65,7 +65,7 @@ def _element(kind: str, choice: str, what: str) -> str:
         raise SoundError(f"'{choice}' is no {what}: choose auto, none, test, alsa:DEVICE or a sound server's device")
     if choice.startswith("alsa:"):
         return f'alsa{kind} device="{device}"'
-    if _server_answers(kind):
+    if _server_answers():
         return f"pulse{kind}" if choice == "auto" else f'pulse{kind} device="{device}"'
     if choice == "auto" and _has_card():
         return f"alsa{kind}"
@@ -75,9 +75,12 @@ def _element(kind: str, choice: str, what: str) -> str:
     )
 
 
-def _server_answers(kind: str) -> bool:
-    """Whether a PulseAudio server lets us in: the element connects when it becomes ready."""
-    element = Gst.ElementFactory.make(f"pulse{kind}")
+def _server_answers() -> bool:
+    """Whether a PulseAudio server lets us in: the element connects when it becomes ready.
+
+    The sink asks for microphones, too: whenever no server answers, GStreamer 1.22's pulsesrc leaves a thread and two
+    descriptors behind."""
+    element = Gst.ElementFactory.make("pulsesink")
     if element is None:
         return False
     try:

@@ -27,6 +27,11 @@ _MAX_HOLE = RATE // 2
 _SILENCE = bytes(_BYTES)
 
 
+LIFE_PERIOD = 1.0
+"""Seconds after which a track that is given nothing sends a frame of silence: the other end takes a connection on which
+nothing comes for lost, and a pilot without a microphone may listen."""
+
+
 class MicrophoneTrack(MediaStreamTrack):
     """Sends what `put` is given. While it is not `open` it sends silence, which keeps the connection alive."""
 
@@ -59,7 +64,10 @@ class MicrophoneTrack(MediaStreamTrack):
             if self.readyState != "live":
                 raise MediaStreamError
             self._news.clear()
-            await self._news.wait()
+            try:
+                await asyncio.wait_for(self._news.wait(), LIFE_PERIOD)
+            except TimeoutError:
+                self._append(_SILENCE)
         number, data = self._frames.popleft()
         frame = av.AudioFrame(format="s16", layout="stereo", samples=SAMPLES)
         frame.planes[0].update(data)

@@ -13,6 +13,8 @@ from telepresence.sim.world import World
 
 PERIOD = 1 / 30
 """Between two pictures [s]."""
+DRAWING = PERIOD / 10
+"""The part of it in which MuJoCo may begin to draw [s]."""
 
 
 _WINDOW_THREAD = "_launch_internal"
@@ -50,10 +52,13 @@ def view(world: World, stopping: threading.Event) -> None:
         with window.lock():
             window.opt.geomgroup[:] = 1  # by default the robots' group is hidden
             _look_over(world.model, window.cam)
-        while window.is_running() and not stopping.wait(PERIOD):
-            with window.lock(), world.locked() as data:
-                mujoco.mj_copyData(shown, world.model, data)
-            window.sync()
+        while window.is_running() and not stopping.wait(DRAWING):
+            # MuJoCo draws as often as it gets the lock: on a screen without vertical sync, with a whole processor.
+            with window.lock():
+                with world.locked() as data:
+                    mujoco.mj_copyData(shown, world.model, data)
+                window.sync()
+                stopping.wait(PERIOD - DRAWING)
     # Leaving the block only asks the window's thread to end, and a process that exits before it has crashes.
     for thread in threading.enumerate():
         if _WINDOW_THREAD in thread.name:

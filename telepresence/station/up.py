@@ -27,6 +27,7 @@ from telepresence.station.faults import SOCKET as FAULTS
 from telepresence.station.faults import FaultReporter
 from telepresence.station.kept_program import KeptProgram
 from telepresence.station.listening import listening
+from telepresence.station.log_folder import LogKeeper
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.station_folder import StationFolder
@@ -150,6 +151,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     faults = FaultReporter(watch / FAULTS)
     keeper = screen = display = None
     kept: list[KeptProgram] = []
+    LogKeeper().start()
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")

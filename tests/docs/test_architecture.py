@@ -1,4 +1,4 @@
-"""The table of time-outs and periods in docs/architecture.md says what the code says.
+"""The tables in docs/architecture.md, of time-outs and periods and of who watches whom, say what the code says.
 
 Each row names a constant: a module, and behind it a name, a field of a class or an attribute of an object. What stands
 in the file as a number is read without importing it, so that scripts of the robot and ROS nodes can be looked up too.
@@ -43,6 +43,27 @@ def _rows() -> list[Row]:
 ROWS = _rows()
 
 
+class Watch(NamedTuple):
+    """A row of who watches whom: how long the page says, and the terms whose sum it must be."""
+
+    who: str
+    whom: str
+    seconds: float
+    terms: str
+
+
+TERM = re.compile(r"(?:([\d.]+) × )?`([^`]+)`(?: \((ms|Hz)\))?")
+
+
+def _watches() -> list[Watch]:
+    table = PAGE.read_text().partition("<!-- watching -->")[2].partition("<!-- end -->")[0].strip()
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
+    return [Watch(cells[0], cells[1], float(cells[3]), cells[4]) for cells in lines]
+
+
+WATCHES = _watches()
+
+
 def test_the_table_is_found_and_every_row_names_a_constant():
     table = PAGE.read_text().partition("<!-- timing -->")[2].partition("<!-- end -->")[0].strip().splitlines()
     assert len(ROWS) == len(table) - 2 > 60
@@ -58,11 +79,28 @@ def test_the_page_gives_the_constant_of_the_code(row: Row):
     assert UNITS[row.unit](_value(row.name)) == pytest.approx(row.seconds, rel=0.01)
 
 
+@pytest.mark.parametrize("watch", WATCHES, ids=lambda watch: f"{watch.who} -> {watch.whom}".replace("`", ""))
+def test_who_watches_whom_waits_as_long_as_the_page_says(watch: Watch):
+    terms = watch.terms.split(" + ")
+    matches = [TERM.fullmatch(term) for term in terms]
+    assert all(matches), f"{watch.terms} is no sum of constants"
+    total = sum(float(found[1] or 1) * UNITS[found[3] or "s"](_value(found[2])) for found in matches if found)
+    assert total == pytest.approx(watch.seconds, rel=0.01)
+
+
+def test_nobody_who_watches_stands_twice_for_the_same_constant():
+    assert len(WATCHES) > 30
+    rows = [(watch.who, watch.whom, watch.terms) for watch in WATCHES]
+    assert sorted(set(rows)) == sorted(rows)
+
+
 def test_a_name_that_is_gone_is_an_error_that_names_what_there_is():
     with pytest.raises(LookupError, match=r"watchdog.py has no PATIENC; .*PATIENCE"):
         _value("watchdog.PATIENC")
     with pytest.raises(LookupError, match="no module"):
         _value("naoqi_driver.bass.PERIOD")
+    with pytest.raises(LookupError, match="no unit"):
+        _value("robotino-onboard@.service RestartSecs")
 
 
 def _value(name: str) -> float:
@@ -71,6 +109,8 @@ def _value(name: str) -> float:
     Raises:
         LookupError: There is no such module, or nothing of that name in it.
     """
+    if " " in name:
+        return _of_unit(*name.split(" "))
     file, module, attributes = _module_of(name)
     found = _literal(ast.parse(file.read_text()).body, attributes)
     if found is not None:
@@ -83,6 +123,15 @@ def _value(name: str) -> float:
     for attribute in attributes:
         value = value[attribute] if isinstance(value, dict) else getattr(value, attribute)
     return float(value)
+
+
+def _of_unit(name: str, setting: str) -> float:
+    """The seconds of a setting of a systemd unit."""
+    files = [path for folder in ("catkin_ws/src", "telepresence") for path in (ROOT / folder).rglob(name)]
+    for file in files:
+        if found := re.search(rf"^{setting}=([\d.]+)(ms|s)?$", file.read_text(), re.MULTILINE):
+            return float(found[1]) / (1000.0 if found[2] == "ms" else 1.0)
+    raise LookupError(f"no unit {name} with {setting}; there are {files}")
 
 
 def _module_of(name: str) -> tuple[Path, str, list[str]]:

@@ -3,10 +3,11 @@
 import logging
 import subprocess
 import sys
+import traceback
 from pathlib import Path
 
 import pytest
-from telepresence_ros.logs import our_packages, route_logs_to_ros
+from telepresence_ros.logs import our_packages, route_logs_to_ros, shorten_lost_connection
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCES = [ROOT / "telepresence", *sorted((ROOT / "catkin_ws/src").glob("*/src/*/"))]
@@ -54,3 +55,18 @@ def test_every_package_of_ours_that_logs_is_found_where_catkin_shows_it():
     )  # fmt: skip
     assert found.returncode == 0, found.stderr
     assert {path.name for path in SOURCES if logs(path)} <= set(found.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("error", "shortened"),
+    [(ConnectionResetError("gone"), True), (OSError(9, "Bad file descriptor"), True), (KeyError("a mistake"), False)],
+)
+def test_a_node_that_ended_is_one_line_in_the_logs_of_the_others_and_a_mistake_keeps_its_traceback(error, shortened):
+    try:
+        raise error
+    except Exception:
+        text = traceback.format_exc()
+    record = logging.makeLogRecord({"name": "rospy.internal", "msg": f"Unknown error at 127.0.0.1: {text}"})
+    assert shorten_lost_connection(record)
+    lines = record.getMessage().strip().splitlines()
+    assert (len(lines) == 1) is shortened and "Unknown error at 127.0.0.1" in lines[0] and str(error) in lines[-1]

@@ -29,6 +29,24 @@ def our_packages() -> set[str]:
     return names | {init.parent.name for init in workspace.glob("*/__init__.py")}
 
 
+LOST_CONNECTION = ("ROSHandshakeException", "OSError", "ConnectionError", "ConnectionResetError", "BrokenPipeError",
+                   "ConnectionRefusedError", "TransportTerminated", "TransportInitError", "TimeoutError")  # fmt: skip
+"""Errors by which rospy notices that the node at the other end of a connection has ended."""
+
+
+def shorten_lost_connection(record: logging.LogRecord) -> bool:
+    """Leave of rospy's traceback about a node that has ended one line: programs are restarted, which is no error here.
+
+    A filter for the logger "rospy.internal"; every record passes.
+    """
+    text = record.getMessage()
+    before, sign, trace = text.partition("Traceback (most recent call last)")
+    error = trace.strip().rpartition("\n")[2]
+    if sign and error.rpartition(":")[0].partition(":")[0].rpartition(".")[2] in LOST_CONNECTION:
+        record.msg, record.args = f"{before}{error}", ()
+    return True
+
+
 def close_log_folder() -> None:
     """Close the folder of ROS logs, in which stands what was said, to other users. Call it before `rospy.init_node`."""
     try:
@@ -43,6 +61,7 @@ def route_logs_to_ros() -> None:
     All lines that this process logs are plain text from then on, whatever a robot or a message brought.
     """
     keep_logs_plain()
+    logging.getLogger("rospy.internal").addFilter(shorten_lost_connection)
     for name in our_packages():
         logger = logging.getLogger(name)
         logger.setLevel(logging.INFO)

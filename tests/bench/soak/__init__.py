@@ -1,0 +1,1 @@
+"""`./stack bench soak`: hours of driving, restarts, cuts and viewers; what grows meanwhile."""

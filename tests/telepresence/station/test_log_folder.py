@@ -1,0 +1,101 @@
+"""The folder of logs stays small, whatever a node prints and however many runs there were."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from telepresence.station import log_folder
+from telepresence.station.log_folder import LogKeeper, cut_outputs, delete_old
+
+CONFIGURATION = Path(log_folder.__file__).with_name("python_logging.conf")
+FLOOD = """
+import logging, rosgraph.roslogging
+rosgraph.roslogging.configure_logging("flood")
+for _ in range(80):
+    logging.getLogger("flood").info("x" * 300_000)
+"""
+
+
+def run_of(folder, name, age, size=10):
+    """A run's folder whose log was last written so many seconds ago."""
+    (folder / name).mkdir(parents=True)
+    (folder / name / "node-1.log").write_bytes(b"x" * size)
+    for path in (folder / name / "node-1.log", folder / name):
+        os.utime(path, (1e9 - age, 1e9 - age))
+    return folder / name
+
+
+def disk_use(folder):
+    return sum(path.stat().st_blocks * 512 for path in folder.rglob("*"))
+
+
+def test_the_oldest_runs_go_and_a_running_station_keeps_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(log_folder, "RUNS", 2)
+    oldest, old, new, newest = (run_of(tmp_path, f"run{age}", age) for age in (40, 30, 20, 10))
+    (tmp_path / "latest").symlink_to(newest)
+    with (oldest / "node-1.log").open("a"):
+        assert delete_old(tmp_path) == [old]
+    assert {path.name for path in tmp_path.iterdir()} == {oldest.name, new.name, newest.name, "latest"}
+
+
+def test_many_bytes_go_before_many_runs_do(tmp_path, monkeypatch):
+    monkeypatch.setattr(log_folder, "MOST", 50_000)
+    old, new = run_of(tmp_path, "old", 20, 30_000), run_of(tmp_path, "new", 10, 30_000)
+    assert delete_old(tmp_path) == [old] and new.exists()
+
+
+def test_logs_outside_any_run_go_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(log_folder, "LOOSE_FILES", 3)
+    for number in range(5):
+        (tmp_path / f"rostopic-{number}.log").write_text("")
+        os.utime(tmp_path / f"rostopic-{number}.log", (number, number))
+    delete_old(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"rostopic-{number}.log" for number in (2, 3, 4)]
+
+
+def test_a_folder_that_is_not_there_is_no_error(tmp_path):
+    assert delete_old(tmp_path / "none") == []
+
+
+@pytest.mark.parametrize("mode", ["a", "w"])
+def test_what_a_program_prints_is_cut_while_it_goes_on(tmp_path, mode, run_program, wait_until):
+    """roslaunch opens the file of a node that it restarts for appending, that of another one not."""
+    path = tmp_path / "run" / "node-1-stdout.log"
+    path.parent.mkdir()
+    with path.open(mode) as output:
+        words = f"yes again | head -c {2 * log_folder.LARGEST_OUTPUT}; read word; echo goes on"
+        program = run_program("sh", "-c", words, stdin=subprocess.PIPE, stdout=output)
+    wait_until(lambda: path.stat().st_size == 2 * log_folder.LARGEST_OUTPUT, "all is printed")
+    cut_outputs(tmp_path)
+    assert disk_use(tmp_path) < log_folder.KEPT_OUTPUT + 100_000
+    assert Path(f"{path}.1").read_text().endswith("again\nagain\nag")
+    program.communicate(b"\n", timeout=10)
+    assert path.read_text().endswith("goes on\n") and disk_use(tmp_path) < log_folder.KEPT_OUTPUT + 100_000
+
+
+def test_the_keeper_cuts_by_itself(tmp_path, wait_until):
+    path = tmp_path / "run" / "node-1-stdout.log"
+    path.parent.mkdir()
+    path.write_bytes(b"x" * 2 * log_folder.LARGEST_OUTPUT)
+    keeper = LogKeeper(tmp_path).start()
+    try:
+        wait_until(lambda: path.stat().st_size == 0, "it is cut")
+    finally:
+        keeper.close()
+
+
+def test_a_python_program_that_logs_in_a_tight_loop_does_not_fill_the_disk(tmp_path):
+    environment = {**os.environ, "ROS_PYTHON_LOG_CONFIG_FILE": str(CONFIGURATION), "ROS_LOG_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", FLOOD], env=environment, check=True, timeout=60)
+    assert 8_000_000 < disk_use(tmp_path) < 13_000_000
+
+
+def test_the_environment_names_the_configuration():
+    root = CONFIGURATION.parents[2]
+    words = ". ./env.sh; echo $ROS_PYTHON_LOG_CONFIG_FILE"
+    environment = {name: value for name, value in os.environ.items() if name != "ROS_PYTHON_LOG_CONFIG_FILE"}
+    told = subprocess.run(["bash", "-c", words], cwd=root, env=environment, capture_output=True, text=True, timeout=60)
+    assert told.stdout.strip() == str(CONFIGURATION)
