@@ -31,16 +31,24 @@ BENCHMARKS = {
     "safety": "collisions, share of the command passed, escapes; against no gate, the bubble and uniform scaling",
 }
 
+PROGRAMS = {"faults": "kills and freezes every process while it drives, cuts the link: rest, told, back, stale motion"}
+"""Benchmarks with a command line of their own, which take hours and are never among all."""
+
 DRAWS = {"control", "safety"}
 """Benchmarks that can write a record and pictures into a folder."""
 
 
 def main() -> int:
+    if sys.argv[1:2] and sys.argv[1] in PROGRAMS:
+        return importlib.import_module(f"bench_{sys.argv[1]}").main(sys.argv[2:])
     parser = argparse.ArgumentParser(
         prog="./stack bench",
         description="Ours against a peer or the physical limit, measured in the same run. Quote the ratios: the "
         "absolute figures are those of this machine now.",
-        epilog="benchmarks:  " + ";  ".join(f"{name}: {about}" for name, about in BENCHMARKS.items()),
+        epilog="benchmarks:  "
+        + ";  ".join(f"{name}: {about}" for name, about in BENCHMARKS.items())
+        + ".  Alone, with arguments of their own (--help):  "
+        + ";  ".join(f"{name}: {about}" for name, about in PROGRAMS.items()),
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
