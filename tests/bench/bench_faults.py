@@ -1,4 +1,4 @@
-"""Kills and freezes every process of a station while it drives, one after the other, and says what came of it.
+"""Kills and freezes every process of a station while it drives, spoils the link to its robot, says what came of it.
 
 What is measured comes from the simulator, over a connection of its own that no program of the station carries: where
 the robot truly is, 50 times a second. What the station says about itself: its topics and its window.
@@ -17,7 +17,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from faults.far_station import FarStation, wait_ready
 from faults.figures import rows, summary, table
+from faults.link_trial import FAULTS, KEYS, strike_link
 from faults.pilots import Pilot, TerminalPilot, TopicPilot, WindowPilot
 from faults.station import STATIONS, Station
 from faults.trial import NotReady, Outcome, Run, strike, wait
@@ -26,6 +28,7 @@ from telepresence.station import processes
 
 WAYS = ("topic", "terminal", "window")
 KINDS = ("kill", "freeze")
+PARTS = ("processes", "link")
 RECOVERY = 15.0
 """A station that is not complete again after so long is brought up anew [s]."""
 TRIES = 2
@@ -45,13 +48,15 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--times", type=int, default=5, metavar="N", help="each fault so often; default 5")
     parser.add_argument("--quick", action="store_true", help="each fault once")
     parser.add_argument("--only", metavar="PATTERN", help="processes whose name has this in it (regular expression)")
+    parser.add_argument("--part", choices=PARTS, action="append", help="processes or the link; default both")
+    parser.add_argument("--link-times", type=int, default=25, metavar="N", help="each fault of the link; default 25")
     parser.add_argument("--load", action="store_true", help="other programs keep every processor busy")
     parser.add_argument("--list", action="store_true", help="bring up the station, print its processes, end")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every fault and every row, written as it goes")
     parser.add_argument("--show", type=Path, nargs="+", metavar="FILE", help="print the table of these JSON files")
     arguments = parser.parse_args(argv)
     if arguments.quick:
-        arguments.times = 1
+        arguments.times = arguments.link_times = 1
     return arguments
 
 
@@ -69,8 +74,11 @@ def main(argv: list[str]) -> int:
             words = [sys.executable, "-c", "while True: pass"]
             hogs += [processes.start(words, tied=True) for _ in range(os.cpu_count() or 1)]
         for kind in arguments.robot or STATIONS:
-            for by in arguments.by or WAYS:
+            for by in (arguments.by or WAYS) if "processes" in (arguments.part or PARTS) else ():
                 bench.sweep(kind, by)
+        for kind in arguments.robot or STATIONS:
+            if kind != "both" and "link" in (arguments.part or PARTS):
+                bench.sweep_link(kind)
     except KeyboardInterrupt:
         print("stopped; what was measured so far:", flush=True)
     finally:
@@ -93,6 +101,7 @@ class Bench:
         self._random = random.Random(1)
         self._folder = tempfile.TemporaryDirectory(prefix="bench-faults-")
         self._station: Station | None = None
+        self._far: FarStation | None = None
         self._pilots: list[Pilot] = []
         self._runs: list[Run] = []
         self._began = time.monotonic()
@@ -114,6 +123,36 @@ class Bench:
                     self._measure(kind, by, index, name, fault)
         self._take_down()
 
+    def sweep_link(self, kind: str) -> None:
+        """Every fault of the link between a robot and its pilot."""
+        jobs = [(fault, key) for fault in FAULTS for key in KEYS if re.search(self.arguments.only or "", fault)]
+        for turn in range(self.arguments.link_times):
+            for fault, key in jobs:
+                self._progress(f"{kind}'s link, {turn + 1}/{self.arguments.link_times}: {fault}, key {key}")
+                self._measure_link(kind, fault, key)
+        self._take_down()
+
+    def _measure_link(self, kind: str, fault: str, key: str) -> None:
+        for _ in range(TRIES):
+            try:
+                if self._far is None:
+                    self._take_down()
+                    self._far = FarStation(kind, Path(tempfile.mkdtemp(dir=self._folder.name)))
+                    wait_ready(self._far)
+                far = self._far
+                run = Run(far, far.robot, far.pilot, far.restarter, self._random)
+                self._keep(strike_link(run, fault, key))
+                return
+            except (NotReady, RuntimeError, BrokenPipeError) as error:
+                self._progress(f"  again on another station: {error}")
+                self._take_down()
+        self._progress(f"  {fault} could not be measured")
+
+    def _keep(self, outcome: Outcome) -> None:
+        self.outcomes.append(outcome)
+        self._progress("  " + describe(outcome))
+        self._write()
+
     def _measure(self, kind: str, by: str, index: int, name: str, fault: str) -> None:
         for _ in range(TRIES):
             try:
@@ -130,9 +169,7 @@ class Bench:
                 self._progress(f"  again on another station: {error}")
                 self._take_down()
                 continue
-            self.outcomes.append(outcome)
-            self._progress("  " + describe(outcome))
-            self._write()
+            self._keep(outcome)
             return
         self._progress(f"  {fault} {name} could not be measured")
 
@@ -148,7 +185,7 @@ class Bench:
             if by == "terminal":
                 pilot = TerminalPilot(station, robot)
             elif by == "window":
-                pilot = WindowPilot(station, robot)
+                pilot = WindowPilot(station)
             if pilot is not topic:
                 self._pilots.append(pilot)
             self._runs.append(Run(station, robot, pilot, topic, self._random))
@@ -160,6 +197,9 @@ class Bench:
         if self._station is not None:
             self._station.close()
             self._station = None
+        if self._far is not None:
+            self._far.close()
+            self._far = None
 
     def _progress(self, text: str) -> None:
         print(f"{time.monotonic() - self._began:6.0f} s  {text}", flush=True)

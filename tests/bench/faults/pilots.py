@@ -111,16 +111,12 @@ class TerminalPilot:
 class WindowPilot:
     """The key W in the operator's window."""
 
-    def __init__(self, station: Station, robot: Robot) -> None:
-        self._station, self._robot = station, robot
-        self._focus()
-
-    def _focus(self) -> None:
-        """Give the window the keyboard by a click on a place that does nothing else."""
-        self._do("mousemove", "60", "84", "click", "1")
+    def __init__(self, station: Station) -> None:
+        self._station = station
 
     def hold(self) -> None:
-        self._do("keydown", "w")
+        # A click on a place that does nothing else gives the keyboard to a window that has come back.
+        self._do("mousemove", "60", "84", "click", "1", "keydown", "w")
 
     def release(self) -> None:
         self._do("keyup", "w")

@@ -24,13 +24,12 @@ from telepresence.station.ros_master import master_answers, master_proxy
 
 from .topics import CALLER, TopicReader
 from .trace import Sample
-from .victims import alive, frozen, victims
+from .victims import frozen, victims
 
 ROOT = Path(__file__).resolve().parents[3]
 UP_TIMEOUT = 90.0
-READY_SPEED = 0.05
-"""A station is ready when its robot has driven this fast [m/s]."""
-FAULTS, SAFETY, LEASE = "telepresence_msgs/Fault", "telepresence_msgs/SafetyState", "telepresence_msgs/DriveState"
+LEAVE = 5.0
+"""What a killed station leaves behind may take so long to end by itself [s]."""
 ORDINARY = {"clear", "limited", "blocked", "no command"}
 """States of the gate that say nothing about a fault while a key is held or has just been released."""
 
@@ -45,8 +44,6 @@ class Robot:
         command: Where programs drive it.
         truth: Where it truly is.
         speed: It is driven at [m/s], what the window begins with.
-        limit: For coming to rest [s].
-        profile: The bench says why.
     """
 
     name: str
@@ -54,15 +51,14 @@ class Robot:
     command: str
     truth: str
     speed: float
-    limit: float
 
 
-PEPPER = Robot("pepper", "", "/cmd_vel", "/truth", 0.2, 0.6)
-ROBOTINO = Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/truth", 0.2, 0.5)
+PEPPER = Robot("pepper", "", "/cmd_vel", "/truth", 0.2)
+ROBOTINO = Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/truth", 0.2)
 STATIONS: dict[str, tuple[Robot, ...]] = {
     "pepper": (PEPPER,),
     "robotino": (ROBOTINO,),
-    "both": (PEPPER, Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/rto3/truth", 0.2, 0.5)),
+    "both": (PEPPER, Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/rto3/truth", 0.2)),
 }
 PORTS = {
     "pepper": ("nao_port", "page_port", "screen_port"),
@@ -135,7 +131,7 @@ class Sayings:
     def window(self, line: str) -> None:
         """A line of the station's output: what the window shows has its time and level before it."""
         match = re.match(r"\d\d:\d\d:\d\d ([^,]*), (\w+): (.*)", line)
-        if match and match[2].lower() in ("warning", "error", "alarm", "problem"):
+        if match and match[2] in ("warn", "bad"):
             self._last.pop("window", None)
             self.add("window", match[3])
 
@@ -194,6 +190,7 @@ class Station:
                 TopicReader(self.master, f"{robot.namespace}/drive/state", self.sayings.lease),
             ]
         self.names: set[str] = set()
+        self._seen: set[int] = set()
 
     def _read(self) -> None:
         assert self.process.stdout is not None
@@ -217,7 +214,10 @@ class Station:
         raise RuntimeError("the station has no virtual display")
 
     def victims(self) -> dict[str, int]:
-        return victims(self.process.pid)
+        """Its processes by name. Those that it leaves behind when it is killed are remembered and ended by `close`."""
+        found = victims(self.process.pid)
+        self._seen |= {*found.values()}
+        return found
 
     def wait(self, condition: Callable[[], object], what: str, timeout: float) -> None:
         """Raise RuntimeError unless the condition holds in time, or as soon as the station has ended."""
@@ -264,18 +264,22 @@ class Station:
 
     def close(self) -> None:
         """End everything, also what is frozen."""
-        for pid in processes.descendants():
+        self.victims()
+        for pid in self._own():
             if frozen(pid):
                 processes.send(pid, signal.SIGCONT)
         for reader in (*self._readers, *self.truths.values()):
             reader.close()
-        own = [self.process.pid, *processes.descendants(self.process.pid)]
         if self.terminal is not None:
             self.terminal.close()
         else:
             processes.end(self.process, patience=15.0)
-        for pid in own:
-            if alive(pid):
-                processes.send(pid, signal.SIGKILL)
-        if self.process.stdout is not None and not any(map(alive, own)):
-            self.process.stdout.close()
+        deadline = time.monotonic() + LEAVE
+        while self._own() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for pid in self._own():
+            processes.send(pid, signal.SIGKILL)
+
+    def _own(self) -> set[int]:
+        """What is still there of all processes that it had: this process adopts those that lost their parents."""
+        return {*processes.descendants()} & self._seen

@@ -53,7 +53,7 @@ class Outcome:
     where: str = ""
     said: str = ""
     back: float | None = None
-    """Drives again; 0 when it never stopped."""
+    """Drives again; 0 when it never stopped. For a fault of the link: after its end, or after the next press."""
     stale: float = 0.0
     """Driven with no key held, after it had come to rest [m]."""
     note: str = ""
@@ -125,7 +125,7 @@ def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
     finally:
         if fault == "freeze" and frozen(pid):
             _wake(run, outcome, pid)
-    _note_sentence(run, outcome, began)
+    note_sentence(run, outcome, began)
     return outcome
 
 
@@ -136,16 +136,17 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
     def unseen() -> bool:
         return run.newest() is None
 
-    wait(lambda: rest() is not None, GOES_ON)
+    wait(lambda: rest() is not None or not run.station.running, GOES_ON)
     outcome.rest = rest()
-    if outcome.rest is None and unseen():
+    rested = began + (outcome.rest or 0.0)
+    if outcome.rest is None and (unseen() or not run.station.running):
         outcome.gone = True
+        rested = time.monotonic()
     elif outcome.rest is None:
         outcome.goes_on, outcome.back = True, 0.0
         outcome.release = _let_go(run)
         outcome.stale = _stale(run)
         return
-    rested = began + (outcome.rest or 0.0)
     outcome.back = _come_back(run, began, rested)
     _let_go(run)
     outcome.stale = _stale(run)
@@ -194,7 +195,8 @@ def _wake(run: Run, outcome: Outcome, pid: int) -> None:
         outcome.note += ", then died"
 
 
-def _note_sentence(run: Run, outcome: Outcome, began: float) -> None:
+def note_sentence(run: Run, outcome: Outcome, began: float) -> None:
+    """Add the first thing that the station said after the fault."""
     for sentence in run.station.sayings.since(began):
         outcome.told = sentence.time - began
         outcome.where, outcome.said = sentence.where, sentence.text
