@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import socket
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from faults.bad_link import BadLink
+from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
@@ -82,3 +86,64 @@ def test_processes_have_the_names_that_people_use():
     assert process_name(["python", "-m", "telepresence.station", "up"], {}) == "telepresence.station"
     assert process_name(["/usr/bin/python3", "-u", "/opt/roslaunch", "x.launch"], {}) == "roslaunch"
     assert process_name(["Xvfb", ":7"], {}) == "Xvfb"
+
+
+def test_a_reset_link_ends_connections_at_both_ends_and_takes_new_ones():
+    link = BadLink()
+    try:
+        listener = on(link.robot, lambda: socket.create_server((link.robot.address, 0)))
+        address = listener.getsockname()
+        ends = connected(link, address, listener)
+        link.reset()
+        for end in ends:
+            end.settimeout(5.0)
+            with pytest.raises(ConnectionResetError):
+                while True:
+                    end.sendall(b"on")
+                    end.recv(10)
+        connected(link, address, listener)
+    finally:
+        link.close()
+
+
+def test_a_stalled_link_delivers_late_and_in_order_and_a_cut_one_nothing():
+    link = BadLink()
+    try:
+        receiver = on(link.robot, lambda: socket.socket(type=socket.SOCK_DGRAM))
+        on(link.robot, lambda: receiver.bind((link.robot.address, 0)))
+        receiver.settimeout(0.2)
+        sender = on(link.pilot, lambda: socket.socket(type=socket.SOCK_DGRAM))
+        sender.connect(receiver.getsockname())
+        link.stalled = True
+        for number in range(3):
+            sender.send(bytes([number]))
+        with pytest.raises(TimeoutError):
+            receiver.recv(10)
+        link.stalled = False
+        assert [receiver.recv(10)[0] for _ in range(3)] == [0, 1, 2]
+        link.cut = True
+        sender.send(b"lost")
+        with pytest.raises(TimeoutError):
+            receiver.recv(10)
+    finally:
+        link.close()
+
+
+def on(machine, make: Callable):
+    """What `make` returns on a thread that is on that machine."""
+
+    def there():
+        entering(machine)()
+        return make()
+
+    with ThreadPoolExecutor(1) as executor:
+        return executor.submit(there).result(10.0)
+
+
+def connected(link: BadLink, address, listener: socket.socket) -> tuple[socket.socket, socket.socket]:
+    """Both ends of a connection over the link, which has carried something."""
+    near = on(link.pilot, lambda: socket.create_connection(address, timeout=5.0))
+    far, _ = listener.accept()
+    near.sendall(b"hello")
+    assert far.recv(10) == b"hello"
+    return near, far

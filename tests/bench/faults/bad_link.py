@@ -25,11 +25,11 @@ class BadLink(FarNetwork):
         super().__init__(2)
         self.pilot, self.robot = self.machines
         self._reset_until = 0.0
-        self._reset: set[tuple[bytes, bytes]] = set()
+        self._known: set[tuple[bytes, bytes]] = set()
 
     def reset(self) -> None:
         """Reset every TCP connection that carries something now, at both ends, as a firewall does."""
-        self._reset = set()
+        self._known = set()
         self._reset_until = time.monotonic() + RESET_LASTS
 
     def _takes(self, packet: bytes, target: int) -> bool:
@@ -38,9 +38,10 @@ class BadLink(FarNetwork):
         header = (packet[0] & 15) * 4
         flags = packet[header + 13]
         flow = (packet[12:16] + packet[header : header + 2], packet[16:20] + packet[header + 2 : header + 4])
-        if flags & (_SYN | _RST) or not flags & _ACK or flow in self._reset or flow[::-1] in self._reset:
-            return True
-        self._reset.add(flow)
+        fresh = flow not in self._known and flow[::-1] not in self._known
+        self._known.add(flow)
+        if not fresh or flags & (_SYN | _RST) or not flags & _ACK:
+            return True  # it was reset already, or has only begun
         sequence, acknowledged = struct.unpack_from("!II", packet, header + 4)
         # Each end takes a reset whose number is exactly what it waits for next (RFC 5961).
         os.write(target, _segment(*flow, sequence))
