@@ -117,7 +117,8 @@ class Bench:
         chosen = [name for name in names if re.search(self.arguments.only or "", name)]
         jobs = [(name, fault) for name in chosen for fault in self.arguments.fault or KINDS]
         for number, (name, fault) in enumerate(jobs, 1):
-            for index in range(len(STATIONS[kind])):
+            # The terminal of a station with both drives Pepper.
+            for index in range(1 if by == "terminal" else len(STATIONS[kind])):
                 for turn in range(self.arguments.times):
                     self._progress(f"{kind} by {by}, {number}/{len(jobs)}: {fault} {name}, {turn + 1}")
                     self._measure(kind, by, index, name, fault)
@@ -182,10 +183,10 @@ class Bench:
             topic = TopicPilot(station.environment, robot.command, robot.speed)
             self._pilots.append(topic)
             pilot: Pilot = topic
-            if by == "terminal":
+            if by == "terminal" and not self._runs:
                 pilot = TerminalPilot(station, robot)
             elif by == "window":
-                pilot = WindowPilot(station)
+                pilot = WindowPilot(station, robot)
             if pilot is not topic:
                 self._pilots.append(pilot)
             self._runs.append(Run(station, robot, pilot, topic, self._random))

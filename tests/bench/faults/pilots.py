@@ -16,6 +16,9 @@ from .station import Robot, Station
 FIRST_REPEAT, REPEAT = 0.5, 0.04
 """Of a key that is held: what X servers and consoles do [s]."""
 
+FASTER = "+" * 7
+"""Robotino's keyboard begins with 0.05 m/s; from here on the gate limits it."""
+
 
 class Pilot(Protocol):
     """Somebody with a finger on a key."""
@@ -81,12 +84,14 @@ class TerminalPilot:
         assert station.terminal is not None
         self._terminal = station.terminal
         self._key = "i" if robot.name == "pepper" else "w"
+        self._faster = "" if robot.name == "pepper" else FASTER
         self._released: threading.Event | None = None
         self._thread: threading.Thread | None = None
 
     def hold(self) -> None:
         if self._released is None:
             self._released = threading.Event()
+            self._terminal.type(self._faster)
             self._thread = threading.Thread(target=self._type, args=(self._released,), name="key", daemon=True)
             self._thread.start()
 
@@ -109,14 +114,16 @@ class TerminalPilot:
 
 
 class WindowPilot:
-    """The key W in the operator's window."""
+    """The key W in the operator's window, on the page of this robot."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, station: Station, robot: Robot) -> None:
         self._station = station
+        several = len(station.robots) > 1
+        self._page = ("key", f"ctrl+{1 + station.robots.index(robot)}") if several else ()
 
     def hold(self) -> None:
         # A click on a place that does nothing else gives the keyboard to a window that has come back.
-        self._do("mousemove", "60", "84", "click", "1", "keydown", "w")
+        self._do("mousemove", "60", "84", "click", "1", *self._page, "keydown", "w")
 
     def release(self) -> None:
         self._do("keyup", "w")
