@@ -11,6 +11,7 @@ import json
 import os
 import random
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -67,6 +68,8 @@ def main(argv: list[str]) -> int:
         print(table(rows(shown)) + summary(rows(shown)))
         return 0
     processes.adopt_orphans()
+    for request in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(request, signal.default_int_handler)
     bench = Bench(arguments)
     hogs: list[subprocess.Popen] = []
     try:

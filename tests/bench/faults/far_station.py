@@ -99,6 +99,7 @@ class FarStation:
             self._running.append(
                 processes.start(
                     machine.command(*map(str, argv)),
+                    tied=True,
                     env=self._environment(machine),
                     stdin=subprocess.DEVNULL,
                     stdout=output,

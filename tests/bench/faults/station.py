@@ -178,7 +178,7 @@ class Station:
             self.process = self.terminal.process
         else:
             self.process = processes.start(
-                words, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                words, tied=True, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT, text=True, errors="replace",
             )  # fmt: skip
             threading.Thread(target=self._read, name="station-output", daemon=True).start()

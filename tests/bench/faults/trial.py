@@ -190,6 +190,8 @@ def _wake(run: Run, outcome: Outcome, pid: int) -> None:
     outcome.note = "stayed frozen"
     wait(lambda: (sample := run.newest()) is None or not sample.moves, REST_TIMEOUT)
     processes.send(pid, signal.SIGCONT)
+    if outcome.gone:
+        return  # for a simulated robot no time has passed: it only ends the motion that it was in
     outcome.stale = max(outcome.stale, _stale(run))
     if not alive(pid):
         outcome.note += ", then died"

@@ -32,7 +32,7 @@ class FarMachine:
 
     def __init__(self, address: str) -> None:
         self.address = address
-        self._holder = processes.start(["unshare", "--net", "sleep", "infinity"])
+        self._holder = processes.start(["unshare", "--net", "sleep", "infinity"], tied=True)
         self.namespace = f"/proc/{self._holder.pid}/ns/net"
         ours = os.readlink("/proc/self/ns/net")
         deadline = time.monotonic() + 10.0
