@@ -33,6 +33,7 @@ BENCHMARKS = {
 }
 
 PROGRAMS = {
+    "faults": "kills and freezes every process while it drives, cuts the link: rest, told, back, stale motion",
     "soak": "hours of driving, restarts, cuts and viewers: what grows, and which tracebacks come",
 }
 """Benchmarks with a command line of their own, which take hours and are never among all."""

@@ -32,11 +32,11 @@ class FarMachine:
 
     def __init__(self, address: str) -> None:
         self.address = address
-        self._holder = processes.start(["unshare", "--net", "sleep", "infinity"])
-        self._namespace = f"/proc/{self._holder.pid}/ns/net"
+        self._holder = processes.start(["unshare", "--net", "sleep", "infinity"], tied=True)
+        self.namespace = f"/proc/{self._holder.pid}/ns/net"
         ours = os.readlink("/proc/self/ns/net")
         deadline = time.monotonic() + 10.0
-        while os.readlink(self._namespace) == ours:
+        while os.readlink(self.namespace) == ours:
             assert time.monotonic() < deadline and self._holder.poll() is None, "no network namespace; is this root?"
             time.sleep(0.01)
         self.tun = self._open_tun()
@@ -45,7 +45,7 @@ class FarMachine:
 
     def command(self, *argv: str) -> list[str]:
         """The words that run a program on this machine."""
-        return ["nsenter", f"--net={self._namespace}", *argv]
+        return ["nsenter", f"--net={self.namespace}", *argv]
 
     def start(self, *argv: str, environment: dict[str, str], log: Path) -> subprocess.Popen:
         """Run a program there until it is ended; ROS finds its master on the first machine.
@@ -75,7 +75,7 @@ class FarMachine:
         def open_there() -> None:
             libc = ctypes.CDLL(None, use_errno=True)
             try:
-                with open(self._namespace) as namespace:
+                with open(self.namespace) as namespace:
                     if libc.setns(namespace.fileno(), _CLONE_NEWNET):
                         raise OSError(ctypes.get_errno(), "setns")
                 tun = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
@@ -95,13 +95,14 @@ class FarMachine:
 class FarNetwork:
     """Machines with the addresses 10.77.0.1, 10.77.0.2, ... and the link between them.
 
-    `delay` and `jitter` are one way [s], `loss` is the share of packets lost; `cut` loses all. `carried` counts the
-    bytes that each machine has sent, headers included.
+    `delay` and `jitter` are one way [s], `loss` is the share of packets lost; `cut` loses all, `stalled` keeps
+    all until it is over, and then they arrive at once, in order. `carried` counts the bytes that each machine
+    has sent, headers included.
     """
 
     def __init__(self, count: int, seed: int = 0) -> None:
         self.delay = self.jitter = self.loss = 0.0
-        self.cut = False
+        self.cut = self.stalled = False
         self.machines = [FarMachine(f"10.77.0.{i + 1}") for i in range(count)]
         self.carried = dict.fromkeys((machine.address for machine in self.machines), 0)
         self._rng = random.Random(seed)
@@ -120,17 +121,21 @@ class FarNetwork:
         waiting: list[tuple[float, int, int, bytes]] = []
         count = 0
         while not self._closing.is_set():
-            timeout = min(0.1, max(0.0, waiting[0][0] - time.monotonic())) if waiting else 0.1
+            timeout = min(0.1, max(0.0, waiting[0][0] - time.monotonic())) if waiting and not self.stalled else 0.02
             for tun in select.select(list(by_address.values()), [], [], timeout)[0]:
                 packet = os.read(tun, 65536)
                 target = by_address.get(packet[16:20]) if packet[0] >> 4 == 4 else None
-                if target is None or self.cut or self._rng.random() < self.loss:
+                if target is None or self.cut or self._rng.random() < self.loss or not self._takes(packet, target):
                     continue
                 self.carried[socket.inet_ntoa(packet[12:16])] += len(packet)
                 count += 1
                 due = time.monotonic() + max(0.0, self.delay + self._rng.uniform(-self.jitter, self.jitter))
                 heapq.heappush(waiting, (due, count, target, packet))
-            while waiting and waiting[0][0] <= time.monotonic():
+            while waiting and waiting[0][0] <= time.monotonic() and not self.stalled:
                 _, _, target, packet = heapq.heappop(waiting)
                 if not self.cut:
                     os.write(target, packet)
+
+    def _takes(self, packet: bytes, target: int) -> bool:
+        """Whether the link carries this packet; for links with further faults."""
+        return True

@@ -7,7 +7,7 @@ offers the topics of the simulation guide, and what only a simulator knows. For 
     robot_camera      sensor_msgs/Image, 640x480 rgb8, 10 Hz, frame robot_camera: through wire and driver
     movement_command  std_msgs/Int32, taken: 0 stop, 1 forward, 2 backward: through safety gate, driver and wire
     body_state        std_msgs/Float32MultiArray, x y z [m] roll pitch yaw [rad], 10 Hz: the truth, not a measurement
-    truth             nav_msgs/Odometry, 20 Hz, in the frame world: the same with velocities
+    truth             nav_msgs/Odometry, 50 Hz, in the frame world: the same with velocities
     restart_simulation  std_srvs/Trigger: the whole world back to the start, in place; clients stay connected
     room_speech       std_msgs/String, taken: a person next to the robot says this (espeak-ng)
     <screen>/image_raw  sensor_msgs/Image: what the robot shows, such as Pepper's tablet

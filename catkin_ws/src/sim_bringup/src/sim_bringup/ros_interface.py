@@ -24,9 +24,9 @@ from telepresence.video.images import LatestImage
 CAMERA_SIZE = (640, 480)
 CAMERA_RATE = 10.0
 """Rate of robot_camera and of the overview [Hz]."""
-TRUTH_PERIOD = 0.05
-BODY_STATE_EVERY = 2
-"""body_state goes out with every second truth: 10 Hz."""
+TRUTH_PERIOD = 0.02
+BODY_STATE_EVERY = 5
+"""body_state goes out with every fifth truth: 10 Hz."""
 STANDING = 0.005
 """Slower than this [m/s] is standing."""
 STOP_PATIENCE = 1.0

@@ -1,0 +1,144 @@
+"""The table of faults: a row for each victim, fault and way of driving."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from report import percentile
+
+from .trial import Outcome
+
+REST = {"pepper": 0.6, "robotino": 0.5}
+"""Limits for rest [s]: Pepper's base brakes with 0.55 m/s², which takes longer than half a second from 0.35 m/s."""
+REST_LOADED = 0.7
+TOLD, BACK = 1.0, 3.0
+STALE = 0.001
+"""Less than a millimetre is no motion [m]."""
+EDGE = 0.005
+"""Figures are judged as they are printed, to a hundredth of a second."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One row: several of one fault."""
+
+    station: str
+    robot: str
+    by: str
+    victim: str
+    fault: str
+    outcomes: tuple[Outcome, ...]
+    load: bool = False
+
+    @property
+    def rests(self) -> list[float]:
+        """Of those that came to rest by the fault."""
+        return [o.rest for o in self.outcomes if o.rest is not None]
+
+    @property
+    def releases(self) -> list[float]:
+        return [math.inf if o.release is None else o.release for o in self.outcomes if o.goes_on]
+
+    @property
+    def backs(self) -> list[float]:
+        return [math.inf if o.back is None else o.back for o in self.outcomes if not o.goes_on]
+
+    @property
+    def tolds(self) -> list[float]:
+        return [math.inf if o.told is None else o.told for o in self.outcomes]
+
+    @property
+    def stale(self) -> float:
+        """The longest [m]."""
+        return max(o.stale for o in self.outcomes)
+
+    @property
+    def rest_limit(self) -> float:
+        return REST_LOADED if self.load else REST[self.robot]
+
+    @property
+    def broken(self) -> list[str]:
+        """The limits that this row breaks. A key in a terminal has no release that anybody could see: how long its
+        last repetition lasts is judged where the keyboard programs are."""
+        found = []
+        stopping = self.rests + ([] if self.by == "terminal" else self.releases)
+        if stopping and spread(stopping)[1] > self.rest_limit + EDGE:
+            found.append(f"rest > {self.rest_limit:g}")
+        if self.tolds and max(self.tolds) > TOLD + EDGE:
+            found.append(f"told > {TOLD:g}")
+        if self.backs and max(self.backs) > BACK + EDGE:
+            found.append(f"back > {BACK:g}")
+        if self.stale >= STALE:
+            found.append("stale > 0")
+        return found
+
+    def as_dict(self) -> dict:
+        return {
+            "station": self.station,
+            "robot": self.robot,
+            "by": self.by,
+            "victim": self.victim,
+            "fault": self.fault,
+            "load": self.load,
+            "times": len(self.outcomes),
+            "rest": spread(self.rests),
+            "release": spread(self.releases),
+            "told": spread(self.tolds),
+            "back": spread(self.backs),
+            "stale_mm": self.stale * 1e3,
+            "rest_limit": self.rest_limit,
+            "broken": self.broken,
+        }
+
+
+def rows(outcomes: Iterable[Outcome], load: bool = False) -> list[Figures]:
+    """Group outcomes into rows, in the order of their first one."""
+    groups: dict[tuple[str, ...], list[Outcome]] = {}
+    for o in outcomes:
+        groups.setdefault((o.station, o.robot, o.by, o.victim, o.fault), []).append(o)
+    return [Figures(*key, tuple(group), load) for key, group in groups.items()]
+
+
+def spread(values: Sequence[float]) -> tuple[float, float, float] | tuple[()]:
+    """p50, p95 and the largest; nothing of nothing. What never came is infinite, and stays so."""
+    if not values:
+        return ()
+    if len(values) == 1 or not all(map(math.isfinite, values)):
+        ordered = sorted(values)
+        late = ordered[min(len(ordered) - 1, math.ceil(0.95 * len(ordered)) - 1)]
+        return (statistics.median_low(ordered), late, ordered[-1])
+    return (percentile(values, 50), percentile(values, 95), max(values))
+
+
+def table(figures: Sequence[Figures]) -> str:
+    """Text for people, seconds and millimetres: p50 / p95 / largest."""
+    cells = [("robot", "by", "victim", "fault", "n", "rest", "release", "told", "back", "stale", "breaks")]
+    for row in figures:
+        gone = any(o.gone for o in row.outcomes)
+        rest = _cell(row.rests) or ("gone" if gone else "goes on")
+        cells.append(
+            (
+                row.robot, row.by, row.victim, row.fault, str(len(row.outcomes)), rest, _cell(row.releases),
+                _cell(row.tolds), _cell(row.backs), f"{row.stale * 1e3:.0f} mm", ", ".join(row.broken),
+            )
+        )  # fmt: skip
+    widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
+    lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
+    lines.insert(1, "-" * max(map(len, lines)))
+    return "\n".join(lines) + "\n"
+
+
+def summary(figures: Sequence[Figures]) -> str:
+    """One line: how many rows hold."""
+    holding = sum(not row.broken for row in figures)
+    faults = sum(len(row.outcomes) for row in figures)
+    stale = sum(o.stale >= STALE for row in figures for o in row.outcomes)
+    return f"{holding} of {len(figures)} rows hold; {faults} faults, {stale} with stale motion"
+
+
+def _cell(values: Sequence[float]) -> str:
+    parts = spread(values)[: 3 if len(values) > 1 else 1]
+    return " ".join("never" if math.isinf(part) else f"{part:.2f}" for part in parts)

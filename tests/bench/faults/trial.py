@@ -1,0 +1,205 @@
+"""One fault of one process: drive, kill or freeze it, watch until the robot rests and drives again, or goes on."""
+
+from __future__ import annotations
+
+import random
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+from telepresence.station import processes
+
+from .pilots import Pilot, TopicPilot
+from .station import Robot, Station
+from .trace import Sample, drive_time, path_length, rest_time
+from .victims import alive, frozen
+
+UNDER_WAY = 0.8
+"""Share of the speed that counts as driving."""
+START_TIMEOUT = 15.0
+GOES_ON = 2.0
+"""A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]."""
+REST_TIMEOUT = 4.0
+"""After the release [s]."""
+HELD = 2.5
+"""So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
+PRESS, PAUSE = 0.7, 0.3
+"""... for so long, again and again, with pauses [s]."""
+BACK_TIMEOUT = 12.0
+LISTEN = 1.5
+"""A key that is not held moves nothing for so long [s]."""
+FRESH = 0.2
+"""A trace without a sample for so long is broken [s]."""
+
+
+@dataclass
+class Outcome:
+    """What one fault did; None where there is nothing to say. Times are seconds after the fault."""
+
+    station: str
+    robot: str
+    by: str
+    victim: str
+    fault: str
+    rest: float | None = None
+    """None: it went on, or its simulation was gone."""
+    release: float | None = None
+    """Of a robot that went on: from letting go to rest."""
+    goes_on: bool = False
+    gone: bool = False
+    """The simulated robot itself was away: nobody could see it."""
+    told: float | None = None
+    where: str = ""
+    said: str = ""
+    back: float | None = None
+    """Drives again; 0 when it never stopped. For a fault of the link: after its end, or after the next press."""
+    stale: float = 0.0
+    """Driven with no key held, after it had come to rest [m]."""
+    note: str = ""
+
+    def as_dict(self) -> dict:
+        return asdict(self)
+
+
+class NotReady(Exception):
+    """The station does not drive: bring up another one."""
+
+
+@dataclass
+class Run:
+    """What a trial needs: a station, the robot that is driven, whoever drives it."""
+
+    station: Station
+    robot: Robot
+    pilot: Pilot
+    restarter: TopicPilot
+    random: random.Random
+
+    def trace(self, since: float) -> list[Sample]:
+        return self.station.truths[self.robot.name].since(since)
+
+    def newest(self) -> Sample | None:
+        return self.station.truths[self.robot.name].newest
+
+    def drives(self) -> bool:
+        sample = self.newest()
+        return sample is not None and sample.speed > UNDER_WAY * self.robot.speed
+
+
+def wait(condition: Callable[[], object], timeout: float) -> bool:
+    """Whether the condition has come true within `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def start_driving(run: Run) -> None:
+    """From the start of the world at full speed. Raises NotReady."""
+    run.pilot.release()
+    if not run.restarter.restart_world():
+        raise NotReady("the simulated world does not return to its start")
+    deadline = time.monotonic() + START_TIMEOUT
+    while True:
+        run.pilot.hold()
+        if wait(run.drives, 3.0):
+            break
+        run.pilot.release()
+        if time.monotonic() > deadline:
+            raise NotReady("the robot does not drive")
+        time.sleep(PAUSE)
+    time.sleep(0.4 + run.random.uniform(0.0, 0.3))  # at speed, and at any moment of every loop's period
+
+
+def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
+    """Kill or freeze a process while the robot drives, and say what came of it. Raises NotReady."""
+    outcome = Outcome(run.station.kind, run.robot.name, run.station.by, victim, fault)
+    start_driving(run)
+    began = time.monotonic()
+    processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
+    try:
+        _watch(run, outcome, began)
+    finally:
+        if fault == "freeze" and frozen(pid):
+            _wake(run, outcome, pid)
+    note_sentence(run, outcome, began)
+    return outcome
+
+
+def _watch(run: Run, outcome: Outcome, began: float) -> None:
+    def rest() -> float | None:
+        return rest_time(run.trace(began), began)
+
+    def unseen() -> bool:
+        return run.newest() is None
+
+    wait(lambda: rest() is not None or not run.station.running, GOES_ON)
+    outcome.rest = rest()
+    rested = began + (outcome.rest or 0.0)
+    if outcome.rest is None and (unseen() or not run.station.running):
+        outcome.gone = True
+        rested = time.monotonic()
+    elif outcome.rest is None:
+        outcome.goes_on, outcome.back = True, 0.0
+        outcome.release = _let_go(run)
+        outcome.stale = _stale(run)
+        return
+    outcome.back = _come_back(run, began, rested)
+    _let_go(run)
+    outcome.stale = _stale(run)
+
+
+def _come_back(run: Run, began: float, rested: float) -> float | None:
+    """Seconds from the fault until the robot drives by the key that is held, or by a new press."""
+
+    def back() -> float | None:
+        return drive_time(run.trace(rested), began, 0.5 * run.robot.speed)
+
+    if wait(lambda: back() is not None, max(0.0, began + HELD - time.monotonic())):
+        return back()
+    while time.monotonic() < began + BACK_TIMEOUT and run.station.running:
+        run.pilot.release()
+        time.sleep(PAUSE)
+        run.pilot.hold()
+        if wait(lambda: back() is not None, PRESS):
+            return back()
+    return back()
+
+
+def _let_go(run: Run) -> float | None:
+    """Release the key; seconds until the robot rests."""
+    released = time.monotonic()
+    run.pilot.release()
+    wait(lambda: rest_time(run.trace(released), released) is not None, REST_TIMEOUT)
+    return rest_time(run.trace(released), released)
+
+
+def _stale(run: Run) -> float:
+    """Metres driven from now on, with no key held."""
+    began = time.monotonic()
+    time.sleep(LISTEN)
+    return path_length(run.trace(began), began)
+
+
+def _wake(run: Run, outcome: Outcome, pid: int) -> None:
+    """A frozen program that nobody has ended goes on: what it still held must move nothing."""
+    run.pilot.release()
+    outcome.note = "stayed frozen"
+    wait(lambda: (sample := run.newest()) is None or not sample.moves, REST_TIMEOUT)
+    processes.send(pid, signal.SIGCONT)
+    if outcome.gone:
+        return  # for a simulated robot no time has passed: it only ends the motion that it was in
+    outcome.stale = max(outcome.stale, _stale(run))
+    if not alive(pid):
+        outcome.note += ", then died"
+
+
+def note_sentence(run: Run, outcome: Outcome, began: float) -> None:
+    """Add the first thing that the station said after the fault."""
+    for sentence in run.station.sayings.since(began):
+        outcome.told = sentence.time - began
+        outcome.where, outcome.said = sentence.where, sentence.text
+        return
