@@ -5,7 +5,7 @@
 
     robot -> pilot  {"type": "welcome"}                      the session is open
     pilot -> robot  {"type": "drive", "echo": T, "after": A, "velocity": [vx, vy, wz] or null, "careful": bool,
-                     "goal": {"id": K, "pose": [x, y, theta]} or null}    20 times a second
+                     "goal": {"id": K, "pose": [x, y, theta]} or null, "hard": bool}    20 times a second
     robot -> pilot  {"type": "report", "stamp": T, "seq": N, ...}        what was let through, and why; as often
     pilot -> robot  {"type": "ask", "id": K, "what": "stop" | "reset stop" | "reset bumper" | "leave"}
     robot -> pilot  {"type": "done", "id": K, "ok": bool, "text": "..."}
@@ -17,6 +17,7 @@ T, and a command says which report was the last one received and how long after 
 negative if before). So at the robot's time t its age is at most t - T - A, the network's delays both ways included. A
 pilot who does not receive the robot's reports cannot drive it, and neither can somebody who does not see its answers.
 
+`hard` goes with no velocity and no goal: what gave them has failed, so brake as for a pilot who fell silent, at once.
 A goal is a pose relative to the robot when it first arrives [m, m, rad]. It ends when it is no longer repeated, and a
 velocity beats it. A robot that has no way of its own to a goal ignores it.
 """
@@ -73,7 +74,7 @@ class GoalState(namedtuple("GoalState", "number state")):
     __slots__ = ()
 
 
-class Drive(namedtuple("Drive", "echo after velocity careful goal")):
+class Drive(namedtuple("Drive", "echo after velocity careful goal hard")):
     """A velocity of base_link [m/s, m/s, rad/s], None for no command, or a goal, None for none; see above."""
 
     __slots__ = ()
@@ -153,6 +154,7 @@ def parse_for_robot(body):
             None if velocity is None else _three(fields, "velocity"),
             _flag(fields, "careful"),
             _goal(fields),
+            _flag(fields, "hard"),
         )
     if fields["type"] == "ask":
         what = _text(fields, "what")

@@ -114,7 +114,7 @@ class Pilots(object):
         careful: The driving pilot wants the body to swing.
         problem: Why the newest datagrams were no commands; empty when there is nothing to say.
         refused: Datagrams that could not be used, and `refusal`: the newest one's reason.
-        cut: The driver fell silent without a word, as a cut network does; not: let go of the controls.
+        cut: The driver fell silent without a word, as a cut network does, or failed; not: let go of the controls.
     """
 
     def __init__(self, key=None):
@@ -300,7 +300,7 @@ class Pilots(object):
         # type: (Session, Drive, float) -> None
         if drive.velocity is None and drive.goal is None:
             if session is self._driver:
-                self._end(True)
+                self._end(not drive.hard)
             return
         self._expire(now)
         if self._driver not in (None, session):
