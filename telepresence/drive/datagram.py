@@ -2,8 +2,8 @@
 `telepresence.drive.session`, over UDP. No ROS, no socket.
 
     robot -> pilot  {"type": "welcome"}                      the session is open
-    pilot -> robot  {"type": "drive", "echo": T, "after": A, "velocity": [vx, vy, wz] or null, "careful": bool}
-                                                             20 times a second
+    pilot -> robot  {"type": "drive", "echo": T, "after": A, "velocity": [vx, vy, wz] or null, "careful": bool,
+                     "goal": {"id": K, "pose": [x, y, theta]} or null}    20 times a second
     robot -> pilot  {"type": "report", "stamp": T, "seq": N, ...}        what was let through, and why; as often
     pilot -> robot  {"type": "ask", "id": K, "what": "stop" | "reset stop" | "reset bumper" | "leave"}
     robot -> pilot  {"type": "done", "id": K, "ok": bool, "text": "..."}
@@ -14,6 +14,9 @@ session's number says which command is newer. Its age is known without a common 
 T, and a command says which report was the last one received and how long after it the pilot gave the command (A [s];
 negative if before). So at the robot's time t its age is at most t - T - A, the network's delays both ways included. A
 pilot who does not receive the robot's reports cannot drive it, and neither can somebody who does not see its answers.
+
+A goal is a pose relative to the robot when it first arrives [m, m, rad]. It ends when it is no longer repeated, and a
+velocity beats it. A robot that has no way of its own to a goal ignores it.
 """
 
 from __future__ import annotations
@@ -38,8 +41,25 @@ MAX_TEXT = 300
 """Bytes of a sentence; more would not fit one datagram."""
 
 
+DRIVING, REACHED, ENDED = GOAL_STATES = ("driving", "reached", "ended")
+
+
 class BadMessage(ValueError):
     """A datagram that is none of ours, or holds what cannot be used; the text says what."""
+
+
+class Goal(NamedTuple):
+    """A pose relative to the robot when it first arrived [m, m, rad]; `number` is the pilot's."""
+
+    number: int
+    pose: tuple[float, float, float]
+
+
+class GoalState(NamedTuple):
+    """What became of goal `number`: one of `GOAL_STATES`."""
+
+    number: int
+    state: str
 
 
 class Drive(NamedTuple):
@@ -49,6 +69,7 @@ class Drive(NamedTuple):
     after: float
     velocity: tuple[float, float, float] | None
     careful: bool
+    goal: Goal | None = None
 
 
 class Ask(NamedTuple):
@@ -62,7 +83,7 @@ class Report(NamedTuple):
     """What the drive server lets through: `telepresence.safety.Decision` on the wire.
 
     `gap` [m] and `command_age` [s] may be infinite; `sector` is -1 for none; `given` is what was sent to the base
-    [m/s, m/s, rad/s]; `stamp` is the robot's clock [s].
+    [m/s, m/s, rad/s]; `stamp` is the robot's clock [s]. `allowed` is empty where no sensor gate runs at that end.
     """
 
     stamp: float
@@ -75,6 +96,7 @@ class Report(NamedTuple):
     sector: int
     command_age: float
     scanning: bool
+    goal: GoalState | None = None
 
 
 def encode(**fields: Any) -> bytes:
@@ -91,6 +113,7 @@ def encode_report(report: Report) -> bytes:
     fields["given"] = [round(part, 4) for part in report.given]
     for name in ("gap", "command_age"):
         fields[name] = round(fields[name], 3) if math.isfinite(fields[name]) else None
+    fields["goal"] = report.goal and {"id": report.goal.number, "state": report.goal.state}
     return encode(type="report", **fields)
 
 
@@ -126,6 +149,7 @@ def parse_for_robot(body: bytes) -> Drive | Ask:
                 _number(fields, "after"),
                 None if velocity is None else _velocity(fields, "velocity"),
                 _flag(fields, "careful"),
+                _goal(fields),
             )
         case "ask":
             what = _text(fields, "what")
@@ -147,11 +171,12 @@ def parse_report(fields: dict[str, Any]) -> Report:
         printable(_text(fields, "state")),
         printable(_text(fields, "reason")),
         _velocity(fields, "given"),
-        tuple(speed / 100.0 for speed in _numbers(fields, "allowed", SECTORS)),
+        tuple(speed / 100.0 for speed in _numbers(fields, "allowed", SECTORS)) if fields.get("allowed") != [] else (),
         math.inf if fields.get("gap") is None else _number(fields, "gap"),
         _sector(fields),
         math.inf if fields.get("command_age") is None else _number(fields, "command_age"),
         _flag(fields, "scanning"),
+        _goal_state(fields),
     )
 
 
@@ -216,8 +241,34 @@ def _numbers(fields: dict[str, Any], name: str, count: int) -> tuple[float, ...]
     return tuple(_finite(value, name) for value in values)
 
 
+def _three(fields: dict[str, Any], name: str) -> tuple[float, float, float]:
+    first, second, third = _numbers(fields, name, 3)
+    return first, second, third
+
+
 def _velocity(fields: dict[str, Any], name: str) -> Velocity:
-    return Velocity(*_numbers(fields, name, 3))
+    return Velocity(*_three(fields, name))
+
+
+def _goal(fields: dict[str, Any]) -> Goal | None:
+    goal = _part(fields, "goal")
+    return None if goal is None else Goal(_whole(goal, "id"), _three(goal, "pose"))
+
+
+def _goal_state(fields: dict[str, Any]) -> GoalState | None:
+    goal = _part(fields, "goal")
+    if goal is None:
+        return None
+    if goal.get("state") not in GOAL_STATES:
+        raise BadMessage("the goal has no state that is known")
+    return GoalState(_whole(goal, "id"), goal["state"])
+
+
+def _part(fields: dict[str, Any], name: str) -> dict[str, Any] | None:
+    part = fields.get(name)
+    if part is not None and not isinstance(part, dict):
+        raise BadMessage(f"{name} is not an object")
+    return part
 
 
 def _text(fields: dict[str, Any], name: str) -> str:

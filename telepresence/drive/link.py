@@ -4,7 +4,8 @@ It needs the robot's key, `./stack pair ROBOT`; only a robot on this machine's l
 What is not signed with the key is not believed.
 
 A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and receives what
-the robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there.
+the robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there. A goal is
+repeated until it is reached or ended; it ends, too, when the robot was not heard to drive to it for half a second.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import getpass
 import math
+import secrets
 import select
 import socket
 import threading
@@ -20,9 +22,12 @@ from typing import NamedTuple
 
 from telepresence.drive.datagram import (
     DEFAULT_PORT,
+    DRIVING,
+    ENDED,
     MAX_DATAGRAM,
     PERIOD,
     BadMessage,
+    Goal,
     Report,
     decode,
     encode,
@@ -42,6 +47,12 @@ REOPEN_PERIOD = 2.0
 """Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0
 """Seconds; until then a request without an answer is repeated with every command."""
+
+
+GOAL_TIMEOUT = 0.5
+"""Seconds within which the robot must say that it drives to a goal; older ones are not begun."""
+ASKED = "asked"
+"""State of a goal of which the robot has not said anything yet."""
 
 
 class Done(NamedTuple):
@@ -75,6 +86,10 @@ class DriveLink:
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
         self._careful = False
+        self._goal: Goal | None = None
+        self._goal_state = ENDED
+        self._goal_seen = -math.inf  # when it was given, or the robot said last that it drives there
+        self._goal_number = secrets.randbelow(1 << 48)  # another pilot's goals have other numbers
         self._requests: dict[int, str] = {}
         self._answers: dict[int, Done] = {}
         self._answered = threading.Condition(self._lock)
@@ -119,6 +134,41 @@ class DriveLink:
         """Take that the pilot commands nothing any more."""
         with self._lock:
             self._velocity = None
+
+    def go_to(self, x: float, y: float, theta: float) -> int:
+        """Have the robot drive to a pose relative to where it is now [m, m, rad]; the goal's number, as in reports.
+
+        A velocity that is given by `drive` ends it, and so do `end_goal`, another goal, and an outage.
+
+        Raises:
+            ValueError: A value is not finite.
+        """
+        if not all(map(math.isfinite, (x, y, theta))):
+            raise ValueError(f"a goal must be finite numbers, got ({x}, {y}, {theta})")
+        with self._lock:
+            self._goal_number += 1
+            self._goal = Goal(self._goal_number, (x, y, theta))
+            self._goal_state, self._goal_seen = ASKED, time.monotonic()
+        with contextlib.suppress(OSError):
+            self._waker.send(b"x")
+        return self._goal_number
+
+    def end_goal(self) -> None:
+        """Have the robot stop driving to the goal."""
+        with self._lock:
+            self._goal_state = ENDED if self._goal_state in (ASKED, DRIVING) else self._goal_state
+        with contextlib.suppress(OSError):
+            self._waker.send(b"x")
+
+    def goal_state(self) -> str:
+        """What became of the newest goal: `ASKED`, or one of `datagram.GOAL_STATES`; ended before the first."""
+        with self._lock:
+            return self._judged_goal(time.monotonic())
+
+    def _judged_goal(self, now: float) -> str:
+        if self._goal_state in (ASKED, DRIVING) and now - self._goal_seen > GOAL_TIMEOUT:
+            self._goal_state = ENDED
+        return self._goal_state
 
     def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
         """Have the robot do one of `datagram.REQUESTS`; waits for the answer, asking again until it comes."""
@@ -175,7 +225,7 @@ class DriveLink:
                 due = 0.0  # something new must not wait for its turn
             if self._socket in ready:
                 self._receive()
-        self._velocity = None
+        self._velocity, self._goal_state = None, ENDED
         self._send_drive(time.monotonic())
         self._send_body(encode(type="ask", id=0, what="leave"))
         if self._socket is not None:
@@ -244,7 +294,13 @@ class DriveLink:
             fresh = now - self._given_at <= COMMAND_TIMEOUT
             velocity = self._velocity if fresh else None
             echo, heard_at = self._echo, self._heard_at
-            after, careful = self._given_at - heard_at, self._careful
+            state = self._judged_goal(now)
+            if velocity is not None and state in (ASKED, DRIVING):
+                state = self._goal_state = ENDED
+            goal = self._goal if state in (ASKED, DRIVING) else None
+            # A goal that is not known to be begun is as old as its giving; one that is, was wanted just now.
+            given_at = self._given_at if goal is None else self._goal_seen if state == ASKED else now
+            after, careful = given_at - heard_at, self._careful
         if echo is None:
             return
         self._send_body(
@@ -254,6 +310,7 @@ class DriveLink:
                 after=after if math.isfinite(after) else 0.0,
                 velocity=velocity,
                 careful=careful,
+                goal=goal and {"id": goal.number, "pose": goal.pose},
             )
         )
 
@@ -305,7 +362,8 @@ class DriveLink:
             if session is not self._session:
                 self._session, self._handshake, self._obstacle = session, None, ""
                 with self._lock:
-                    self._echo = None
+                    # To a robot that knows nothing of it the goal would be another one: relative to where it is now.
+                    self._echo, self._goal_state = None, ENDED if self._goal_state == DRIVING else self._goal_state
             self._handle(decode(body))
             return
         try:
@@ -329,7 +387,14 @@ class DriveLink:
                 with self._lock:
                     self._report, self._heard_at, self._hint = report, time.monotonic(), ""
                     self._echo = report.stamp
+                    if report.goal and self._goal and report.goal.number == self._goal.number:
+                        self._take_goal_state(report.goal.state)
                 self._fresh.set()
+
+    def _take_goal_state(self, state: str) -> None:
+        if self._goal_state in (ASKED, DRIVING):
+            self._goal_state = state
+            self._goal_seen = time.monotonic()
 
 
 def default_name() -> str:

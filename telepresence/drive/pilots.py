@@ -7,6 +7,9 @@ nothing from the robot lately.
 
 A stop is reset by who pressed it, in this session or a later one, or by a pilot of a higher rank. Names and ranks are
 what pilots say about themselves: among those who have the key they prevent mistakes, not malice.
+
+A goal is a command like any other: of the same pilot, as young, ended by the same silence. What has ended stays ended,
+however often it is repeated.
 """
 
 from __future__ import annotations
@@ -16,7 +19,18 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from telepresence.drive import session as drive_session
-from telepresence.drive.datagram import Ask, BadMessage, Drive, encode, parse_for_robot, short
+from telepresence.drive.datagram import (
+    DRIVING,
+    ENDED,
+    Ask,
+    BadMessage,
+    Drive,
+    Goal,
+    GoalState,
+    encode,
+    parse_for_robot,
+    short,
+)
 from telepresence.drive.session import Address, Opened, RobotHandshake
 from telepresence.safety import Command
 from telepresence.security.robot_key import RobotKey
@@ -96,6 +110,9 @@ class Pilots:
         self._driver: Session | None = None
         self._driven = -math.inf  # when the driver's last velocity arrived
         self._command: Command | None = None
+        self._goal: Goal | None = None
+        self._goal_of: Session | None = None
+        self._goal_state = ENDED
         self._let_go = True
         self._stopper: Session | None = None
 
@@ -124,7 +141,7 @@ class Pilots:
         except BadMessage as error:
             self._refuse(str(error), address)
             if session is self._driver:  # its last command must not go on
-                self._command, self._let_go, self.problem = None, True, f"A command was refused: {error}."
+                self._end(True, f"A command was refused: {error}.")
             return [session.send(encode(type="refused", text=short(f"refused: {error}")))]
         if isinstance(message, Ask):
             return self._answer(session, message)
@@ -136,9 +153,24 @@ class Pilots:
         self._expire(now)
         return self._command
 
+    def goal(self, now: float) -> Goal | None:
+        """The goal to which to drive now; None if there is none."""
+        self._expire(now)
+        return self._goal if self._goal_state == DRIVING else None
+
+    def goal_state(self, session: Session) -> GoalState | None:
+        """What became of the newest goal; None unless it was this pilot's."""
+        return GoalState(self._goal.number, self._goal_state) if self._goal and session is self._goal_of else None
+
+    def end_goal(self, state: str = ENDED) -> None:
+        """The goal to which the robot drove counts no more; another one does."""
+        if self._goal_state == DRIVING:
+            self._goal_state = state
+
     def deadline(self) -> float:
-        """When the present command ends unless another follows [s]; infinity without one."""
-        return self._driven + SILENCE if self._command is not None else math.inf
+        """When the present command or goal ends unless another follows [s]; infinity without one."""
+        active = self._command is not None or self._goal_state == DRIVING
+        return self._driven + SILENCE if active else math.inf
 
     @property
     def driver(self) -> Session | None:
@@ -161,7 +193,13 @@ class Pilots:
         """This pilot leaves, and says so itself."""
         self._sessions.pop(session.opened.session.id, None)
         if session is self._driver:
-            self._driver, self._command, self._let_go = None, None, True
+            self._end(True)
+            self._driver = None
+
+    def _end(self, let_go: bool, problem: str = "") -> None:
+        """No command and no goal counts from now on."""
+        self._command, self._let_go, self.problem = None, let_go, problem
+        self.end_goal()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -222,9 +260,9 @@ class Pilots:
         return ""
 
     def _receive(self, session: Session, drive: Drive, now: float) -> None:
-        if drive.velocity is None:
+        if drive.velocity is None and drive.goal is None:
             if session is self._driver:
-                self._command, self._let_go, self.problem = None, True, ""
+                self._end(True)
             return
         self._expire(now)
         if self._driver not in (None, session):
@@ -233,11 +271,21 @@ class Pilots:
         problem = self._problem(session, drive, age, now)
         if problem:
             self._refuse(problem, session.address)
-            self._command, self.problem = None, problem
+            self._end(self._let_go, problem)
             return
         self._driver, self._driven, self._let_go = session, now, False
-        self._command = Command(*drive.velocity, now - max(0.0, age))
         self.careful, self.problem = drive.careful, ""
+        if drive.velocity is not None:
+            self._command = Command(*drive.velocity, now - max(0.0, age))
+            self.end_goal()
+        elif drive.goal is not None:
+            self._command = None
+            self._take_goal(session, drive.goal)
+
+    def _take_goal(self, session: Session, goal: Goal) -> None:
+        same = self._goal is not None and session is self._goal_of and goal.number == self._goal.number
+        if not same:
+            self._goal, self._goal_of, self._goal_state = goal, session, DRIVING
 
     def _problem(self, session: Session, drive: Drive, age: float, now: float) -> str:
         """Why a command cannot be obeyed; empty if it can."""
@@ -250,8 +298,8 @@ class Pilots:
         return f"Commands arrive {age:.1f} s late." if age > OLDEST else ""
 
     def _expire(self, now: float) -> None:
-        if self._command is not None and now - self._driven >= SILENCE:
-            self._command, self.problem = None, f"Nothing was heard from the pilot for {SILENCE:g} s."
+        if now >= self.deadline():
+            self._end(self._let_go, f"Nothing was heard from the pilot for {SILENCE:g} s.")
         if self._driver is not None and now - self._driven > OWNERSHIP:
             self._driver = None
         for session in self.sessions:

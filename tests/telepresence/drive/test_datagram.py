@@ -11,7 +11,17 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from telepresence.drive import datagram
-from telepresence.drive.datagram import BadMessage, Drive, Report, decode, encode, parse_for_robot, parse_report
+from telepresence.drive.datagram import (
+    BadMessage,
+    Drive,
+    Goal,
+    GoalState,
+    Report,
+    decode,
+    encode,
+    parse_for_robot,
+    parse_report,
+)
 from telepresence.drive.session import MAX_BODY
 
 DRIVE = {"type": "drive", "echo": 10.5, "after": 0.1, "velocity": [0.1, 0, -0.2]}
@@ -20,11 +30,13 @@ DRIVE = {"type": "drive", "echo": 10.5, "after": 0.1, "velocity": [0.1, 0, -0.2]
 def test_messages_survive_the_wire():
     assert parse_for_robot(encode(**DRIVE, careful=True)) == Drive(10.5, 0.1, (0.1, 0.0, -0.2), True)
     assert parse_for_robot(encode(**{**DRIVE, "velocity": None})).velocity is None
+    goal = {"id": 7, "pose": [1, -0.5, 3.1]}
+    assert parse_for_robot(encode(**DRIVE, goal=goal)).goal == Goal(7, (1.0, -0.5, 3.1))
 
 
 REPORT = Report(
     1234567.123456789, 2**40, "sensor stale", "x" * 300, (-0.1999, -0.1999, -1.9999), (10.19,) * 72,
-    math.inf, -1, math.inf, True,
+    math.inf, -1, math.inf, True, GoalState(2**52, "driving"),
 )  # fmt: skip
 
 
@@ -32,6 +44,8 @@ def test_a_report_fits_one_datagram_and_survives():
     body = datagram.encode_report(REPORT)
     assert len(body) <= MAX_BODY
     assert parse_report(decode(body)) == REPORT
+    ungated = REPORT._replace(allowed=(), goal=None)
+    assert parse_report(decode(datagram.encode_report(ungated))) == ungated
 
 
 @pytest.mark.parametrize("letter", ['"', "\\", "ü", "\U0001f916", "\0", "\ud800"])
@@ -43,7 +57,15 @@ def test_whatever_letters_its_reason_has_a_report_fits(letter):
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("allowed", [0.1] * 71), ("allowed", []), ("sector", 72), ("sector", 70000), ("stamp", "now"), ("given", [1])],
+    [
+        ("allowed", [0.1] * 71),
+        ("allowed", None),
+        ("goal", {"id": 1, "state": "lost"}),
+        ("sector", 72),
+        ("sector", 70000),
+        ("stamp", "now"),
+        ("given", [1]),
+    ],
 )
 def test_a_report_that_no_message_could_hold_is_refused(field, value):
     with pytest.raises(BadMessage):
@@ -90,6 +112,9 @@ def test_what_is_no_message_is_refused(datagram):
         ("echo", "null"),
         ("after", '"soon"'),
         ("careful", "1"),
+        ("goal", "1"),
+        ("goal", '{"id": 1}'),
+        ("goal", '{"id": 1, "pose": [0, NaN, 0]}'),
     ],
 )
 def test_a_command_with_a_bad_value_is_refused(field, text):

@@ -45,6 +45,12 @@ class Pilot:
         after = now - self.echo if after is None else after
         return self.wire.seal(encode(type="drive", echo=self.echo, after=after, velocity=velocity))
 
+    def go(self, now: float, number=1, *, velocity=None, after: float | None = None) -> None:
+        self.receive(now - 0.01)
+        goal = {"id": number, "pose": (1.0, 0.0, 0.5)}
+        fields = {"echo": self.echo, "after": 0.01 if after is None else after, "velocity": velocity, "goal": goal}
+        self.pilots.receive(self.wire.seal(encode(type="drive", **fields)), self.address, now)
+
     def drive(self, now: float, velocity=SLOW, *, after: float | None = None, receive=True):
         """A command given at `now` that arrives at once, unless `after` says otherwise."""
         return self.pilots.receive(self.command(now, velocity, after=after, receive=receive), self.address, now)
@@ -88,6 +94,38 @@ def test_silence_ends_a_command_as_a_cut_does(pilots, pilot):
     assert pilots.command(101.0 + SILENCE + 0.001) is None
     assert pilots.cut
     assert "Nothing was heard" in pilots.problem
+
+
+def test_a_goal_lasts_while_it_is_repeated_and_never_comes_back(pilots, pilot):
+    pilot.go(101.0)
+    pilot.go(101.15)
+    assert pilots.goal(101.3) == (1, (1.0, 0.0, 0.5))
+    assert pilots.goal(101.15 + SILENCE + 0.001) is None
+    pilot.go(101.5)
+    assert pilots.goal(101.5) is None, "its pose was relative to another place"
+    assert pilots.goal_state(pilot.session) == (1, "ended")
+    pilot.go(101.55, 2)
+    assert pilots.goal(101.55).number == 2
+    pilots.end_goal("reached")
+    assert pilots.goal_state(pilot.session) == (2, "reached")
+    assert pilots.deadline() == float("inf")
+
+
+def test_a_velocity_or_nothing_ends_a_goal(pilots, pilot):
+    pilot.go(101.0)
+    pilot.go(101.05, velocity=SLOW)
+    assert pilots.goal(101.05) is None
+    assert pilots.command(101.05).vx == SLOW[0]
+    pilot.go(101.1, 2)
+    assert pilots.command(101.1) is None
+    pilot.drive(101.15, None)
+    assert pilots.goal(101.16) is None
+
+
+def test_a_goal_that_was_held_up_is_refused(pilots, pilot):
+    pilot.go(101.0, after=-0.6)
+    assert pilots.goal(101.0) is None
+    assert "0.6 s late" in pilots.problem
 
 
 def test_letting_go_is_no_cut(pilots, pilot):
