@@ -85,7 +85,7 @@ class DriveLink:
         self._lock = threading.Lock()  # protects what the pilot gives and asks
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
-        self._careful = False
+        self._careful = self._hard = False
         self._goal: Goal | None = None
         self._goal_state = ENDED
         self._goal_seen = -math.inf  # when it was given, or the robot said last that it drives there
@@ -130,10 +130,18 @@ class DriveLink:
         if not finite:
             raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
 
-    def release(self) -> None:
-        """Take that the pilot commands nothing any more."""
+    def release(self, hard: bool = False) -> None:
+        """Take that the pilot commands nothing any more.
+
+        Args:
+            hard: Because something failed: the robot is to stop as fast as for a pilot who fell silent.
+        """
         with self._lock:
-            self._velocity = None
+            changed = self._velocity is not None
+            self._velocity, self._hard = None, hard
+        if changed:
+            with contextlib.suppress(OSError):
+                self._waker.send(b"x")
 
     def go_to(self, x: float, y: float, theta: float) -> int:
         """Have the robot drive to a pose relative to where it is now [m, m, rad]; the goal's number, as in reports.
@@ -300,7 +308,7 @@ class DriveLink:
             goal = self._goal if state in (ASKED, DRIVING) else None
             # A goal that is not known to be begun is as old as its giving; one that is, was wanted just now.
             given_at = self._given_at if goal is None else self._goal_seen if state == ASKED else now
-            after, careful = given_at - heard_at, self._careful
+            after, careful, hard = given_at - heard_at, self._careful, self._hard
         if echo is None:
             return
         self._send_body(
@@ -311,6 +319,7 @@ class DriveLink:
                 velocity=velocity,
                 careful=careful,
                 goal=goal and {"id": goal.number, "pose": goal.pose},
+                hard=hard and velocity is None and goal is None,
             )
         )
 

@@ -1,3 +1,5 @@
+# Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
+# ruff: noqa: UP004, UP031
 """Who may drive now, and which of their commands still counts. No clock, no socket: time and address are arguments.
 
 Whoever has the robot's key is a pilot (`telepresence.drive.session`); for others nothing is kept and nothing is done.
@@ -12,28 +14,29 @@ A goal is a command like any other: of the same pilot, as young, ended by the sa
 however often it is repeated.
 """
 
-from __future__ import annotations
-
-import math
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections import OrderedDict, namedtuple
 
 from telepresence.drive import session as drive_session
 from telepresence.drive.datagram import (
     DRIVING,
     ENDED,
+    INFINITY,
     Ask,
     BadMessage,
-    Drive,
-    Goal,
     GoalState,
     encode,
     parse_for_robot,
     short,
 )
-from telepresence.drive.session import Address, Opened, RobotHandshake
-from telepresence.safety import Command
-from telepresence.security.robot_key import RobotKey
+from telepresence.drive.session import RobotHandshake
+
+MYPY = False
+if MYPY:
+    from typing import Dict, List, Optional, Tuple, Union  # noqa: F401, UP035
+
+    from telepresence.drive.datagram import Drive, Goal  # noqa: F401
+    from telepresence.drive.session import Address, Opened  # noqa: F401
+    from telepresence.security.shared_key import SharedKey  # noqa: F401
 
 SILENCE = 0.2
 """Seconds after the last datagram with a velocity until the robot counts as left alone: four were lost."""
@@ -50,46 +53,59 @@ MAX_SESSIONS = 8
 WELCOME = encode(type="welcome")
 
 
-class Outgoing(NamedTuple):
-    datagram: bytes
-    address: Address
+class Command(namedtuple("Command", "vx vy wz stamp")):
+    """The velocity that a pilot requests, in base_link [m/s, m/s, rad/s]; `stamp`: when it was given, robot's clock."""
+
+    __slots__ = ()
 
 
-class Request(NamedTuple):
+class Outgoing(namedtuple("Outgoing", "datagram address")):
+    """A datagram to be sent."""
+
+    __slots__ = ()
+
+
+class Request(namedtuple("Request", "what number session")):
     """What a pilot asks for, to be done by the server."""
 
-    what: str
-    number: int
-    session: Session
+    __slots__ = ()
 
 
-@dataclass(eq=False)
-class Session:
-    """One pilot. Times [s] on the server's clock."""
+class Session(object):
+    """One pilot. Times [s] on the server's clock.
 
-    opened: Opened
-    address: Address
-    heard: float
-    reports: dict[float, None] = field(default_factory=dict)
-    done: tuple[int, bytes] | None = None
-    """The last request that was answered, and the answer's body: both may be lost."""
+    Attributes:
+        reports: Stamps of the reports that it was sent lately, oldest first.
+        done: The last request that was answered, and the answer's body: both may be lost.
+    """
+
+    def __init__(self, opened, address, heard):
+        # type: (Opened, Address, float) -> None
+        self.opened, self.address, self.heard = opened, address, heard
+        self.reports = OrderedDict()  # type: OrderedDict[float, None]
+        self.done = None  # type: Optional[Tuple[int, bytes]]
 
     @property
-    def name(self) -> str:
-        return self.opened.name
+    def name(self):
+        # type: () -> str
+        name = self.opened.name  # type: str
+        return name
 
-    def __str__(self) -> str:
-        return f"{self.name} at {self.address[0]}"
+    def __str__(self):
+        # type: () -> str
+        return "%s at %s" % (self.name, self.address[0])
 
-    def send(self, body: bytes) -> Outgoing:
+    def send(self, body):
+        # type: (bytes) -> Outgoing
         return Outgoing(self.opened.session.seal(body), self.address)
 
-    def may_undo(self, other: Session) -> bool:
+    def may_undo(self, other):
+        # type: (Session) -> bool
         """Whether this pilot may undo what another one did."""
-        return self.name == other.name or self.opened.rank > other.opened.rank
+        return bool(self.name == other.name or self.opened.rank > other.opened.rank)
 
 
-class Pilots:
+class Pilots(object):
     """The sessions of a drive server.
 
     Args:
@@ -98,33 +114,37 @@ class Pilots:
         careful: The driving pilot wants the body to swing.
         problem: Why the newest datagrams were no commands; empty when there is nothing to say.
         refused: Datagrams that could not be used, and `refusal`: the newest one's reason.
-        cut: The driver fell silent without a word, as a cut network does; not: let go of the controls.
+        cut: The driver fell silent without a word, as a cut network does, or failed; not: let go of the controls.
     """
 
-    def __init__(self, key: RobotKey | None = None) -> None:
+    def __init__(self, key=None):
+        # type: (Optional[SharedKey]) -> None
         self.careful = False
         self.problem = ""
         self.refused, self.refusal = 0, ""
         self._handshake = RobotHandshake(key)
-        self._sessions: dict[bytes, Session] = {}
-        self._driver: Session | None = None
-        self._driven = -math.inf  # when the driver's last velocity arrived
-        self._command: Command | None = None
-        self._goal: Goal | None = None
-        self._goal_of: Session | None = None
+        self._sessions = {}  # type: Dict[bytes, Session]
+        self._driver = None  # type: Optional[Session]
+        self._driven = -INFINITY  # when the driver's last velocity arrived
+        self._command = None  # type: Optional[Command]
+        self._goal = None  # type: Optional[Goal]
+        self._goal_of = None  # type: Optional[Session]
         self._goal_state = ENDED
         self._let_go = True
-        self._stopper: Session | None = None
+        self._stopper = None  # type: Optional[Session]
 
     @property
-    def sessions(self) -> tuple[Session, ...]:
+    def sessions(self):
+        # type: () -> Tuple[Session, ...]
         return tuple(self._sessions.values())
 
     @property
-    def cut(self) -> bool:
+    def cut(self):
+        # type: () -> bool
         return not self._let_go
 
-    def receive(self, datagram: bytes, address: Address, now: float) -> list[Outgoing | Request]:
+    def receive(self, datagram, address, now):
+        # type: (bytes, Address, float) -> List[Union[Outgoing, Request]]
         """Take a datagram that came from `address` at `now`; what is to be sent or done for it.
 
         What proves nothing changes nothing here, and its answer, if any, is shorter.
@@ -141,69 +161,81 @@ class Pilots:
         except BadMessage as error:
             self._refuse(str(error), address)
             if session is self._driver:  # its last command must not go on
-                self._end(True, f"A command was refused: {error}.")
-            return [session.send(encode(type="refused", text=short(f"refused: {error}")))]
+                self._end(True, "A command was refused: %s." % error)
+            return [session.send(encode(type="refused", text=short("refused: %s" % error)))]
         if isinstance(message, Ask):
             return self._answer(session, message)
         self._receive(session, message, now)
         return []
 
-    def command(self, now: float) -> Command | None:
+    def command(self, now):
+        # type: (float) -> Optional[Command]
         """The command that counts now; None if there is none."""
         self._expire(now)
         return self._command
 
-    def goal(self, now: float) -> Goal | None:
+    def goal(self, now):
+        # type: (float) -> Optional[Goal]
         """The goal to which to drive now; None if there is none."""
         self._expire(now)
         return self._goal if self._goal_state == DRIVING else None
 
-    def goal_state(self, session: Session) -> GoalState | None:
+    def goal_state(self, session):
+        # type: (Session) -> Optional[GoalState]
         """What became of the newest goal; None unless it was this pilot's."""
         return GoalState(self._goal.number, self._goal_state) if self._goal and session is self._goal_of else None
 
-    def end_goal(self, state: str = ENDED) -> None:
+    def end_goal(self, state=ENDED):
+        # type: (str) -> None
         """The goal to which the robot drove counts no more; another one does."""
         if self._goal_state == DRIVING:
             self._goal_state = state
 
-    def deadline(self) -> float:
+    def deadline(self):
+        # type: () -> float
         """When the present command or goal ends unless another follows [s]; infinity without one."""
         active = self._command is not None or self._goal_state == DRIVING
-        return self._driven + SILENCE if active else math.inf
+        return self._driven + SILENCE if active else INFINITY
 
     @property
-    def driver(self) -> Session | None:
+    def driver(self):
+        # type: () -> Optional[Session]
         """The pilot who has the robot now."""
         return self._driver
 
-    def reported(self, session: Session, stamp: float) -> None:
+    def reported(self, session, stamp):
+        # type: (Session, float) -> None
         """A report with this stamp was sent to a pilot."""
         session.reports[stamp] = None
         while len(session.reports) > DEAF / 0.02:
-            del session.reports[next(iter(session.reports))]
+            session.reports.popitem(last=False)
 
-    def answered(self, request: Request, ok: bool, text: str) -> Outgoing:
+    def answered(self, request, ok, text):
+        # type: (Request, bool, str) -> Outgoing
         """The answer to a request that was done; it is sent again if the pilot asks again."""
         body = encode(type="done", id=request.number, ok=ok, text=short(text))
-        request.session.done = (request.number, body)
-        return request.session.send(body)
+        session = request.session  # type: Session
+        session.done = (request.number, body)
+        return session.send(body)
 
-    def release(self, session: Session) -> None:
+    def release(self, session):
+        # type: (Session) -> None
         """This pilot leaves, and says so itself."""
         self._sessions.pop(session.opened.session.id, None)
         if session is self._driver:
             self._end(True)
             self._driver = None
 
-    def _end(self, let_go: bool, problem: str = "") -> None:
+    def _end(self, let_go, problem=""):
+        # type: (bool, str) -> None
         """No command and no goal counts from now on."""
         self._command, self._let_go, self.problem = None, let_go, problem
         self.end_goal()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
-    def _greet(self, datagram: bytes, address: Address, now: float) -> list[Outgoing | Request]:
+    def _greet(self, datagram, address, now):
+        # type: (bytes, Address, float) -> List[Union[Outgoing, Request]]
         """Answer what belongs to no session."""
         challenge = self._handshake.challenge(datagram, address, now)
         if challenge is not None:
@@ -218,7 +250,8 @@ class Pilots:
             return self._refuse(str(error), address)
         return self._refuse("without the robot's key", address) if opened is None else self._open(opened, address, now)
 
-    def _open(self, opened: Opened, address: Address, now: float) -> list[Outgoing | Request]:
+    def _open(self, opened, address, now):
+        # type: (Opened, Address, float) -> List[Union[Outgoing, Request]]
         self._expire(now)
         session = Session(opened, address, now)
         # Who comes back from an outage, or starts anew, at the same place is the same pilot.
@@ -227,15 +260,17 @@ class Pilots:
             del self._sessions[before.opened.session.id]
             self._driver = session if self._driver is before else self._driver
         if len(self._sessions) >= MAX_SESSIONS:
-            return [session.send(encode(type="refused", text=f"{MAX_SESSIONS} pilots are here, which is the limit"))]
+            return [session.send(encode(type="refused", text="%d pilots are here, which is the limit" % MAX_SESSIONS))]
         self._sessions[opened.session.id] = session
         return [session.send(WELCOME)]
 
-    def _refuse(self, reason: str, address: Address) -> list[Outgoing | Request]:
-        self.refused, self.refusal = self.refused + 1, f"{reason}, from {address[0]}"
+    def _refuse(self, reason, address):
+        # type: (str, Address) -> List[Union[Outgoing, Request]]
+        self.refused, self.refusal = self.refused + 1, "%s, from %s" % (reason, address[0])
         return []
 
-    def _answer(self, session: Session, ask: Ask) -> list[Outgoing | Request]:
+    def _answer(self, session, ask):
+        # type: (Session, Ask) -> List[Union[Outgoing, Request]]
         if session.done is not None and session.done[0] == ask.number:
             return [session.send(session.done[1])]
         request = Request(ask.what, ask.number, session)
@@ -248,21 +283,24 @@ class Pilots:
             self._stopper = None
         return [request]
 
-    def _obstacle(self, session: Session, what: str) -> str:
+    def _obstacle(self, session, what):
+        # type: (Session, str) -> str
         """Why this pilot may not have that done; empty if it may."""
         if what in ("stop", "leave"):
             return ""
         if what == "reset stop" and self._stopper is not None:
             mine = session.may_undo(self._stopper)
-            return "" if mine else f"{self._stopper} has pressed stop; {self._stopper.name} or a higher rank resets it"
+            text = "%s has pressed stop; %s or a higher rank resets it" % (self._stopper, self._stopper.name)
+            return "" if mine else text
         if self._driver is not None and self._driver is not session and not session.may_undo(self._driver):
-            return f"another pilot drives: {self._driver}"
+            return "another pilot drives: %s" % self._driver
         return ""
 
-    def _receive(self, session: Session, drive: Drive, now: float) -> None:
+    def _receive(self, session, drive, now):
+        # type: (Session, Drive, float) -> None
         if drive.velocity is None and drive.goal is None:
             if session is self._driver:
-                self._end(True)
+                self._end(not drive.hard)
             return
         self._expire(now)
         if self._driver not in (None, session):
@@ -276,30 +314,33 @@ class Pilots:
         self._driver, self._driven, self._let_go = session, now, False
         self.careful, self.problem = drive.careful, ""
         if drive.velocity is not None:
-            self._command = Command(*drive.velocity, now - max(0.0, age))
+            self._command = Command(*(drive.velocity + (now - max(0.0, age),)))  # noqa: RUF005
             self.end_goal()
         elif drive.goal is not None:
             self._command = None
             self._take_goal(session, drive.goal)
 
-    def _take_goal(self, session: Session, goal: Goal) -> None:
+    def _take_goal(self, session, goal):
+        # type: (Session, Goal) -> None
         same = self._goal is not None and session is self._goal_of and goal.number == self._goal.number
         if not same:
             self._goal, self._goal_of, self._goal_state = goal, session, DRIVING
 
-    def _problem(self, session: Session, drive: Drive, age: float, now: float) -> str:
+    def _problem(self, session, drive, age, now):
+        # type: (Session, Drive, float, float) -> str
         """Why a command cannot be obeyed; empty if it can."""
         if drive.echo not in session.reports:
             return "The pilot has not heard this robot yet, or not for long."
         if now - drive.echo > DEAF:
-            return f"The pilot has not heard this robot for {now - drive.echo:.1f} s."
+            return "The pilot has not heard this robot for %.1f s." % (now - drive.echo)
         if age < -0.05:
             return "The pilot's clock runs ahead."
-        return f"Commands arrive {age:.1f} s late." if age > OLDEST else ""
+        return "Commands arrive %.1f s late." % age if age > OLDEST else ""
 
-    def _expire(self, now: float) -> None:
+    def _expire(self, now):
+        # type: (float) -> None
         if now >= self.deadline():
-            self._end(self._let_go, f"Nothing was heard from the pilot for {SILENCE:g} s.")
+            self._end(self._let_go, "Nothing was heard from the pilot for %g s." % SILENCE)
         if self._driver is not None and now - self._driven > OWNERSHIP:
             self._driver = None
         for session in self.sessions:

@@ -8,58 +8,20 @@ Standard library only, because it runs on the robot too.
 from __future__ import annotations
 
 import contextlib
-import hmac
-import ipaddress
 import os
 import re
 import secrets
-import socket
 from pathlib import Path
 
-from telepresence.security import private_files, signing
-from telepresence.security.private_files import NotPrivate
+from telepresence.security import private_files
+from telepresence.security.shared_key import MOST_TEXT, SIZE, SharedKey, is_loopback
 
-SIZE = 32
-"""Length of a key [bytes]; twice as many digits in its file."""
-MOST_TEXT = 4 * SIZE
-"""Length of a key's file at most [bytes]."""
+__all__ = ["MOST_TEXT", "SIZE", "RobotKey", "is_loopback"]
 _HOST = re.compile(r"[A-Za-z0-9_%:](?:[A-Za-z0-9_%:.-]{0,252}[A-Za-z0-9_%:])?")
 
 
-class RobotKey:
-    """32 random bytes that a robot and its pilots share.
-
-    Args:
-        secret: The bytes.
-    Raises:
-        ValueError: They are not 32.
-    """
-
-    def __init__(self, secret: bytes) -> None:
-        if len(secret) != SIZE:
-            raise ValueError(f"a robot's key has {SIZE} bytes, not {len(secret)}")
-        self._secret = bytes(secret)
-
-    def __repr__(self) -> str:
-        return f"RobotKey({self.fingerprint})"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, RobotKey) and hmac.compare_digest(self._secret, other._secret)
-
-    def __hash__(self) -> int:
-        return hash(self.fingerprint)
-
-    @classmethod
-    def parse(cls, text: str) -> RobotKey:
-        """Return the key that stands in a file, or that somebody typed: 64 hexadecimal digits, blanks between allowed.
-
-        Raises:
-            ValueError: It is none.
-        """
-        digits = "".join(text.split())
-        if len(digits) != 2 * SIZE or not re.fullmatch(r"[0-9A-Fa-f]+", digits):
-            raise ValueError(f"this is no robot's key: wanted are {2 * SIZE} hexadecimal digits")
-        return cls(bytes.fromhex(digits))
+class RobotKey(SharedKey):
+    """A robot's key in the hands of pilots and of who installs the robot."""
 
     @classmethod
     def make(cls, path: Path) -> RobotKey:
@@ -78,31 +40,6 @@ class RobotKey:
         return key
 
     @classmethod
-    def read(cls, path: Path) -> RobotKey:
-        """Return the key in a file that nobody but its owner can read.
-
-        Raises:
-            ValueError: It is malformed, a symbolic link, or others may read it; the text has the remedy.
-            OSError: It cannot be read.
-        """
-        try:
-            file = private_files.open_file(path, tighten=False)
-        except FileNotFoundError:
-            raise FileNotFoundError(f"there is no key at {path}: make_bundle.py makes one (docs/robotino.md)") from None
-        except NotPrivate as error:
-            raise ValueError(f"the key at {error}") from None
-        except OSError as error:
-            raise OSError(error.errno, f"the key at {path} cannot be read: {error.strerror}") from error
-        try:
-            text = os.read(file, MOST_TEXT + 1)
-        finally:
-            os.close(file)
-        try:
-            return cls.parse(text.decode("ascii"))
-        except ValueError:  # UnicodeDecodeError too
-            raise ValueError(f"{path} holds no robot's key: wanted are {2 * SIZE} hexadecimal digits") from None
-
-    @classmethod
     def of(cls, robot_address: str) -> RobotKey | None:
         """Return the key in the pilot's store for a robot; None if there is none.
 
@@ -115,24 +52,6 @@ class RobotKey:
             return cls.read(path_of(robot_address))
         except FileNotFoundError:
             return None
-
-    @property
-    def fingerprint(self) -> str:
-        """Eight digits by which people compare keys; says nothing about the key."""
-        return self.mac("fingerprint").hex()[:8]
-
-    @property
-    def text(self) -> str:
-        """The key itself, as 64 digits: to be shown once, to be written into its file."""
-        return self._secret.hex()
-
-    def mac(self, purpose: str, *parts: bytes) -> bytes:
-        """Return the HMAC-SHA256 of the parts with this key, 32 bytes; see `telepresence.security.signing.mac`."""
-        return signing.mac(self._secret, purpose, *parts)
-
-    def matches(self, mac: bytes, purpose: str, *parts: bytes) -> bool:
-        """Return whether `mac` is that of the parts, in a time that says nothing about the difference."""
-        return hmac.compare_digest(mac, self.mac(purpose, *parts))
 
     def store(self, robot_address: str) -> Path:
         """Put the key into the pilot's store, in place of another one of this robot; its file.
@@ -181,13 +100,3 @@ def host_of(robot_address: str) -> str:
     if not _HOST.fullmatch(host):
         raise ValueError(f"not the address of a robot: {robot_address!r}; wanted is host or host:port")
     return host.lower()
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether nobody but this machine reaches a host: an address, or a name all of whose addresses are such.
-
-    Raises:
-        OSError: The name has no address.
-    """
-    addresses = {str(entry[4][0]).partition("%")[0] for entry in socket.getaddrinfo(host, None)}
-    return all(ipaddress.ip_address(address).is_loopback for address in addresses)

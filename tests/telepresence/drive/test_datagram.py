@@ -28,7 +28,7 @@ DRIVE = {"type": "drive", "echo": 10.5, "after": 0.1, "velocity": [0.1, 0, -0.2]
 
 
 def test_messages_survive_the_wire():
-    assert parse_for_robot(encode(**DRIVE, careful=True)) == Drive(10.5, 0.1, (0.1, 0.0, -0.2), True)
+    assert parse_for_robot(encode(**DRIVE, careful=True)) == Drive(10.5, 0.1, (0.1, 0.0, -0.2), True, None, False)
     assert parse_for_robot(encode(**{**DRIVE, "velocity": None})).velocity is None
     goal = {"id": 7, "pose": [1, -0.5, 3.1]}
     assert parse_for_robot(encode(**DRIVE, goal=goal)).goal == Goal(7, (1.0, -0.5, 3.1))

@@ -136,6 +136,14 @@ def test_letting_go_is_no_cut(pilots, pilot):
     assert pilots.problem == ""
 
 
+def test_who_lets_go_because_something_failed_is_stopped_as_a_cut_is(pilots, pilot):
+    pilot.drive(101.0)
+    body = encode(type="drive", echo=pilot.echo, after=0.0, velocity=None, hard=True)
+    pilots.receive(pilot.wire.seal(body), HERE, 101.05)
+    assert pilots.command(101.05) is None
+    assert pilots.cut
+
+
 def test_a_command_that_is_not_newer_is_ignored(pilots, pilot):
     first, second = pilot.command(101.0, FAST), pilot.command(101.0, SLOW)
     pilots.receive(second, HERE, 101.0)

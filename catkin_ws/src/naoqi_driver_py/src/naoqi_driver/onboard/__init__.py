@@ -1,0 +1,1 @@
+"""What runs beside NAOqi, on Python 2.7 too: the drive server. No ROS."""

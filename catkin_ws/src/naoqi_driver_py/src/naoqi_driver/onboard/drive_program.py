@@ -1,0 +1,91 @@
+# Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
+# ruff: noqa: UP031
+"""The command line of Pepper's drive server; see docs/pepper.md. Until SIGINT or SIGTERM."""
+
+from __future__ import print_function  # noqa: UP010
+
+import argparse
+import os
+import signal
+import sys
+
+from naoqi_driver.onboard.naoqi_link import NaoqiLink
+from naoqi_driver.onboard.pepper_base import PepperBase
+from telepresence.drive.server import DriveServer
+from telepresence.security.shared_key import SharedKey, is_loopback
+
+MYPY = False
+if MYPY:
+    from typing import List, Optional  # noqa: F401, UP035
+
+PORT = 8085
+LOOPBACK = "127.0.0.1"
+KEY_FILE = "robot.key"
+
+
+def main(words):
+    # type: (List[str]) -> int
+    """Serve until a signal; the exit status."""
+    parser = argparse.ArgumentParser(description="Drives a Pepper for pilots, beside its NAOqi.")
+    parser.add_argument("--qi-url", default="tcp://127.0.0.1:9559", help="where NAOqi answers (default: %(default)s)")
+    parser.add_argument("--address", default=LOOPBACK, help="where to listen; 0.0.0.0 for all (default: %(default)s)")
+    parser.add_argument("--port", type=int, default=PORT, help="udp; 0 takes a free one (default: %(default)s)")
+    parser.add_argument(
+        "--key", help="the robot's key, which pilots need; wanted with any address but loopback (default: %s beside "
+        "this program, if it is there)" % KEY_FILE
+    )  # fmt: skip
+    parser.add_argument("--far", action="store_true", help="NAOqi is behind a tunnel, although its address is near")
+    # roslaunch adds name:=value words; they are not for us.
+    options = parser.parse_args([word for word in words if ":=" not in word])
+    try:
+        return serve(options)
+    except (EnvironmentError, ValueError) as error:  # noqa: UP024
+        say(str(error))
+        return 1
+
+
+def serve(options):
+    # type: (argparse.Namespace) -> int
+    key = find_key(options.key, options.address)
+    link = NaoqiLink(options.qi_url, say, options.far)
+    try:
+        server = DriveServer(PepperBase(link), options.address, options.port, key, say)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: server.stop())
+        print("the drive server listens on udp %s:%d" % (server.address, server.port))
+        sys.stdout.flush()
+        try:
+            return server.run()
+        finally:
+            server.close()
+    finally:
+        link.close()
+
+
+def find_key(path, address):
+    # type: (Optional[str], str) -> Optional[SharedKey]
+    """Return the key that pilots need; None on loopback without one: whoever is on this machine may then drive it.
+
+    Raises:
+        ValueError: There is none and the address is not loopback, or the key cannot be used; the text has the remedy.
+        EnvironmentError: It cannot be read.
+    """
+    beside = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), KEY_FILE)
+    path = path or (beside if os.path.lexists(beside) else None)
+    if path is not None:
+        return SharedKey.read(path)
+    if not is_loopback(address):
+        raise ValueError(
+            "without a key nothing listens on %s, where strangers are: name the robot's key with --key FILE "
+            "(make_drive_server.py makes one, docs/pepper.md), or listen on %s" % (address, LOOPBACK)
+        )
+    return None
+
+
+def say(text):
+    # type: (str) -> None
+    line = "drive_server: %s\n" % text
+    if not isinstance(line, str):  # Python 2.7: a pilot's name may hold any letter
+        line = line.encode("utf-8")
+    sys.stderr.write(line)
+    sys.stderr.flush()

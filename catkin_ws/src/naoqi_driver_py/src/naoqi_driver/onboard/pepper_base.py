@@ -1,0 +1,281 @@
+# Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
+# ruff: noqa: UP004, UP031
+"""The base of a NAOqi robot as the drive server drives it: ALMotion's move, moveTo, stopMove and killMove.
+
+Wire (NAOqi 2.5-2.8 documentation, ALMotion): `move(x, y, theta)` [m/s, m/s, rad/s] returns at once and holds until the
+next command, for ever if none comes; `moveTo(x, y, theta)` [m, m, rad] and `stopMove()` return when the robot stands;
+`killMove()` ends a motion without braking ramp. No answer is waited for: each is looked at when the next step comes.
+At most one velocity is on its way, so that none can queue up behind an ALMotion that hangs, or in a network.
+
+Beside NAOqi velocities go to `move`. Over a network they go as `moveTo` over a few centimetres, in the time that they
+take at that speed, again and again: whatever happens to the network, the robot ends the last of them by itself.
+"""
+
+import math
+
+from naoqi_driver.onboard.naoqi_link import STALL, first_line
+from telepresence.drive.clock import monotonic
+from telepresence.drive.datagram import ENDED, INFINITY, REACHED
+from telepresence.drive.server import AT_REST, CLEAR, FAULT, NO_COMMAND, STOPPED, Outcome, Robot
+
+MYPY = False
+if MYPY:
+    from typing import Any, Optional, Tuple  # noqa: F401, UP035
+
+    from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
+    from telepresence.drive.datagram import Goal, Vector  # noqa: F401
+    from telepresence.drive.pilots import Command, Pilots  # noqa: F401
+
+BRAKING_TIME = 0.1
+"""Seconds of gentle braking that a robot gets whose pilot fell silent; then `killMove`. Gently alone, ALMotion needs
+0.6 s from 0.35 m/s (0.55 m/s2)."""
+RELEASE_TIME = 1.5
+"""Seconds after which a robot that was let go must stand; then `killMove`."""
+ANSWER_TIMEOUT = 0.4
+"""Seconds within which ALMotion answers `move` and `killMove`; else it counts as hanging, which is a fault."""
+PROBE_PERIOD = 0.5
+"""Seconds between two questions to an ALMotion that is not needed now: whether it answers."""
+FAULT_TIME = 1.0
+"""Seconds for which a refusal is reported."""
+AHEAD_TIME = 0.12
+"""Over a network: seconds for which a motion lasts beyond its braking. Two periods, and some delay."""
+FAR_SPEED = 0.2
+"""Over a network: the top speed [m/s], from which a robot stands half a second after its last motion was sent."""
+FAR_BRAKING = (("MaxAccXY", 0.55, 0.5), ("MaxAccTheta", 3.0, 2.7))
+"""Parameter, the value that is asked for (documented as the largest), and what is counted on [m/s2, rad/s2]."""
+
+
+class PepperBase(Robot):
+    """Drives and, above all, stops.
+
+    Args:
+        link: To NAOqi.
+    """
+
+    def __init__(self, link):
+        # type: (NaoqiLink) -> None
+        self._link = link
+        self._connections = 0
+        self._move = None  # type: Optional[Call]
+        self._far = None  # type: Optional[Call]
+        self._asked = None  # type: Optional[Call]
+        self._probed = -INFINITY
+        self._moving = False  # the base moves, or may move, because of us
+        self._goal = None  # type: Optional[Tuple[Goal, Call]]
+        self._stop = None  # type: Optional[Call]
+        self._kill_at = INFINITY
+        self._kill = None  # type: Optional[Call]
+        self._killed = False
+        self._refusal, self._refused = "", -INFINITY
+        self._latched = ""  # who pressed stop
+        self._must_let_go = False
+
+    def do(self, what, who):
+        # type: (str, str) -> Tuple[bool, str]
+        if what == "stop":
+            self._latched, self._must_let_go = "%s pressed stop" % who, True
+            return True, "stopped until reset stop"
+        if what == "reset stop":
+            self._latched = ""
+            return True, "let go of the controls once to drive again"
+        return True, ""
+
+    def due(self):
+        # type: () -> float
+        return self._kill_at
+
+    def step(self, now, command, goal, pilots):
+        # type: (float, Optional[Command], Optional[Goal], Pilots) -> Outcome
+        wanted = command is not None or goal is not None
+        self._must_let_go = self._must_let_go and (wanted or bool(self._latched))
+        motion = self._link.motion()
+        state, reason, given = NO_COMMAND, "", AT_REST
+        try:
+            if motion is None:
+                pilots.end_goal()
+                self._forget()
+            elif self._connections != self._link.connections:
+                self._forget()
+                self._connections = self._link.connections
+                self._brake(motion, now, BRAKING_TIME)  # what an earlier server or link left behind must not go on
+            self._look(now)
+            if motion is None:
+                state, reason = FAULT, "NAOqi is not reachable: %s." % self._link.problem
+            elif self._must_let_go:
+                pilots.end_goal()
+                self._rest(motion, now, BRAKING_TIME)
+                state, reason = STOPPED, self._latched + "." if self._latched else "Let go of the controls once."
+            elif command is not None:
+                state = CLEAR
+                given = self._drive(motion, now, command)
+            elif goal is not None:
+                state, reason = CLEAR, "Driving to a goal."
+                self._follow(motion, now, goal, pilots)
+            else:
+                self._rest(motion, now, BRAKING_TIME if pilots.cut else RELEASE_TIME)
+            self._probe(motion, now)
+        except RuntimeError as error:  # libqi: the link is just breaking
+            self._refuse(first_line(error), now)
+        problem = self._problem(now)
+        if problem:
+            state, reason = FAULT, problem
+        age = INFINITY if command is None else max(0.0, now - command.stamp)
+        return Outcome(state, reason, given, (), INFINITY, -1, age, False)
+
+    def end(self):
+        # type: () -> None
+        """Stop, and see to it that the robot has taken that, for a moment."""
+        motion = self._link.motion()
+        if motion is None or not self._moving:
+            return
+        try:
+            self._brake(motion, monotonic(), RELEASE_TIME)
+            if self._stop is not None:
+                self._stop.future.wait(int(RELEASE_TIME * 1000))
+        except RuntimeError:  # the link breaks; nothing more can be done from here
+            pass
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _drive(self, motion, now, command):
+        # type: (Any, float, Command) -> Vector
+        """Command a velocity, unless the last one is still on its way; what the base is to do now."""
+        velocity = command[:3]
+        if velocity == AT_REST and (not self._moving or not self._link.near):
+            self._rest(motion, now, RELEASE_TIME)
+            return velocity
+        if self._move is not None:
+            return velocity
+        self._begin()
+        if self._link.near:
+            self._move = Call("move", motion.move(*velocity, _async=True), now)
+        else:
+            velocity = far_velocity(velocity)
+            self._far = Call("moveTo", motion.moveTo(*far_motion(velocity), _async=True), now)
+            # moveTo is answered when it has ended; this, when it has arrived.
+            self._move = Call("moveIsActive", motion.moveIsActive(_async=True), now)
+        return velocity
+
+    def _begin(self):
+        # type: () -> None
+        """The base is about to move."""
+        self._goal, self._stop, self._kill_at = None, None, INFINITY
+        self._moving, self._killed = True, False
+
+    def _follow(self, motion, now, goal, pilots):
+        # type: (Any, float, Goal, Pilots) -> None
+        if not self._link.near:
+            self._refuse("the goal: over a network it would go on when nobody wants it any more", now)
+            pilots.end_goal()
+            return
+        if self._goal is None or self._goal[0] is not goal:
+            self._begin()
+            self._goal = (goal, Call("moveTo", motion.moveTo(*goal.pose, _async=True), now))
+            return
+        future = self._goal[1].future
+        if future.isRunning():
+            return
+        self._goal = None
+        try:
+            reached = future.value(0) is not False
+        except RuntimeError as error:
+            reached = False
+            self._refuse("moveTo: " + first_line(error), now)
+        pilots.end_goal(REACHED if reached else ENDED)
+
+    def _rest(self, motion, now, patience):
+        # type: (Any, float, float) -> None
+        """Brake if the base moves because of us."""
+        if now >= self._kill_at:
+            self._kill_at, self._killed = INFINITY, True
+            self._kill = Call("killMove", motion.killMove(_async=True), now)
+        elif self._moving and self._stop is None and self._kill is None:
+            self._brake(motion, now, patience)
+        elif self._stop is not None and not self._killed:
+            self._kill_at = min(self._kill_at, self._stop.sent + patience)
+
+    def _brake(self, motion, now, patience):
+        # type: (Any, float, float) -> None
+        self._begin()
+        self._stop = Call("stopMove", motion.stopMove(_async=True), now)
+        self._kill_at = now + patience
+
+    def _probe(self, motion, now):
+        # type: (Any, float) -> None
+        """See whether ALMotion answers when nothing else shows it."""
+        if motion is not None and self._asked is None and now - self._probed >= PROBE_PERIOD:
+            self._probed = now
+            self._asked = Call("moveIsActive", motion.moveIsActive(_async=True), now)
+
+    def _look(self, now):
+        # type: (float) -> None
+        """See which answers have come."""
+        for call in (self._move, self._asked, self._far, self._stop, self._kill):
+            if call is None or call.future.isRunning():
+                continue
+            refused = ""
+            try:
+                call.future.value(0)
+            except RuntimeError as error:
+                refused = "%s: %s" % (call.name, first_line(error))
+                self._refuse(refused, now)
+            if call is self._stop:
+                self._stop, self._moving = None, bool(refused)
+                self._kill_at = now if refused and not self._killed else INFINITY
+            elif call is self._kill:
+                self._kill, self._moving = None, self._moving and (bool(refused) or self._stop is not None)
+            elif call is self._far:
+                self._far = None
+            elif call is self._asked:
+                self._asked = None
+            else:
+                self._move = None
+        for call in (self._move, self._asked):
+            if call is not None and not self._link.near and now - call.sent > STALL:
+                self._link.drop("no answer for %g s" % STALL)
+
+    def _problem(self, now):
+        # type: (float) -> str
+        for call in (self._move, self._asked, self._kill):
+            if call is not None and now - call.sent > ANSWER_TIMEOUT:
+                return "ALMotion has not answered %s for %.1f s." % (call.name, now - call.sent)
+        if self._stop is not None and now - self._stop.sent > RELEASE_TIME + ANSWER_TIMEOUT:
+            return "ALMotion has not answered stopMove for %.1f s." % (now - self._stop.sent)
+        return "Refused: %s." % self._refusal if now - self._refused <= FAULT_TIME else ""
+
+    def _refuse(self, text, now):
+        # type: (str, float) -> None
+        self._refusal, self._refused = text, now
+
+    def _forget(self):
+        # type: () -> None
+        """The link is another one: no answer comes any more."""
+        self._move = self._asked = self._far = self._goal = self._stop = self._kill = None
+        self._kill_at, self._moving, self._killed = INFINITY, False, False
+
+
+class Call(object):
+    """A call that was sent at `sent` [s], and what libqi has of its answer."""
+
+    def __init__(self, name, future, sent):
+        # type: (str, Any, float) -> None
+        self.name, self.future, self.sent = name, future, sent
+
+
+def far_velocity(velocity):
+    # type: (Vector) -> Vector
+    """Return the velocity, slowed down to what is allowed over a network."""
+    speed = math.hypot(velocity[0], velocity[1])
+    scale = min(1.0, FAR_SPEED / speed) if speed else 1.0
+    return velocity[0] * scale, velocity[1] * scale, velocity[2] * scale
+
+
+def far_motion(velocity):
+    # type: (Vector) -> Tuple[Any, ...]
+    """Return moveTo's arguments for a motion that goes on at this velocity for `AHEAD_TIME` and then ends."""
+    speed, rate = math.hypot(velocity[0], velocity[1]), abs(velocity[2])
+    (acc_name, acc, acc_counted), (turn_name, turn, turn_counted) = FAR_BRAKING
+    braking = max(speed / acc_counted, rate / turn_counted)
+    cruise = AHEAD_TIME + braking / 2.0
+    limits = [["MaxVelXY", max(0.1, speed)], ["MaxVelTheta", max(0.2, rate)], [acc_name, acc], [turn_name, turn]]
+    return tuple(part * cruise for part in velocity) + (cruise + braking, limits)  # noqa: RUF005
