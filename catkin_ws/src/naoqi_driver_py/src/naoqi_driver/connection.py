@@ -19,23 +19,26 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import qi
 
 from naoqi_driver.callback_port import close_to_strangers, end_stuck
 from naoqi_driver.certificate_pin import CertificatePin
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
-from naoqi_driver.tls_relay import TlsRelay
 from telepresence.security.outside_text import LONGEST, clean
+
+if TYPE_CHECKING:
+    from naoqi_driver.tls_relay import TlsRelay
 
 log = logging.getLogger(__name__)
 
-CONNECT_TIMEOUT = 3.0
-"""Seconds allowed for the connection, and for its first answer."""
+CONNECT_TIMEOUT = 2.0
+"""Seconds allowed for the connection, and for its first answer. TCP asks again after 1 s and then only after 3 s, so a
+new attempt is sooner there when the network is back."""
 PROBE_PERIOD = 2.0
 PROBE_TIMEOUT = 1.0
-FIRST_PAUSE, LONGEST_PAUSE = 0.2, 4.0
+FIRST_PAUSE, LONGEST_PAUSE = 0.2, 1.0
 """Seconds between two attempts to connect; doubled after every failure once `EAGER_TIME` is over."""
 EAGER_TIME = 10.0
 """Seconds of quick retries, so that a robot that starts together with us is reached as soon as it listens."""
@@ -308,6 +311,8 @@ class Connection:
         """A new session. Raises RuntimeError with the cause."""
         session, url = qi.Session(), self.address.url
         if self.address.encrypted:
+            from naoqi_driver.tls_relay import TlsRelay  # with asyncio, which others need not wait for
+
             # One relay for as long as this lives: its port is never free for others while libqi may call it.
             self._relay = self._relay or TlsRelay(*self.address.place, CertificatePin(*self.address.place))
             self._relay.problem, url = "", self._relay.url

@@ -28,7 +28,7 @@ from naoqi_driver.certificate_pin import CertificatePin, CertificateRefused
 
 log = logging.getLogger(__name__)
 
-HANDSHAKE_TIMEOUT = 2.5
+HANDSHAKE_TIMEOUT = 1.8
 """Seconds allowed for a connection to the robot and its handshake."""
 MOST_CONNECTIONS = 8
 """libqi needs one; what other programs open ends when they say nothing that the robot likes."""
