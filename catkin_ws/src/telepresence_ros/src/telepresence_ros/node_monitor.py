@@ -2,7 +2,8 @@
 
 Debian's monitor looks ten times a second who has died, waits `respawn_delay`, and knows nothing of freezing. This one
 is woken by a death (pidfd_open(2)), and looks every 0.05 s who froze (`telepresence.station.vitals`). A program that
-dies again and again starts later and later. `required` means what it means in roslaunch.
+dies again and again starts later and later, and only then `respawn_delay` counts: as the shortest pause. `required`
+means what it means in roslaunch.
 """
 
 from __future__ import annotations
@@ -82,7 +83,9 @@ class NodeMonitor(pmon.ProcessMonitor):
         elif process.respawn:
             self._bury(process)
             restarts = self._restarts.setdefault(process, Restarts())
-            pause = max(restarts.died(now), process.respawn_delay)
+            pause = restarts.died(now)
+            if pause:
+                pause = max(pause, process.respawn_delay)
             self._due[process] = now + pause
             then = what_next(pause)
             if restarts.worth_a_line:
