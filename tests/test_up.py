@@ -169,6 +169,14 @@ def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
     wait_until(lambda: socket_table.agrees([station.process.pid], "pepper", station.ports), "sockets as in the table")
 
 
+def test_a_killed_roslaunch_comes_back_and_no_node_notices(station, wait_until):
+    tree = {pid: command(pid) for pid in processes.descendants(station.process.pid)}
+    (killed,) = [pid for pid, words in tree.items() if "telepresence_ros.roslaunch" in words]
+    os.kill(killed, signal.SIGKILL)
+    wait_until(lambda: sum("goes on with pid" in line for line in station.lines) > len(PROGRAMS), "nodes are adopted")
+    assert {pid for pid, words in tree.items() if "__name:=" in words} <= {*processes.descendants(station.process.pid)}
+
+
 def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):
     station.type_in_terminal("j")
     wait_until(lambda: "driving" in station.run("rostopic", "echo", "-n1", "/drive_state"), "Pepper turns")
