@@ -182,6 +182,31 @@ def test_drives_brakes_hard_in_silence_and_gently_when_let_go(make_pilot, motion
     until_true(lambda: motion.names() == ["move", "stopMove", "killMove"], "nothing is heard from the pilot")
 
 
+@pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, motion, key, until_true, end):
+    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
+    pilot = server.link(key)
+    try:
+        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
+        drive(pilot, motion, until_true)
+        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
+        drive(pilot, motion, until_true)
+        server.process.send_signal(end)
+        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "the second process stops the robot")
+    finally:
+        pilot.close()
+        server.process.kill()
+        server.process.wait(10)
+        server.process.stdout.close()
+    until_true(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
+
+
+def connections(port: int) -> int:
+    """How many clients have a connection to a port of this machine, by /proc/net/tcp."""
+    lines = Path("/proc/net/tcp").read_text().splitlines()[1:]
+    return sum(line.split()[2].endswith(f":{port:04X}") and line.split()[3] == "01" for line in lines)
+
+
 def test_an_almotion_that_hangs_gets_no_second_velocity_and_the_reports_go_on(make_pilot, motion, until_true):
     pilot = make_pilot()
     motion.hangs = True
