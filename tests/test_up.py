@@ -141,7 +141,9 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
         "ROS_IP": "127.0.0.1",
     }
     environment.pop("DISPLAY", None)
-    station = Station(environment, {name: free_port() for name in ("nao_port", "page_port", "screen_port")})
+    station = Station(
+        environment, {name: free_port() for name in ("nao_port", "drive_port", "page_port", "screen_port")}
+    )
     try:
         wait_until(lambda: station.said("first picture"), "the window shows the first picture", timeout=120.0)
         yield station

@@ -31,6 +31,7 @@ def private_environment() -> Iterator[dict[str, str]]:
             "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}",
             "ROS_HOME": home,
             "ROS_IP": "127.0.0.1",
+            "DRIVE_PORT": str(free_port()),
             "TELEPRESENCE_AS_ROOT": "1",
         }
 

@@ -215,6 +215,7 @@ class Graph:
             "ROS_MASTER_URI": self.uri,
             "ROS_HOME": str(folder / "ros"),
             "ROS_IP": "127.0.0.1",
+            "DRIVE_PORT": str(free_port()),
         }
         self._programs: list[Program] = []
         self._probes: list[Probe] = []
@@ -240,6 +241,17 @@ class Graph:
         return self.run(
             str(self.workspace / "lib" / package / program), "--pip=127.0.0.1", f"--pport={self.robot_port}", *arguments
         )
+
+    def start_drive_server(self) -> Program:
+        """What moves the simulated Pepper, on the same port every time: see `drive_server`."""
+        program = self.workspace / "lib" / "naoqi_driver_py" / "drive_server.py"
+        port = self.environment["DRIVE_PORT"]
+        return self.run(str(program), f"--qi-url=tcp://127.0.0.1:{self.robot_port}", f"--port={port}")
+
+    @property
+    def drive_server(self) -> str:
+        """Its address, as an argument of a node."""
+        return f"_drive_server:=127.0.0.1:{self.environment['DRIVE_PORT']}"
 
     def run(self, *argv: str) -> Program:
         log = self._folder / f"{len(self._programs)}_{Path(argv[0]).name}.log"

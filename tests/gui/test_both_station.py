@@ -46,7 +46,15 @@ class BothStation(Station):
 
     def start_everything(self, free_port):
         self.start_master()
-        names = ("nao_port", "page_port", "robotino_port", "drive_port", "camera_port", "sound_port")
+        names = (
+            "nao_port",
+            "page_port",
+            "robotino_port",
+            "pepper_drive_port",
+            "drive_port",
+            "camera_port",
+            "sound_port",
+        )
         self.ports = {name: free_port() for name in names}
         ports = [f"{name}:={port}" for name, port in self.ports.items()]
         self.launch = self.start(

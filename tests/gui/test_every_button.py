@@ -51,7 +51,9 @@ def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("buttons"), {"anna": ("pilot", 0)}, free_port, wait_until)
     station.port, station.robot = free_port(), None
     station.environment["PULSE_SERVER"] = "unix:/nonexistent/socket"
-    station.environment.update(PAGE_PORT=str(free_port()), RTP_PORT=str(free_port()), PILOT_CAMERA="test")
+    for port in ("DRIVE_PORT", "PAGE_PORT", "RTP_PORT"):
+        station.environment[port] = str(free_port())
+    station.environment["PILOT_CAMERA"] = "test"
     yield station
     station.close()
 

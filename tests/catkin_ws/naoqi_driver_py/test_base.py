@@ -1,79 +1,82 @@
 from __future__ import annotations
 
-import time
+import math
 
 import pytest
 import qi
-from naoqi_driver.base import BRAKING_TIME, HEARTBEAT_KEY, PERIOD, REFUSAL_KEY, REFUSAL_SHOWN, BaseDriver
+from naoqi_driver.base import ANSWER_TIME, PERIOD, REFUSAL_KEY, REFUSAL_SHOWN, STANDING_TIME, BaseDriver
 from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import Address, Connection
 
+from telepresence.drive.datagram import DRIVING, ENDED, REACHED, Report
+from telepresence.drive.link import ASKED
+
+NOTHING, HARD = "nothing", "nothing, and brake hard"
+
 
 class Motion:
-    """The part of ALMotion that drives, without physics: a stop takes as long as the test wants."""
+    """The part of ALMotion that the driver calls itself."""
 
     def __init__(self) -> None:
-        self.calls: list[tuple] = []
+        self.calls: list[str] = []
         self.awake = True
-        self.stops_at_once = True
-        self.pending: list[qi.Promise] = []
-
-    def move(self, x: float, y: float, theta: float) -> None:
-        self.calls.append(("move", x, y, theta))
-
-    def moveTo(self, x: float, y: float, theta: float) -> qi.Future:
-        self.calls.append(("moveTo", x, y, theta))
-        return self._later()
-
-    def stopMove(self) -> qi.Future:
-        self.calls.append(("stopMove",))
-        if self.stops_at_once:
-            self.arrive(False)
-        future = self._later()
-        if self.stops_at_once:
-            self.arrive(True)
-        return future
-
-    def killMove(self) -> None:
-        self.calls.append(("killMove",))
-        self.arrive(True)
+        self.waking: qi.Promise | None = None
 
     def robotIsWakeUp(self) -> bool:
         return self.awake
 
     def wakeUp(self) -> qi.Future:
-        self.calls.append(("wakeUp",))
+        self.calls.append("wakeUp")
         self.awake = True
-        return self._later()
+        self.waking = qi.Promise()
+        return self.waking.future()
 
-    def arrive(self, reached: bool) -> None:
-        for promise in self.pending:
-            promise.setValue(reached)
-        self.pending.clear()
-
-    def _later(self) -> qi.Future:
-        self.pending.append(qi.Promise())
-        return self.pending[-1].future()
-
-    def names(self) -> list[str]:
-        return [call[0] for call in self.calls]
+    def getRobotPosition(self, use_sensors: bool) -> list[float]:
+        return [1.0, 2.0, math.pi / 2]
 
 
 class Memory:
     def __init__(self) -> None:
-        self.values: dict[str, list] = {}
-
-    def insertData(self, key: str, value: object) -> None:
-        self.values.setdefault(key, []).append(value)
+        self.refusals: list = []
 
     def getTimestamp(self, key: str) -> list:
-        if key not in self.values:
+        if key != REFUSAL_KEY or not self.refusals:
             raise ValueError(f"no data for {key}")
-        return [self.values[key][-1], len(self.values[key]), 0]
+        return [self.refusals[-1], len(self.refusals), 0]
 
-    @property
-    def beats(self) -> list:
-        return self.values.get(HEARTBEAT_KEY, [])
+
+class Link:
+    """A network on which nothing is lost, to a drive server that says what the test wants."""
+
+    def __init__(self) -> None:
+        self.problem = ""
+        self.given: list = []
+        self._goal = ENDED
+        self._report: Report | None = None
+
+    def drive(self, vx: float, vy: float, wz: float) -> None:
+        self.given.append((vx, vy, wz))
+
+    def release(self, hard: bool = False) -> None:
+        self.given.append(HARD if hard else NOTHING)
+
+    def go_to(self, x: float, y: float, theta: float) -> None:
+        self.given.append(("goal", x, y, theta))
+        self._goal = ASKED
+
+    def end_goal(self) -> None:
+        self.given.append("end of the goal")
+        self._goal = ENDED
+
+    def goal_state(self) -> str:
+        return self._goal
+
+    def answer(self, state: str, reason: str = "", goal: str | None = None) -> None:
+        self._goal = goal or self._goal
+        self._report = Report(0.0, 0, state, reason, (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None)
+
+    def report(self) -> tuple[Report | None, float]:
+        return self._report, 0.0
 
 
 class Drive:
@@ -81,19 +84,30 @@ class Drive:
 
     def __init__(self, connection: Connection, wake_up: bool = True) -> None:
         self.gate = CommandGate()
-        self.base = BaseDriver(connection, self.gate, wake_up)
+        self.link = Link()
+        self.base = BaseDriver(connection, self.link, self.gate, wake_up)
         self.now = 0.0
-        self._connection = connection
 
-    def command(self, vx: float, vy: float, wz: float) -> None:
+    @property
+    def given(self) -> list:
+        return self.link.given
+
+    def command(self, vx: float, vy: float = 0.0, wz: float = 0.0) -> None:
         self.gate.command(vx, vy, wz, self.now)
+
+    def hold(self, vx: float, seconds: float) -> None:
+        """Repeat a velocity as a held key does."""
+        for _ in range(round(seconds / PERIOD)):
+            self.command(vx)
+            self.run(PERIOD)
 
     def run(self, seconds: float, master_alive: bool = True) -> None:
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             self.base.step(self.now, master_alive)
-        if self._connection.connected:
-            self._connection.call("ALMotion", "robotIsWakeUp")  # answered after everything that was sent before
+
+    def supervise(self) -> None:
+        self.base.supervise(self.now)
 
 
 @pytest.fixture
@@ -118,212 +132,186 @@ def connection(naoqi, memory):
 
 
 @pytest.fixture
-def drive(connection, motion) -> Drive:
+def drive(connection) -> Drive:
     driver = Drive(connection)
-    driver.run(0.2)
-    motion.calls.clear()
+    driver.supervise()
     return driver
 
 
-def test_velocities_reach_the_robot_in_metres_per_second(drive, motion):
+def test_velocities_are_given_in_metres_per_second_and_repeated(drive):
     drive.command(0.2, -0.1, 0.5)
     drive.run(0.1)
-    assert motion.calls == [("move", 0.2, -0.1, 0.5)] * 2
+    assert drive.given == [(0.2, -0.1, 0.5)] * 2
     assert drive.base.state == "driving"
 
 
-def test_stops_when_commands_cease(drive, motion):
-    drive.command(0.2, 0.0, 0.0)
+def test_gives_nothing_when_commands_cease(drive):
+    drive.command(0.2)
     drive.run(1.0)
-    assert motion.names()[-1] == "stopMove"
-    assert motion.names().count("stopMove") == 1
+    assert drive.given[-1] == HARD
     assert drive.base.state == "stopped: no command for 0.5 s"
 
 
-def test_a_stop_that_takes_too_long_is_forced(drive, motion):
-    motion.stops_at_once = False
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.5 + BRAKING_TIME + 0.2)
-    assert motion.names()[-2:] == ["stopMove", "killMove"]
+def test_a_commanded_stop_brakes_gently_and_then_lets_go(drive):
+    drive.hold(0.2, 0.1)
+    drive.hold(0.0, STANDING_TIME - 2 * PERIOD)
+    assert set(drive.given[2:]) == {(0.0, 0.0, 0.0)}
+    drive.hold(0.0, 0.2)
+    assert drive.given[-1] == NOTHING
 
 
-def test_a_commanded_stop_brakes_gently_and_then_lets_go(drive, motion, memory):
-    motion.stops_at_once = False
-    drive.command(0.2, 0.0, 0.0)
+def test_zero_commands_do_not_take_hold_of_a_standing_robot(drive):
+    drive.hold(0.0, 0.5)
+    assert set(drive.given) == {NOTHING}
+
+
+@pytest.mark.parametrize(("vx", "alive", "why"), [(0.2, False, "master"), (math.nan, True, "vx is nan")])
+def test_lost_master_and_nonsense_give_nothing(drive, vx, alive, why):
+    drive.command(0.2)
     drive.run(0.1)
-    for _ in range(20):
-        drive.command(0.0, 0.0, 0.0)
-        drive.run(0.1)
-    assert ("move", 0.0, 0.0, 0.0) in motion.calls
-    assert "killMove" not in motion.names()
-    assert motion.names()[-1] == "stopMove"
-    motion.arrive(True)
-    time.sleep(0.05)
-    drive.run(0.1)
-    assert memory.beats[-1] == 0
-    assert not drive.base.holds_robot
+    drive.command(vx)
+    drive.run(0.1, alive)
+    assert drive.given[-1] == HARD
+    assert why in drive.base.state
 
 
-def test_zero_commands_do_not_take_hold_of_a_standing_robot(drive, motion, memory):
-    beats = len(memory.beats)
-    for _ in range(5):
-        drive.command(0.0, 0.0, 0.0)
-        drive.run(0.1)
-    assert motion.calls == []
-    assert len(memory.beats) == beats
-
-
-def test_heartbeat_changes_while_driving_and_is_zero_afterwards(drive, memory):
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.5)
-    driving = memory.beats[-10:]
-    assert len(set(driving)) == 10
-    assert 0 not in driving
-    drive.run(0.5)
-    assert memory.beats[-1] == 0
-
-
-def test_lost_master_stops_the_robot(drive, motion):
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    drive.run(0.1, master_alive=False)
-    assert motion.names()[-1] == "stopMove"
-    assert "master" in drive.base.state
-
-
-def test_nan_stops_the_robot(drive, motion):
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    drive.command(float("nan"), 0.0, 0.0)
-    drive.run(0.1)
-    assert motion.names()[-1] == "stopMove"
-    assert "vx is nan" in drive.base.state
-
-
-def test_goal_is_driven_to_and_a_command_replaces_it(drive, motion, memory):
+def test_goal_is_driven_to_and_a_command_replaces_it(drive):
     drive.base.go_to(1.0, 0.0, 0.5)
     drive.run(0.2)
-    assert motion.calls == [("moveTo", 1.0, 0.0, 0.5)]
+    drive.link.answer("clear", goal=DRIVING)
+    drive.run(0.2)
+    assert [each for each in drive.given if each != NOTHING] == [("goal", 1.0, 0.0, 0.5)]
     assert drive.base.state == "driving to the goal"
-    assert memory.beats[-1] > 0
     drive.command(0.0, 0.0, 0.3)
     drive.run(0.05)
-    assert motion.calls[-1] == ("move", 0.0, 0.0, 0.3)
+    assert drive.given[-2:] == ["end of the goal", (0.0, 0.0, 0.3)]
     assert drive.base.state == "driving"
 
 
-def test_goal_reached_lets_go(drive, motion, memory):
+def test_a_stop_ends_a_goal_of_a_robot_that_nobody_drove(drive):
     drive.base.go_to(1.0, 0.0, 0.0)
     drive.run(0.1)
-    motion.arrive(True)
-    time.sleep(0.05)
+    drive.command(0.0)
+    drive.run(0.05)
+    assert drive.given[-2:] == ["end of the goal", NOTHING]
+
+
+def test_goal_reached_is_over(drive):
+    drive.base.go_to(1.0, 0.0, 0.0)
     drive.run(0.1)
-    assert memory.beats[-1] == 0
-    assert not drive.base.holds_robot
+    drive.link.answer("no command", "Nobody drives.", goal=REACHED)
+    drive.run(0.1)
+    assert drive.base.state == "stopped: no command yet"
+    assert drive.given.count("end of the goal") == 0
 
 
-def test_lost_master_ends_a_goal(drive, motion):
+def test_lost_master_ends_a_goal(drive):
     drive.base.go_to(1.0, 0.0, 0.0)
     drive.run(0.1)
     drive.run(0.1, master_alive=False)
-    assert motion.names() == ["moveTo", "stopMove"]
+    assert drive.given[-1] == HARD
+    assert "end of the goal" in drive.given
 
 
-def test_what_an_earlier_driver_left_running_is_stopped(connection, motion):
-    Drive(connection).run(0.1)
-    assert motion.names() == ["stopMove"]
+def test_goal_in_odometry_is_given_as_the_robot_sees_it(drive):
+    drive.base.go_to(1.0, 3.0, math.pi / 2, in_odometry=True)
+    drive.run(0.1)
+    goal = next(each for each in drive.given if each != NOTHING)
+    assert goal[1:] == pytest.approx((1.0, 0.0, 0.0))
 
 
-def test_sleeping_robot_is_woken_before_it_drives(connection, motion):
+def test_sleeping_robot_is_woken_before_it_drives(connection, motion, wait_until):
     motion.awake = False
     driver = Drive(connection)
-    driver.command(0.2, 0.0, 0.0)
-    driver.run(0.2)
-    assert motion.calls == [("wakeUp",)]
+    driver.supervise()
+    wait_until(lambda: motion.calls == ["wakeUp"], "it is woken")
+    driver.hold(0.2, 0.2)
+    assert driver.given[-1] == NOTHING
     assert "waking" in driver.base.state
-    motion.arrive(True)
-    time.sleep(0.05)
-    driver.command(0.2, 0.0, 0.0)
-    driver.run(0.1)
-    assert motion.calls[-1] == ("move", 0.2, 0.0, 0.0)
+    motion.waking.setValue(True)
+    wait_until(lambda: driver.supervise() or driver.base.awake, "it is awake")
+    driver.hold(0.2, 0.1)
+    assert driver.given[-1] == (0.2, 0.0, 0.0)
 
 
 def test_sleeping_robot_is_left_alone_when_told_so(connection, motion):
     motion.awake = False
     driver = Drive(connection, wake_up=False)
-    driver.run(0.2)
-    driver.command(0.2, 0.0, 0.0)
-    driver.run(0.1)
-    assert "wakeUp" not in motion.names()
+    driver.supervise()
+    driver.hold(0.2, 0.1)
+    assert motion.calls == []
     assert "sleeps" in driver.base.state
 
 
-def test_lost_link_stops_first_when_it_is_back(naoqi, memory, motion, make_connection, wait_until):
+def test_robot_that_was_put_to_rest_is_left_alone_and_said_to_sleep(drive, motion):
+    motion.awake = False
+    drive.supervise()
+    drive.hold(0.2, 0.1)
+    assert drive.base.state == "stopped: the robot sleeps; wake it up to drive"
+    assert motion.calls == []
+
+
+def test_lost_robot_is_given_nothing_and_named(naoqi, memory, make_connection, wait_until):
     wire = make_connection(naoqi.port)
     with Connection(Address.parse("127.0.0.1", wire.port)) as link:
         assert link.wait_connected(10)
         driver = Drive(link)
-        driver.command(0.2, 0.0, 0.0)
-        driver.run(0.1)
+        driver.hold(0.2, 0.1)
+        assert driver.given[-1] == (0.2, 0.0, 0.0)
         wire.freeze()  # so that no new connection comes about at once
         wire.cut()
         wait_until(lambda: not link.connected, "loss noticed")
-        driver.run(0.1)
+        driver.hold(0.2, 0.1)
+        assert driver.given[-1] == HARD
         assert driver.base.state.startswith("robot unreachable: ")
-        motion.calls.clear()
+        assert driver.base.problem
         wire.thaw()
-        wait_until(lambda: link.connections == 2, "connected again")
-        driver.now += 1.0
-        driver.run(0.1)
-    assert motion.names()[0] == "stopMove"
-    assert "move" not in motion.names()
 
 
-def test_halt_stops_and_lets_go(drive, motion, memory):
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    drive.base.halt(timeout=1.0)
-    assert motion.names()[-1] == "stopMove"
-    assert memory.beats[-1] == 0
+def test_drive_server_that_does_not_answer_is_a_problem_until_it_does(drive):
+    drive.link.problem = "The drive server at pepper:8085 does not answer for 0.6 s: no route to host"
+    drive.hold(0.2, 0.1)
+    assert drive.base.problem == drive.link.problem
+    assert drive.base.state == f"robot unreachable: {drive.link.problem}"
+    assert drive.given[-1] == HARD
+    drive.link.problem = ""
+    drive.hold(0.2, 0.1)
+    assert (drive.base.problem, drive.base.state) == ("", "driving")
 
 
-def test_halt_forces_a_robot_that_does_not_stop(drive, motion):
-    motion.stops_at_once = False
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    drive.base.halt(timeout=0.1)
-    assert motion.names()[-2:] == ["stopMove", "killMove"]
+def test_what_the_drive_server_cannot_do_is_a_problem_at_once(drive):
+    drive.link.answer("fault", "NAOqi does not answer.")
+    drive.run(PERIOD)
+    assert drive.base.problem == "NAOqi does not answer."
+    assert drive.base.state == "stopped: NAOqi does not answer."
+
+
+def test_what_the_drive_server_refuses_is_a_problem_unless_it_said_so_before(drive):
+    drive.link.answer("no command", "Nobody drives.")
+    drive.hold(0.2, ANSWER_TIME - PERIOD)
+    assert (drive.base.problem, drive.base.state) == ("", "driving")
+    drive.link.answer("no command", "Commands arrive 0.7 s late.")
+    drive.hold(0.2, 2 * PERIOD)
+    assert drive.base.problem == "Commands arrive 0.7 s late."
+    assert drive.given[-1] == (0.2, 0.0, 0.0), "the robot judges anew each time"
 
 
 def test_refusal_of_the_robot_is_told_for_a_while(drive, memory):
-    memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
-    drive.base.supervise(drive.now)
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    assert drive.base.state == "driving", "what was refused before we looked is not news"
-    memory.insertData(REFUSAL_KEY, ["obstacle", 1, [1.0, 0.0, 0.0]])
-    drive.base.supervise(drive.now)
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    assert drive.base.state == "driving, but the robot refuses: obstacle"
-    drive.run(REFUSAL_SHOWN)
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    assert drive.base.state == "driving"
+    memory.refusals.append(["obstacle", 0, [1.0, 0.0, 0.0]])
+    driver = Drive(drive.base._connection)
+    driver.supervise()
+    driver.hold(0.2, 0.1)
+    assert driver.base.state == "driving", "what was refused before we looked is not news"
+    memory.refusals.append(["obstacle", 1, [1.0, 0.0, 0.0]])
+    driver.supervise()
+    driver.hold(0.2, 0.1)
+    assert driver.base.state == "driving, but the robot refuses: obstacle"
+    driver.hold(0.2, REFUSAL_SHOWN)
+    assert driver.base.state == "driving"
 
 
 def test_first_refusal_of_its_life_is_told_too(drive, memory):
-    drive.base.supervise(drive.now)
-    memory.insertData(REFUSAL_KEY, ["obstacle", 0, [1.0, 0.0, 0.0]])
-    drive.base.supervise(drive.now)
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
+    memory.refusals.append(["obstacle", 0, [1.0, 0.0, 0.0]])
+    drive.supervise()
+    drive.hold(0.2, 0.1)
     assert drive.base.state == "driving, but the robot refuses: obstacle"
-
-
-def test_robot_that_was_put_to_rest_is_told(drive, motion):
-    motion.awake = False
-    drive.base.supervise(drive.now)
-    drive.command(0.2, 0.0, 0.0)
-    drive.run(0.1)
-    assert drive.base.state == "stopped: the robot sleeps; wake it up to drive"

@@ -1,4 +1,4 @@
-"""The driver with the simulated robot and the watchdog: it drives as commanded, and stops whatever dies.
+"""The driver with the simulated robot and its drive server: it drives as commanded, and stops whatever dies.
 
 Without the safety gate, which would slow down motion where no sensor points; see test_gated_driving.py.
 """
@@ -20,18 +20,20 @@ STANDING = 0.005
 
 
 class Station:
-    """Robot, driver, odometry and watchdog on one graph, and somebody who drives."""
+    """Robot, drive server, driver and odometry on one graph, and somebody who drives."""
 
     def __init__(self, graph) -> None:
         self.graph = graph
         self.robot = graph.start_robot()
         self.odometry = graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
-        self.driver = graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false")
-        self.watchdog = graph.run(
-            str(graph.workspace / "lib/pepper_bringup/watchdog.py"), f"--qi-url=tcp://127.0.0.1:{graph.robot_port}"
-        )
-        self.watchdog.wait_for("watching")
+        self.server = graph.start_drive_server()
+        self.start_driver()
         self.new_pilot()
+
+    def start_driver(self) -> None:
+        self.driver = self.graph.run_node(
+            "naoqi_driver_py", "naoqi_moveto.py", "_safety:=false", self.graph.drive_server
+        )
 
     def new_pilot(self) -> None:
         self.pilot = self.graph.probe()
@@ -155,18 +157,17 @@ def test_security_distances_can_be_set_and_nonsense_is_refused(station):
     assert "nan is not a distance" in error
 
 
-def test_killed_driver_is_stopped_by_the_watchdog_and_its_successor_drives(station, until_true):
+def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, until_true):
     station.cruise(until_true)
     station.driver.kill()
     killed = time.time()
     assert station.time_to_stand(killed, until_true) < STOP_WITHIN
-    assert "driver is silent" in station.watchdog.output
     station.pilot.silence()
-    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false")
+    station.start_driver()
     station.cruise(until_true)
 
 
-def test_frozen_driver_is_stopped_by_the_watchdog(station, until_true):
+def test_robot_of_a_frozen_driver_stands(station, until_true):
     station.cruise(until_true)
     station.driver.signal(signal.SIGSTOP)
     frozen = time.time()
@@ -185,7 +186,17 @@ def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, until_true
     assert station.time_to_stand(interrupted, until_true) < 1.5
     assert "Traceback" not in station.driver.output
     station.pilot.silence()
-    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false")
+    station.start_driver()
+
+
+def test_killed_drive_server_is_named_and_its_successor_drives(station, until_true):
+    station.cruise(until_true)
+    station.server.kill()
+    until_true(lambda: station.state.startswith("robot unreachable: The drive server at 127.0.0.1:"), "it is named")
+    station.pilot.silence()
+    station.server = station.graph.start_drive_server()
+    until_true(lambda: station.state.startswith("stopped"), "the driver is back")
+    station.cruise(until_true)
 
 
 def test_restarted_robot_is_driven_again(station, until_true):

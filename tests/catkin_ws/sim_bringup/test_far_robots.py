@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
 
 pytestmark = [pytest.mark.ros, pytest.mark.station]
@@ -75,8 +76,17 @@ class Far:
         self.run(self.robotino_pc, str(nodes / "rto_node/rto_node"), "--hostname", rest, "__ns:=/rto3")
         self.run(self.robotino_pc, str(nodes / "rto_node/rto_odometry_node"), "--hostname", rest, "__ns:=/rto3")
         self.run(self.robotino_pc, str(nodes / "rto_safe_teleop/safe_omni_drive"), "__ns:=/rto3")
-        self.run(self.pepper_pc, str(nodes / "pepper_bringup/watchdog.py"), f"--qi-url={self.pepper_pc.address}:9559")
-        self.run(self.pilot, str(nodes / "naoqi_driver_py/naoqi_moveto.py"), naoqi, "--pport=9559")
+        key, address = folder / "robot.key", self.pepper_pc.address
+        RobotKey.make(key).store(address)
+        server = (f"--qi-url={address}:9559", f"--address={address}", f"--key={key}")
+        self.run(self.pepper_pc, str(nodes / "naoqi_driver_py/drive_server.py"), *server)
+        self.run(
+            self.pilot,
+            str(nodes / "naoqi_driver_py/naoqi_moveto.py"),
+            naoqi,
+            "--pport=9559",
+            f"_drive_server:={address}",
+        )
         self.run(self.pilot, str(nodes / "rto_node/rto_camera_node"), "--hostname", rest, "__ns:=/rto3")
         # rostopic gives up at once where no master answers yet; nodes wait for one.
         patient = (
@@ -115,7 +125,10 @@ class Far:
 
 @pytest.fixture(scope="module")
 def far(far_network, workspace_environment, tmp_path_factory, until_true):
-    made = Far(far_network, workspace_environment, tmp_path_factory.mktemp("far"))
+    folder = tmp_path_factory.mktemp("far")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))  # the pilot's store of keys
+        made = Far(far_network, {**workspace_environment, "XDG_CONFIG_HOME": str(folder)}, folder)
     try:
         until_true(lambda: made.robotino.rows() and made.pepper.rows(), "both robots are watched")
         until_true(lambda: made.pictures.read_text().count("---") > 5, "pictures cross the link")

@@ -24,7 +24,7 @@ def test_every_robot_of_a_fleet_has_drivers_in_a_namespace_of_its_own(workspace_
     nodes = roslaunch(workspace_environment, "--nodes", "n:=5", "kind:=mixed").split()
     assert nodes.count("/robot_control_node") == 1, "one world"
     for name in ("pepper_1", "pepper_2"):
-        assert {f"/{name}/naoqi_driver", f"/{name}/watchdog"} <= set(nodes)
+        assert {f"/{name}/naoqi_driver", f"/{name}/drive_server"} <= set(nodes)
     for name in ("robotino_1", "robotino_2", "robotino_3"):
         assert {f"/{name}/rto_core", f"/{name}/rto_odometry", f"/{name}/safe_omni_drive"} <= set(nodes)
     assert len(nodes) == len(set(nodes)) and not any("_4" in node for node in nodes)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives the robot: velocity commands and goals in, ALMotion out, and a stop whenever in doubt.
+"""Drives the robot: velocity commands and goals in, to its drive server out, and a stop whenever in doubt.
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
             move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
@@ -8,7 +8,9 @@ Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
             orthogonal_security_distance, tangential_security_distance: how far NAOqi keeps from obstacles [m];
             stop_walk_srv.
-Parameters: ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
+Parameters: ~drive_server (""): host or host:port, 8085 unless given, of the drive server, which moves the base; its key
+            is in the pilot's store, `./stack pair`. Without one this node starts one for itself;
+            ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
             ~base_frame_id (base_footprint): frame of what the safety gate reports;
             ~wake_up (true): wake a sleeping robot at start;
             ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
@@ -18,20 +20,17 @@ import math
 import sys
 import threading
 import time
+from dataclasses import replace
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
-from naoqi_bridge_msgs.srv import (
-    OrthogonalSecurityDistance,
-    OrthogonalSecurityDistanceResponse,
-    TangentialSecurityDistance,
-    TangentialSecurityDistanceResponse,
-)
 from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import RobotError
 from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.naoqi_node import NaoqiNode
+from naoqi_driver.own_drive_server import OwnDriveServer
 from naoqi_driver.range_sensors import RangeSensorReader
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
@@ -39,8 +38,9 @@ from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
+from telepresence.drive.link import DriveLink
 from telepresence.geometry import yaw_of
-from telepresence.safety import PEPPER
+from telepresence.safety import PEPPER, SECTORS, Decision, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
@@ -48,10 +48,10 @@ from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFil
 
 MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
-HALT_TIMEOUT = 1.0
-"""Seconds the robot may brake at the end of the program."""
 LOOK_PERIOD = 0.5
 """Seconds between two questions whether the robot is awake and moves as commanded."""
+DRIVE_PORT = 8085
+"""Of a drive server that is named without one."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 
@@ -61,11 +61,16 @@ class MoveTo:
         self._wake = threading.Event()
         self._late = StaleCommandFilter()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
+        # First, as both take their time: the greeting, and the sensors' first readings.
+        self._link = self._open_link()
         self._gated = GatedDrive() if rospy.get_param("~safety", True) else None
         self._gate = self._gated or CommandGate()
+        if self._gated is not None:
+            self._sensors = RangeSensorReader(self._node.connection, self._gated.receive).start()
         look = rospy.get_param("~look", 0.15)
         self._base = BaseDriver(
             self._node.connection,
+            self._link,
             self._gate,
             wake_up=bool(rospy.get_param("~wake_up", True)),
             look=None if look == "none" else float(look),
@@ -74,20 +79,29 @@ class MoveTo:
         self._state = ""
         self._log = ChangeLog()
         self._state_due = 0.0
-        self._looked_after = 0.0
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
         if self._gated is not None:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles)
-            self._sensors = RangeSensorReader(self._node.connection, self._gated.receive).start()
         subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
-        rospy.Service("orthogonal_security_distance", OrthogonalSecurityDistance, self._on_orthogonal)
-        rospy.Service("tangential_security_distance", TangentialSecurityDistance, self._on_tangential)
 
     def run(self) -> int:
-        return self._node.run(self._loop)
+        return self._node.run(self._loop, self._look_after)
+
+    def _open_link(self) -> DriveLink:
+        server = str(rospy.get_param("~drive_server", ""))
+        if not server:
+            own = OwnDriveServer(self._node.connection.address.url)
+            self._node.at_end(own.close)
+            server = own.address
+        try:
+            link = DriveLink(server if ":" in server else f"{server}:{DRIVE_PORT}")
+        except ValueError as error:
+            raise SystemExit(f"{rospy.get_name()}: {error}") from None
+        self._node.at_end(link.close)
+        return link
 
     def _on_master_lost(self) -> None:
         self._late.link_lost()
@@ -109,21 +123,16 @@ class MoveTo:
         elif not all(math.isfinite(part) for part in (x, y, theta)):
             rospy.logerr("goal refused: %s, %s, %s is not a place", x, y, theta)
         else:
-            self._base.go_to(x, y, theta, in_odometry=frame == "odom")
+            try:
+                self._base.go_to(x, y, theta, in_odometry=frame == "odom")
+            except RobotError as error:
+                rospy.logerr("goal refused: %s", error)
             self._wake.set()
 
     def _on_stop(self, _request) -> EmptyResponse:
         self._gate.command(0.0, 0.0, 0.0, time.monotonic())
         self._wake.set()
         return EmptyResponse()
-
-    def _on_orthogonal(self, request) -> OrthogonalSecurityDistanceResponse:
-        self._set_distance("setOrthogonalSecurityDistance", request.orthogonal_distance.data)
-        return OrthogonalSecurityDistanceResponse()
-
-    def _on_tangential(self, request) -> TangentialSecurityDistanceResponse:
-        self._set_distance("setTangentialSecurityDistance", request.tangential_distance.data)
-        return TangentialSecurityDistanceResponse()
 
     def _set_distance(self, method: str, distance: float) -> None:
         if not (math.isfinite(distance) and distance >= 0):
@@ -147,32 +156,56 @@ class MoveTo:
         if self._gated is not None:
             self._sensors.close()
         self._gate.clear()
-        try:
-            self._base.halt(HALT_TIMEOUT)
-        except RobotError as error:
-            rospy.logerr("could not stop the robot at the end, its watchdog has to: %s", error)
+
+    def _look_after(self) -> None:
+        """What waits for the robot, beside the loop that drives."""
+        self._offer_distances()
+        for now in self._node.cycles(LOOK_PERIOD):
+            if not self._node.connection.connected:
+                continue
+            try:
+                self._base.supervise(now)
+            except RobotError as error:
+                rospy.logdebug("%s", error)
+
+    def _offer_distances(self) -> None:
+        # Imported when the robot can be driven already: with it come all messages of the package, a quarter of the
+        # time that this program takes to start.
+        from naoqi_bridge_msgs import srv
+
+        def on_orthogonal(request: srv.OrthogonalSecurityDistanceRequest) -> srv.OrthogonalSecurityDistanceResponse:
+            self._set_distance("setOrthogonalSecurityDistance", request.orthogonal_distance.data)
+            return srv.OrthogonalSecurityDistanceResponse()
+
+        def on_tangential(request: srv.TangentialSecurityDistanceRequest) -> srv.TangentialSecurityDistanceResponse:
+            self._set_distance("setTangentialSecurityDistance", request.tangential_distance.data)
+            return srv.TangentialSecurityDistanceResponse()
+
+        rospy.Service("orthogonal_security_distance", srv.OrthogonalSecurityDistance, on_orthogonal)
+        rospy.Service("tangential_security_distance", srv.TangentialSecurityDistance, on_tangential)
 
     def _report(self, now: float) -> None:
         if self._gated is not None and self._gated.decision is not None:
-            self._safety.report(now, self._gated.decision)
+            self._safety.report(now, with_problem(self._gated.decision, self._base.problem))
         self._log.note(now, self._base.state, rospy.loginfo)
         if self._base.state != self._state or now >= self._state_due:
             self._state = self._base.state
             self._state_due = now + STATE_PERIOD
             self._state_publisher.publish(clean(self._state))
-        connected = self._node.connection.connected
-        if connected and now >= self._looked_after + LOOK_PERIOD:
-            self._looked_after = now
-            try:
-                self._base.supervise(now)
-            except RobotError as error:
-                rospy.logdebug("%s", error)
         self._diagnostics.report(
             now,
-            ERROR if not connected else WARN if self._base.awake is False else OK,
+            ERROR if self._base.problem else WARN if self._base.awake is False else OK,
             self._base.state,
-            {"refused commands": self._gate.refused, "velocities sent": self._base.moves, "awake": self._base.awake},
+            {"refused commands": self._gate.refused, "outages": self._link.outages, "awake": self._base.awake},
         )
+
+
+def with_problem(decision: Decision, problem: str) -> Decision:
+    """The gate's decision when nobody can drive, for the reason `problem`: nothing passes. Only a stop is worse."""
+    if not problem or decision.state is State.STOPPED:
+        return decision
+    nothing = np.zeros(SECTORS)
+    return replace(decision, vx=0.0, vy=0.0, wz=0.0, state=State.FAULT, reason=problem, allowed=nothing)
 
 
 if __name__ == "__main__":
