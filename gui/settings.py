@@ -70,9 +70,14 @@ class Settings:
             self._settings.setValue(name, value if isinstance(value, QByteArray) else str(value))
 
     def restore_window(self, window: QMainWindow) -> bool:
-        """Restore size, position and splitters; return False when none were saved."""
-        geometry = self._bytes("window/geometry")
-        if geometry is None or not window.restoreGeometry(geometry):
+        """Restore size, position and splitters; return False when none were saved.
+
+        A window that fills a small screen already keeps its place: Qt would leave room for a title bar above it, which
+        nobody draws on a display without a window manager.
+        """
+        geometry, screen = self._bytes("window/geometry"), window.screen()
+        fills = window.isMaximized() or (screen is not None and window.height() >= screen.availableGeometry().height())
+        if geometry is None or not (fills or window.restoreGeometry(geometry)):
             return False
         for splitter in window.findChildren(QSplitter):
             state = self._bytes(f"window/{splitter.objectName()}")
