@@ -27,6 +27,7 @@ from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
 from gui.app.unexpected import UnexpectedErrors
+from gui.periodic_timer import PeriodicTimer
 from gui.recording.folder import save_picture
 from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
@@ -41,6 +42,8 @@ from telepresence.teleop.accounts import Users
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
 """(height of the screen [px], scale of the window from that height on)."""
+REMEMBER_PERIOD = 5000
+"""[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
 SCREENSHOT_DELAY = 1000
 """[ms] after the first picture: time for the terminal to show what it runs."""
 
@@ -78,6 +81,9 @@ def main(argv: list[str] | None = None) -> int:
         front = lambda: tabs[together.current]  # noqa: E731
         together.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
         _bring_to_front(tabs, 0)
+        names = [tab.link.robot.name for tab in tabs]
+        last = settings.text("tab")
+        together.choose(names.index(last) if last in names else 0)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     for tab in tabs:
         tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
@@ -96,6 +102,19 @@ def main(argv: list[str] | None = None) -> int:
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
     if authorization.page is not None:
         authorization.page.nameField.setText(settings.text("name"))
+
+    def remember() -> None:
+        for tab in tabs:
+            tab.save(settings)
+        if authorization.page is not None:
+            settings.save("name", authorization.page.nameField.text())
+        if isinstance(window, RobotTabs):
+            settings.save("tab", tabs[window.current].link.robot.name)
+        settings.save("theme", theme.current())
+        settings.save_window(window)
+
+    remembers = PeriodicTimer(REMEMBER_PERIOD, remember, window)
+    remembers.start()
     for tab in tabs:
         tab.start()
     node.start()
@@ -103,13 +122,10 @@ def main(argv: list[str] | None = None) -> int:
         code = application.exec_()
     finally:
         signals.setEnabled(False)
+        remembers.stop()
+        remember()
         for tab in tabs:
-            tab.save(settings)
             tab.close()
-        if authorization.page is not None:
-            settings.save("name", authorization.page.nameField.text())
-        settings.save("theme", theme.current())
-        settings.save_window(window)
         node.close()
         for tab in tabs:
             tab.terminal.close_terminal()
