@@ -27,6 +27,7 @@ from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
 from gui.app.unexpected import UnexpectedErrors
+from gui.periodic_timer import PeriodicTimer
 from gui.recording.folder import save_picture
 from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
@@ -48,6 +49,8 @@ FROZEN_AFTER = 2.0
 """Seconds after which a window whose loop does not turn counts as frozen: files are written there, too."""
 ENDING_TIMEOUT = 10.0
 """Seconds in which a closed window's terminals and nodes end."""
+REMEMBER_PERIOD = 5000
+"""[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
 SCREENSHOT_DELAY = 1000
 """[ms] after the first picture: time for the terminal to show what it runs."""
 
@@ -85,6 +88,9 @@ def main(argv: list[str] | None = None) -> int:
         front = lambda: tabs[together.current]  # noqa: E731
         together.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
         _bring_to_front(tabs, 0)
+        names = [tab.link.robot.name for tab in tabs]
+        last = settings.text("tab")
+        together.choose(names.index(last) if last in names else 0)
     node.ended.connect(lambda reason: _end_by_ros(window, reason))
     for tab in tabs:
         tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
@@ -103,6 +109,19 @@ def main(argv: list[str] | None = None) -> int:
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
     if authorization.page is not None:
         authorization.page.nameField.setText(settings.text("name"))
+
+    def remember() -> None:
+        for tab in tabs:
+            tab.save(settings)
+        if authorization.page is not None:
+            settings.save("name", authorization.page.nameField.text())
+        if isinstance(window, RobotTabs):
+            settings.save("tab", tabs[window.current].link.robot.name)
+        settings.save("theme", theme.current())
+        settings.save_window(window)
+
+    remembers = PeriodicTimer(REMEMBER_PERIOD, remember, window)
+    remembers.start()
     for tab in tabs:
         tab.start()
     node.start()
@@ -114,13 +133,10 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         heartbeat.beat(ENDING_TIMEOUT)
         signals.setEnabled(False)
+        remembers.stop()
+        remember()
         for tab in tabs:
-            tab.save(settings)
             tab.close()
-        if authorization.page is not None:
-            settings.save("name", authorization.page.nameField.text())
-        settings.save("theme", theme.current())
-        settings.save_window(window)
         node.close()
         for tab in tabs:
             tab.terminal.close_terminal()

@@ -51,6 +51,7 @@ class Settings:
     def __init__(self, path: Path | None) -> None:
         usable = path is not None and _make_private(path)
         self._settings = QSettings(str(path), QSettings.Format.IniFormat) if usable else None
+        self._changed = False
 
     def text(self, name: str, otherwise: str = "") -> str:
         """Return what was saved under this name; `otherwise` when nothing was."""
@@ -65,14 +66,23 @@ class Settings:
             return otherwise
 
     def save(self, name: str, value: str | float | QByteArray) -> None:
-        """Save a value under this name."""
-        if self._settings is not None:
-            self._settings.setValue(name, value if isinstance(value, QByteArray) else str(value))
+        """Save a value under this name, if it is another one."""
+        if self._settings is None:
+            return
+        wanted, known = value if isinstance(value, QByteArray) else str(value), self._settings.value(name)
+        if type(known) is not type(wanted) or known != wanted:  # to PyQt5 None equals bytes that begin with a zero
+            self._settings.setValue(name, wanted)
+            self._changed = True
 
     def restore_window(self, window: QMainWindow) -> bool:
-        """Restore size, position and splitters; return False when none were saved."""
-        geometry = self._bytes("window/geometry")
-        if geometry is None or not window.restoreGeometry(geometry):
+        """Restore size, position and splitters; return False when none were saved.
+
+        A window that fills a small screen already keeps its place: Qt would leave room for a title bar above it, which
+        nobody draws on a display without a window manager.
+        """
+        geometry, screen = self._bytes("window/geometry"), window.screen()
+        fills = window.isMaximized() or (screen is not None and window.height() >= screen.availableGeometry().height())
+        if geometry is None or not (fills or window.restoreGeometry(geometry)):
             return False
         for splitter in window.findChildren(QSplitter):
             state = self._bytes(f"window/{splitter.objectName()}")
@@ -81,11 +91,12 @@ class Settings:
         return True
 
     def save_window(self, window: QMainWindow) -> None:
-        """Save size, position and splitters."""
+        """Save size, position and splitters, and write everything that has changed."""
         self.save("window/geometry", window.saveGeometry())
         for splitter in window.findChildren(QSplitter):
             self.save(f"window/{splitter.objectName()}", splitter.saveState())
-        if self._settings is not None:
+        if self._settings is not None and self._changed:
+            self._changed = False
             self._settings.sync()
 
     def _bytes(self, name: str) -> QByteArray | None:

@@ -36,6 +36,7 @@ LONGEST_STATE = 20
 """Characters of the driver's state beside the view from above."""
 AGE_PERIOD = 250  # ms
 LIMIT_PERIOD = 100  # ms
+CAMERA_PERIOD = 50  # ms between two looks whether the camera's program is still connected
 CLOCKS_DIFFER = 5.0
 """[s]; an age above this, or below zero, means that the clocks disagree, not that the picture is old."""
 
@@ -88,7 +89,11 @@ class Views(QObject):
         link.channel("picture").arrived.connect(self._on_picture)
         self._age_timer = PeriodicTimer(AGE_PERIOD, self._show_age, self)
         window.video.stale_changed.connect(self._on_stale)
+        window.video.late_changed.connect(lambda _late: self._show_share())
         self._limit_timer = PeriodicTimer(LIMIT_PERIOD, self._update_share, self)
+        self._cameras = 0
+        self._camera_timer = PeriodicTimer(CAMERA_PERIOD, self._look_for_camera, self)
+        self._camera_timer.start()
         self._limit_timer.start()
         self._offer_cameras()
         self._join_panels()
@@ -138,8 +143,11 @@ class Views(QObject):
             self._share = share
             if not share:
                 self._round_trip.forget()  # no commands are sent from now on
-            self._window.health.show_share(share)
+            self._show_share()
             self.share_changed.emit(share)
+
+    def _show_share(self) -> None:
+        self._window.health.show_share(0.0 if self._window.video.late else self._share)
 
     # --- speech, postures, sound ---
 
@@ -243,6 +251,12 @@ class Views(QObject):
         age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
         self._delay_limit.note_picture(age, time.monotonic())
         self._window.health.show_picture(age, self._window.video.rate())
+
+    def _look_for_camera(self) -> None:
+        """Do not wait for pictures of a program whose connection has closed: it was killed."""
+        before, self._cameras = self._cameras, self._link.publishers("picture")
+        if before and not self._cameras:
+            self._window.video.lose_source()
 
     def _on_stale(self, stale: bool) -> None:
         """Show the age of the last picture as it grows."""

@@ -79,6 +79,12 @@ class RosLink(QObject):
         """The name of the window's node."""
         return self._node.name
 
+    def publishers(self, name: str) -> int:
+        """Return with how many publishers of a channel this window is connected: one that is killed drops out at once,
+        while the master lists it until somebody tells it."""
+        subscriber = self._subscribers.get(name)
+        return subscriber.get_num_connections() if subscriber is not None else 0
+
     def set_open(self, wanted: bool) -> None:
         """Receive and send, or do neither because nobody has signed in."""
         self._open = wanted

@@ -50,7 +50,7 @@ class VideoView(QFrame):
         self._image: QImage | None = None
         self._arrivals: deque[float] = deque()
         self._arrived = self._stamp = 0.0
-        self._late = self._stale = self._held = False
+        self._late = self._stale = self._held = self._gone = False
         self._patience = PicturePatience()
         self._painted = self._announced = False
         self._title, self._hint, self._status = "", "", ""
@@ -103,6 +103,7 @@ class VideoView(QFrame):
         self._arrived, self._stamp = picture.arrived, picture.stamp
         self._arrivals.append(picture.arrived)
         self._patience.note(picture.arrived)
+        self._gone = False
         self._set_stale(False)
         self._check_late()
         self.update()
@@ -114,11 +115,17 @@ class VideoView(QFrame):
         self._painted = self._announced = False
         self._arrivals.clear()
         self._patience.forget()
+        self._gone = False
         self._let_go()
         self._set_stale(False)
         self._check_late()
         self._set_status("")
         self.update()
+
+    def lose_source(self) -> None:
+        """Let the picture count as late until the next one: the program that sends them has gone."""
+        self._gone = self._image is not None
+        self._check_late()
 
     def age(self) -> float:
         """Return the time since the picture arrived [s]; infinity without one."""
@@ -225,7 +232,7 @@ class VideoView(QFrame):
     def _check_late(self) -> None:
         """Find out whether the next picture is late, and look again when it would be."""
         known = self._image is not None and math.isfinite(self.stale_after)
-        left = self._patience.seconds() - self.age() if known else math.inf
+        left = 0.0 if self._gone else self._patience.seconds() - self.age() if known else math.inf
         if 0.0 < left < math.inf:
             self._late_timer.start(math.ceil(1000 * left))
         else:

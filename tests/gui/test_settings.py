@@ -59,6 +59,35 @@ def test_a_window_comes_back_as_it_was(tmp_path, make_window):
     assert second.columns.sizes() == first.columns.sizes()
 
 
+def test_a_file_is_written_only_when_something_has_changed(tmp_path, make_window):
+    """The window looks every few seconds whether there is something to remember."""
+    path, window = tmp_path / "window.ini", make_window()
+    settings = Settings(path)
+    settings.save("name", "anna")
+    settings.save_window(window)
+    assert Settings(path).text("name") == "anna", "a window that is killed has written it"
+    path.unlink()
+    settings.save("name", "anna")
+    settings.save_window(window)
+    assert not path.exists()
+    window.resize(700, 450)
+    settings.save_window(window)
+    assert path.exists()
+
+
+def test_a_window_that_fills_a_small_screen_stays_there_without_a_title_bar(tmp_path, make_window):
+    """Without a window manager, as offscreen, nobody moves it back."""
+    first, second = make_window(), make_window()
+    for window in (first, second):
+        window.showMaximized()
+        window.setGeometry(window.screen().availableGeometry())
+    first.columns.setSizes([200, 500])
+    Settings(tmp_path / "window.ini").save_window(first)
+    assert Settings(tmp_path / "window.ini").restore_window(second)
+    assert second.geometry() == second.screen().availableGeometry()
+    assert second.columns.sizes() == first.columns.sizes()
+
+
 def test_nothing_is_remembered_when_not_wanted(monkeypatch, tmp_path):
     monkeypatch.setenv("TELEPRESENCE_SETTINGS", "none")
     assert default_file() is None

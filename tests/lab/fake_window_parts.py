@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QFrame
 
 from gui.robots import ROBOTS
@@ -40,6 +40,10 @@ class FakeLink(QObject):
             "hold": "", "other": "", "velocity": Velocity(0.0, 0.0, 0.0),
             "present": (("anna (pilot)", self.node_name),),
         }  # fmt: skip
+        self.repeats = QTimer(self)
+        """drive_lease repeats what it has said, as the real one does, until this is stopped."""
+        self.repeats.setInterval(200)
+        self.repeats.timeout.connect(self.report_lease)
         self.drive_lease = DriveLease(lambda name: Account(name, PILOT))
         self.windows: dict[str, Window] = {}
         """Who has joined, by session."""
@@ -49,6 +53,8 @@ class FakeLink(QObject):
         self.called: list[tuple] = []
         self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
         self.tidied: list[float] = []
+        self.connected = {"picture": 1}
+        """Channel -> how many publish it."""
 
     def become(self, **changes: bool) -> None:
         self.state = LinkState(self.state.master_uri, **changes)
@@ -90,6 +96,7 @@ class FakeLink(QObject):
     def report_lease(self, **changes: object) -> None:
         """drive_lease says who drives: this window, unless changed."""
         self.lease.update(changes)
+        self.repeats.start()
         self.channels["lease"].arrived.emit(LeaseState(**self.lease, arrived=time.monotonic()))
 
     def channel(self, name: str) -> Channel:
@@ -140,6 +147,9 @@ class FakeLink(QObject):
     @property
     def found(self) -> frozenset[str]:
         return frozenset(self.published) if self.state.driver else frozenset()
+
+    def publishers(self, name: str) -> int:
+        return self.connected.get(name, 0)
 
     def tidy_master(self, seconds: float) -> None:
         self.tidied.append(seconds)

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QLabel, QPushButton
 from gui.app.controller import Attach, Controller
 from gui.app.conversation import PERIOD
 from gui.driving.drive_coordinator import STOP_REPEATS
+from gui.driving.picture_patience import MOST_PATIENCE
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET, SECOND_NAME
@@ -468,6 +469,24 @@ def test_a_late_picture_makes_the_robot_stand_and_the_next_one_lets_it_drive_on(
     count = len(link.driven)
     spin(lambda: len(link.driven) >= count + 3, "the key is still held")
     assert set(link.driven[count:]) == {ZERO}
+    link.picture.emit(picture())
+    spin(lambda: link.driven[-1] == (0.2, 0.0, 0.0), "it drives on")
+    QTest.keyRelease(window, Qt.Key_W)
+
+
+def test_the_robot_stands_at_once_when_the_cameras_program_is_killed(open_window, link, spin):
+    window = open_window()
+    link.become(**RUNNING)
+    link.picture.emit(picture())
+    window.setFocus()
+    QTest.keyPress(window, Qt.Key_W)
+    late = []
+    window.video.late_changed.connect(lambda _late: late.append(window.video.age()))
+    spin(lambda: window.controller.views._cameras, "the camera is connected")
+    link.connected["picture"] = 0
+    spin(lambda: link.driven[-1] == ZERO, "it stands")
+    assert late[0] < MOST_PATIENCE, "although the picture is not late yet"
+    link.connected["picture"] = 1
     link.picture.emit(picture())
     spin(lambda: link.driven[-1] == (0.2, 0.0, 0.0), "it drives on")
     QTest.keyRelease(window, Qt.Key_W)

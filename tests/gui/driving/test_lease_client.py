@@ -252,6 +252,7 @@ def test_a_stop_of_the_safety_layer_shows_too(pilot, link):
 
 def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatch):
     monkeypatch.setattr("gui.driving.lease_client.SILENCE", SILENCE / 5)
+    link.repeats.stop()
     spin(lambda: pilot.controller.access.state is None, "it counts as gone")
     press(pilot, Qt.Key_W)
     assert link.driven == [] and "drive_lease" in pilot.status.message
