@@ -121,6 +121,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     require_known(arguments.robot, settings)
     if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
         os.environ["ROS_IP"] = "127.0.0.1"  # without any, ROS announces the host name and listens everywhere
+    LogKeeper().start()
     require_protection(settings.get("firewall"))
     if simulated:
         for wire in wires:
@@ -135,7 +136,6 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     for variable in (PAGE_KEY, SCREEN_KEY):
         os.environ[variable] = page_key(variable)
     keeper = screen = display = None
-    LogKeeper().start()
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")
