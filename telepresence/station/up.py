@@ -133,6 +133,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     require_known(arguments.robot, settings)
     if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
         os.environ["ROS_IP"] = "127.0.0.1"  # without any, ROS announces the host name and listens everywhere
+    LogKeeper().start()
     require_protection(settings.get("firewall"))
     if simulated:
         for wire in wires:
@@ -151,7 +152,6 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     faults = FaultReporter(watch / FAULTS)
     keeper = screen = display = None
     kept: list[KeptProgram] = []
-    LogKeeper().start()
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")

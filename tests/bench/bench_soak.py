@@ -122,11 +122,12 @@ class Soak:
         odometer = self._start_odometer(station)
         programs: dict[str, Usage] = {}
         next_sample = next_progress = 0.0
+        started = time.monotonic() - self._begin
         for number, events in enumerate(rounds(self._seed, self._round)):
-            begin = number * self._round
+            begin = started + number * self._round
             while not self._stop.wait(TICK):
                 now = time.monotonic() - self._begin
-                if now > self._duration:
+                if now > started + self._duration:
                     return
                 while events and begin + events[0].at <= now:
                     self._begin_event(hands, events.pop(0))

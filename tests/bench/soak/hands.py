@@ -20,6 +20,8 @@ PICTURE = (380, 160)
 TURN = "{linear: {x: 0.1}, angular: {z: 0.5}}"
 SPARED = {"stack", "telepresence.station", "telepresence_ros.roslaunch", "gui_ros_node"}
 """Programs whose death ends the station or the window, and those below them that nobody restarts."""
+STARTS_WITHIN = 1.5
+"""[s] that rostopic takes until it publishes."""
 RETURNS_WITHIN = 30.0
 """[s]; a program that is away for longer is reported."""
 READER = """
@@ -81,7 +83,7 @@ class Hands:
         if event.what == "topic":
             topic = ("/cmd_vel", "/rto3/safe_cmd_vel")[self._count % 2]
             argv = ["rostopic", "pub", "-r", "10", topic, "geometry_msgs/Twist", TURN]
-            self._station.passing("pilot", event.seconds, *argv)
+            self._station.passing("pilot", STARTS_WITHIN + event.seconds, *argv)
         elif event.what == "window":
             key = KEYS[self._count % len(KEYS)]
             self._input("mousemove", *PICTURE, "click", 1, "keydown", key)

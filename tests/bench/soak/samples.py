@@ -148,6 +148,8 @@ class LogReader:
                 within = True
             elif within and line.strip() and not line.startswith((" ", "\t")):
                 within = False
+                if line.startswith("["):
+                    line = "its end is missing"  # a line as long as a traceback may have been shortened
                 key = (re.sub(r"-\d+(?=\.log)", "", path.name), line.strip()[:200])
                 self.tracebacks[key] = self.tracebacks.get(key, 0) + 1
         self._open[about.st_ino] = within

@@ -70,3 +70,12 @@ def test_a_node_that_ended_is_one_line_in_the_logs_of_the_others_and_a_mistake_k
     assert shorten_lost_connection(record)
     lines = record.getMessage().strip().splitlines()
     assert (len(lines) == 1) is shortened and "Unknown error at 127.0.0.1" in lines[0] and str(error) in lines[-1]
+
+
+def test_a_line_that_could_not_be_reported_without_a_master_is_one_line():
+    text = (
+        "Unable to report rosout: [Errno 111] Connection refused\nTraceback (most recent call last):\n  File x\n   ^^…"
+    )
+    record = logging.makeLogRecord({"name": "rospy.rosout", "msg": text})
+    assert shorten_lost_connection(record)
+    assert record.getMessage() == "Unable to report rosout: [Errno 111] Connection refused"

@@ -35,14 +35,17 @@ LOST_CONNECTION = ("ROSHandshakeException", "OSError", "ConnectionError", "Conne
 
 
 def shorten_lost_connection(record: logging.LogRecord) -> bool:
-    """Leave of rospy's traceback about a node that has ended one line: programs are restarted, which is no error here.
+    """Leave of rospy's traceback about a node or master that has ended one line: programs are restarted, which is no
+    error here.
 
-    A filter for the logger "rospy.internal"; every record passes.
+    A filter for the loggers "rospy.internal" and "rospy.rosout"; every record passes.
     """
     text = record.getMessage()
     before, sign, trace = text.partition("Traceback (most recent call last)")
     error = trace.strip().rpartition("\n")[2]
-    if sign and error.rpartition(":")[0].partition(":")[0].rpartition(".")[2] in LOST_CONNECTION:
+    if sign and before.startswith("Unable to report rosout: "):  # which says the reason itself
+        record.msg, record.args = before.strip(), ()
+    elif sign and error.rpartition(":")[0].partition(":")[0].rpartition(".")[2] in LOST_CONNECTION:
         record.msg, record.args = f"{before}{error}", ()
     return True
 
@@ -61,7 +64,8 @@ def route_logs_to_ros() -> None:
     All lines that this process logs are plain text from then on, whatever a robot or a message brought.
     """
     keep_logs_plain()
-    logging.getLogger("rospy.internal").addFilter(shorten_lost_connection)
+    for name in ("rospy.internal", "rospy.rosout"):
+        logging.getLogger(name).addFilter(shorten_lost_connection)
     for name in our_packages():
         logger = logging.getLogger(name)
         logger.setLevel(logging.INFO)
