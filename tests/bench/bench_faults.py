@@ -54,8 +54,11 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--load", action="store_true", help="other programs keep every processor busy")
     parser.add_argument("--list", action="store_true", help="bring up the station, print its processes, end")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every fault and every row, written as it goes")
+    parser.add_argument("--traces", type=Path, metavar="FOLDER", help="where the robot was, a table for every fault")
     parser.add_argument("--show", type=Path, nargs="+", metavar="FILE", help="print the table of these JSON files")
     arguments = parser.parse_args(argv)
+    if arguments.traces:
+        arguments.traces.mkdir(parents=True, exist_ok=True)
     if arguments.quick:
         arguments.times = arguments.link_times = 1
     return arguments
@@ -144,7 +147,7 @@ class Bench:
                     self._far = FarStation(kind, Path(tempfile.mkdtemp(dir=self._folder.name)))
                     wait_ready(self._far)
                 far = self._far
-                run = Run(far, far.robot, far.pilot, far.restarter, self._random)
+                run = Run(far, far.robot, far.pilot, far.restarter, self._random, self.arguments.traces)
                 self._keep(strike_link(run, fault, key))
                 return
             except (NotReady, RuntimeError, BrokenPipeError) as error:
@@ -192,7 +195,7 @@ class Bench:
                 pilot = WindowPilot(station, robot)
             if pilot is not topic:
                 self._pilots.append(pilot)
-            self._runs.append(Run(station, robot, pilot, topic, self._random))
+            self._runs.append(Run(station, robot, pilot, topic, self._random, self.arguments.traces))
 
     def _take_down(self) -> None:
         for pilot in self._pilots:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import random
+import re
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
 
 from telepresence.station import processes
 
@@ -17,6 +19,8 @@ from .victims import alive, frozen
 
 UNDER_WAY = 0.8
 """Share of the speed that counts as driving."""
+STEADY = 0.5
+"""It drives for so long at least before the fault [s]."""
 START_TIMEOUT = 15.0
 GOES_ON = 2.0
 """A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]."""
@@ -24,7 +28,7 @@ REST_TIMEOUT = 4.0
 """After the release [s]."""
 HELD = 2.5
 """So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
-PRESS, PAUSE = 0.7, 0.3
+PRESS, PAUSE = 1.5, 0.3
 """... for so long, again and again, with pauses [s]."""
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
@@ -75,12 +79,26 @@ class Run:
     pilot: Pilot
     restarter: TopicPilot
     random: random.Random
+    traces: Path | None = None
+    """Folder for what was recorded of each fault."""
 
     def trace(self, since: float) -> list[Sample]:
         return self.station.truths[self.robot.name].since(since)
 
     def newest(self) -> Sample | None:
         return self.station.truths[self.robot.name].newest
+
+    def save(self, outcome: Outcome, began: float) -> None:
+        """Write where the robot was, from a second before the fault on: seconds, metres, radians."""
+        if self.traces is None:
+            return
+        words = re.sub(r"\W+", "_", f"{outcome.robot} {outcome.by} {outcome.victim} {outcome.fault}")
+        with (self.traces / f"{words}_{began:.0f}.csv").open("w") as file:
+            print("time,x,y,yaw,ahead,speed,turn", file=file)
+            for sample in self.trace(began - 1.0):
+                print(
+                    f"{sample.time - began:.3f}", *(f"{value:.4f}" for value in astuple(sample)[1:]), sep=",", file=file
+                )
 
     def drives(self) -> bool:
         sample = self.newest()
@@ -106,12 +124,13 @@ def start_driving(run: Run) -> None:
     while True:
         run.pilot.hold()
         if wait(run.drives, 3.0):
-            break
+            time.sleep(STEADY + run.random.uniform(0.0, 0.3))  # at any moment of every loop's period
+            if run.drives():
+                return
         run.pilot.release()
         if time.monotonic() > deadline:
             raise NotReady("the robot does not drive")
         time.sleep(PAUSE)
-    time.sleep(0.4 + run.random.uniform(0.0, 0.3))  # at speed, and at any moment of every loop's period
 
 
 def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
@@ -126,6 +145,7 @@ def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
         if fault == "freeze" and frozen(pid):
             _wake(run, outcome, pid)
     note_sentence(run, outcome, began)
+    run.save(outcome, began)
     return outcome
 
 
