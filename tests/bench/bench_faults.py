@@ -19,11 +19,11 @@ import time
 from pathlib import Path
 
 from faults.far_station import FarStation, wait_ready
-from faults.figures import rows, summary, table
+from faults.figures import Figures, limits, rows, summary, table
 from faults.link_trial import FAULTS, KEYS, strike_link
 from faults.pilots import Pilot, TerminalPilot, TopicPilot, WindowPilot
 from faults.station import STATIONS, Station
-from faults.trial import NotReady, Outcome, Run, strike, wait
+from faults.trial import NOBODY, NotReady, Outcome, Run, strike, wait
 
 from telepresence.station import processes
 
@@ -67,8 +67,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
 def main(argv: list[str]) -> int:
     arguments = parse(argv)
     if arguments.show:
-        shown = [Outcome(**one) for path in arguments.show for one in json.loads(path.read_text())["faults"]]
-        print(table(rows(shown)) + summary(rows(shown)))
+        report([row for path in arguments.show for row in read(path)])
         return 0
     processes.adopt_orphans()
     for request in (signal.SIGTERM, signal.SIGHUP):
@@ -92,10 +91,19 @@ def main(argv: list[str]) -> int:
         for hog in hogs:
             hog.kill()
         processes.end_descendants()
-    figures = rows(bench.outcomes, arguments.load)
-    if figures:
-        print(table(figures) + summary(figures), flush=True)
+    report(rows(bench.outcomes, arguments.load))
     return 0
+
+
+def read(path: Path) -> list[Figures]:
+    """The rows of a JSON file that this benchmark has written."""
+    record = json.loads(path.read_text())
+    return rows((Outcome(**one) for one in record["faults"]), record["load"])
+
+
+def report(figures: list[Figures]) -> None:
+    if figures:
+        print(limits(any(row.load for row in figures)), table(figures) + summary(figures), sep="\n\n", flush=True)
 
 
 class Bench:
@@ -121,7 +129,7 @@ class Bench:
             print(f"{kind}, driven by {by}:", *(f"  {name}" for name in names), sep="\n", flush=True)
             return
         chosen = [name for name in names if re.search(self.arguments.only or "", name)]
-        jobs = [(name, fault) for name in chosen for fault in self.arguments.fault or KINDS]
+        jobs = [(NOBODY, "release"), *((name, fault) for name in chosen for fault in self.arguments.fault or KINDS)]
         for number, (name, fault) in enumerate(jobs, 1):
             # The terminal of a station with both drives Pepper.
             for index in range(1 if by == "terminal" else len(STATIONS[kind])):
@@ -166,7 +174,7 @@ class Bench:
                 if self._station is None or not wait(self._station.complete, RECOVERY):
                     self._bring_up(kind, by)
                 assert self._station is not None
-                run, pid = self._runs[index], self._station.victims().get(name)
+                run, pid = self._runs[index], {NOBODY: 0, **self._station.victims()}.get(name)
                 if pid is None:
                     self._progress(f"  {name} is not there any more")
                     self._take_down()
@@ -216,6 +224,7 @@ class Bench:
             figures = rows(self.outcomes, self.arguments.load)
             record = {
                 "load": self.arguments.load,
+                "limits": limits(self.arguments.load),
                 "summary": summary(figures),
                 "rows": [row.as_dict() for row in figures],
                 "faults": [outcome.as_dict() for outcome in self.outcomes],

@@ -17,6 +17,8 @@ from .station import Robot, Station
 from .trace import Sample, drive_time, path_length, rest_time
 from .victims import alive, frozen
 
+NOBODY = "nobody"
+"""The victim of no fault: what letting go of the key takes by itself."""
 UNDER_WAY = 0.8
 """Share of the speed that counts as driving."""
 STEADY = 0.5
@@ -134,15 +136,17 @@ def start_driving(run: Run) -> None:
 
 
 def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
-    """Kill or freeze a process while the robot drives, and say what came of it. Raises NotReady."""
+    """Kill or freeze a process while the robot drives, and say what came of it; with NOBODY, do neither. Raises
+    NotReady."""
     outcome = Outcome(run.station.kind, run.robot.name, run.station.by, victim, fault)
     start_driving(run)
     began = time.monotonic()
-    processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
+    if victim != NOBODY:
+        processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
     try:
         _watch(run, outcome, began)
     finally:
-        if fault == "freeze" and frozen(pid):
+        if victim != NOBODY and frozen(pid):
             _wake(run, outcome, pid)
     note_sentence(run, outcome, began)
     run.save(outcome, began)
