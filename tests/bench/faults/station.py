@@ -119,8 +119,8 @@ class Sayings:
                 self._sentences.append(Sentence(time.monotonic(), where, text))
 
     def fault(self, message: Any) -> None:
-        self._last.pop("faults", None)
-        self.add("faults", f"{message.program} {message.what}; {message.next}")
+        """A fault that the station has published; the last one comes again with every connection."""
+        self.add("faults", f"{message.program} {message.what}; {message.next} [{message.stamp.to_sec():.2f}]")
 
     def safety(self, message: Any) -> None:
         self.add("safety", "" if message.state in ORDINARY else message.reason or message.state)

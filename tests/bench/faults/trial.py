@@ -222,8 +222,9 @@ def _wake(run: Run, outcome: Outcome, pid: int) -> None:
 
 
 def note_sentence(run: Run, outcome: Outcome, began: float) -> None:
-    """Add the first thing that the station said after the fault."""
-    for sentence in run.station.sayings.since(began):
-        outcome.told = sentence.time - began
-        outcome.where, outcome.said = sentence.where, sentence.text
-        return
+    """Add the first thing that the station said after the fault; of a station with a window, the window."""
+    said = run.station.sayings.since(began)
+    shown = [sentence for sentence in said if sentence.where == "window"]
+    first = next(iter((shown if run.station.by == "window" else []) or said), None)
+    if first is not None:
+        outcome.told, outcome.where, outcome.said = first.time - began, first.where, first.text
