@@ -61,7 +61,7 @@ def restart() -> str:
 
 def main(topic: str) -> None:
     wait_for_master(START_TIMEOUT)
-    rospy.init_node("bench_pilot", disable_signals=True)
+    rospy.init_node("bench_pilot", anonymous=True, disable_signals=True)
     pilot = Pilot(topic)
     MasterWatch().start()
     print("ready", flush=True)

@@ -120,8 +120,8 @@ def wait(condition: Callable[[], object], timeout: float) -> bool:
 def start_driving(run: Run) -> None:
     """From the start of the world at full speed. Raises NotReady."""
     run.pilot.release()
-    if not run.restarter.restart_world():
-        raise NotReady("the simulated world does not return to its start")
+    if problem := run.restarter.restart_world():
+        raise NotReady(f"the simulated world does not return to its start: {problem}")
     deadline = time.monotonic() + START_TIMEOUT
     while True:
         run.pilot.hold()
@@ -160,10 +160,10 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
     def unseen() -> bool:
         return run.newest() is None
 
-    wait(lambda: rest() is not None or not run.station.running, GOES_ON)
+    wait(lambda: rest() is not None or unseen(), GOES_ON)
     outcome.rest = rest()
     rested = began + (outcome.rest or 0.0)
-    if outcome.rest is None and (unseen() or not run.station.running):
+    if outcome.rest is None and unseen():
         outcome.gone = True
         rested = time.monotonic()
     elif outcome.rest is None:
@@ -182,6 +182,8 @@ def _come_back(run: Run, began: float, rested: float) -> float | None:
     def back() -> float | None:
         return drive_time(run.trace(rested), began, 0.5 * run.robot.speed)
 
+    if not run.station.running:
+        return None  # nobody starts it again, and what still drives is coming to its end
     if wait(lambda: back() is not None, max(0.0, began + HELD - time.monotonic())):
         return back()
     while time.monotonic() < began + BACK_TIMEOUT and run.station.running:
