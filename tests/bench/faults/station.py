@@ -28,6 +28,7 @@ from .victims import frozen, victims
 
 ROOT = Path(__file__).resolve().parents[3]
 UP_TIMEOUT = 90.0
+SILENCE = 0.5
 LEAVE = 5.0
 """What a killed station leaves behind may take so long to end by itself [s]."""
 ORDINARY = {"clear", "limited", "blocked", "no command"}
@@ -99,6 +100,12 @@ class Truth:
         """None also when it is older than a fifth of a second."""
         samples = self._samples
         return samples[-1] if samples and time.monotonic() - samples[-1].time < 0.2 else None
+
+    @property
+    def silent(self) -> bool:
+        """Whether the simulator has said nothing for half a second: it is gone, not only late."""
+        samples = self._samples
+        return not samples or time.monotonic() - samples[-1].time > SILENCE
 
     def close(self) -> None:
         self._reader.close()

@@ -157,13 +157,11 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
     def rest() -> float | None:
         return rest_time(run.trace(began), began)
 
-    def unseen() -> bool:
-        return run.newest() is None
-
-    wait(lambda: rest() is not None or unseen(), GOES_ON)
+    truth = run.station.truths[run.robot.name]
+    wait(lambda: rest() is not None or truth.silent, GOES_ON)
     outcome.rest = rest()
     rested = began + (outcome.rest or 0.0)
-    if outcome.rest is None and unseen():
+    if outcome.rest is None and truth.silent:
         outcome.gone = True
         rested = time.monotonic()
     elif outcome.rest is None:
