@@ -19,11 +19,11 @@ import time
 from pathlib import Path
 
 from faults.far_station import FarStation, wait_ready
-from faults.figures import rows, summary, table
+from faults.figures import Figures, limits, rows, summary, table
 from faults.link_trial import FAULTS, KEYS, strike_link
 from faults.pilots import Pilot, TerminalPilot, TopicPilot, WindowPilot
 from faults.station import STATIONS, Station
-from faults.trial import NotReady, Outcome, Run, strike, wait
+from faults.trial import NOBODY, NotReady, Outcome, Run, strike, wait
 
 from telepresence.station import processes
 
@@ -54,8 +54,11 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--load", action="store_true", help="other programs keep every processor busy")
     parser.add_argument("--list", action="store_true", help="bring up the station, print its processes, end")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every fault and every row, written as it goes")
+    parser.add_argument("--traces", type=Path, metavar="FOLDER", help="where the robot was, a table for every fault")
     parser.add_argument("--show", type=Path, nargs="+", metavar="FILE", help="print the table of these JSON files")
     arguments = parser.parse_args(argv)
+    if arguments.traces:
+        arguments.traces.mkdir(parents=True, exist_ok=True)
     if arguments.quick:
         arguments.times = arguments.link_times = 1
     return arguments
@@ -64,8 +67,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
 def main(argv: list[str]) -> int:
     arguments = parse(argv)
     if arguments.show:
-        shown = [Outcome(**one) for path in arguments.show for one in json.loads(path.read_text())["faults"]]
-        print(table(rows(shown)) + summary(rows(shown)))
+        report([row for path in arguments.show for row in read(path)])
         return 0
     processes.adopt_orphans()
     for request in (signal.SIGTERM, signal.SIGHUP):
@@ -89,10 +91,19 @@ def main(argv: list[str]) -> int:
         for hog in hogs:
             hog.kill()
         processes.end_descendants()
-    figures = rows(bench.outcomes, arguments.load)
-    if figures:
-        print(table(figures) + summary(figures), flush=True)
+    report(rows(bench.outcomes, arguments.load))
     return 0
+
+
+def read(path: Path) -> list[Figures]:
+    """The rows of a JSON file that this benchmark has written."""
+    record = json.loads(path.read_text())
+    return rows((Outcome(**one) for one in record["faults"]), record["load"])
+
+
+def report(figures: list[Figures]) -> None:
+    if figures:
+        print(limits(any(row.load for row in figures)), table(figures) + summary(figures), sep="\n\n", flush=True)
 
 
 class Bench:
@@ -118,7 +129,7 @@ class Bench:
             print(f"{kind}, driven by {by}:", *(f"  {name}" for name in names), sep="\n", flush=True)
             return
         chosen = [name for name in names if re.search(self.arguments.only or "", name)]
-        jobs = [(name, fault) for name in chosen for fault in self.arguments.fault or KINDS]
+        jobs = [(NOBODY, "release"), *((name, fault) for name in chosen for fault in self.arguments.fault or KINDS)]
         for number, (name, fault) in enumerate(jobs, 1):
             # The terminal of a station with both drives Pepper.
             for index in range(1 if by == "terminal" else len(STATIONS[kind])):
@@ -144,7 +155,7 @@ class Bench:
                     self._far = FarStation(kind, Path(tempfile.mkdtemp(dir=self._folder.name)))
                     wait_ready(self._far)
                 far = self._far
-                run = Run(far, far.robot, far.pilot, far.restarter, self._random)
+                run = Run(far, far.robot, far.pilot, far.restarter, self._random, self.arguments.traces)
                 self._keep(strike_link(run, fault, key))
                 return
             except (NotReady, RuntimeError, BrokenPipeError) as error:
@@ -163,7 +174,7 @@ class Bench:
                 if self._station is None or not wait(self._station.complete, RECOVERY):
                     self._bring_up(kind, by)
                 assert self._station is not None
-                run, pid = self._runs[index], self._station.victims().get(name)
+                run, pid = self._runs[index], {NOBODY: 0, **self._station.victims()}.get(name)
                 if pid is None:
                     self._progress(f"  {name} is not there any more")
                     self._take_down()
@@ -192,7 +203,7 @@ class Bench:
                 pilot = WindowPilot(station, robot)
             if pilot is not topic:
                 self._pilots.append(pilot)
-            self._runs.append(Run(station, robot, pilot, topic, self._random))
+            self._runs.append(Run(station, robot, pilot, topic, self._random, self.arguments.traces))
 
     def _take_down(self) -> None:
         for pilot in self._pilots:
@@ -213,6 +224,7 @@ class Bench:
             figures = rows(self.outcomes, self.arguments.load)
             record = {
                 "load": self.arguments.load,
+                "limits": limits(self.arguments.load),
                 "summary": summary(figures),
                 "rows": [row.as_dict() for row in figures],
                 "faults": [outcome.as_dict() for outcome in self.outcomes],

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
 import socket
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from faults import trial
 from faults.bad_link import BadLink
 from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
-from faults.victims import process_name
+from faults.victims import frozen, process_name, victims
+
+from telepresence.station import processes
 
 PERIOD = 0.02
 
@@ -86,6 +93,22 @@ def test_processes_have_the_names_that_people_use():
     assert process_name(["python", "-m", "telepresence.station", "up"], {}) == "telepresence.station"
     assert process_name(["/usr/bin/python3", "-u", "/opt/roslaunch", "x.launch"], {}) == "roslaunch"
     assert process_name(["Xvfb", ":7"], {}) == "Xvfb"
+
+
+def test_victims_are_found_in_the_process_tree_and_seen_to_freeze():
+    program = "import subprocess\nfor _ in 'ab': subprocess.Popen(['sleep', '60'])\nprint(1, flush=True); input()"
+    parent = processes.start([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        parent.stdout.readline()
+        found = victims(parent.pid)
+        assert list(found)[1:] == ["sleep", "sleep#2"] and found[next(iter(found))] == parent.pid
+        assert not frozen(found["sleep"])
+        os.kill(found["sleep"], signal.SIGSTOP)
+        assert trial.wait(lambda: frozen(found["sleep"]), 10.0)
+    finally:
+        for pid in found.values():
+            processes.send(pid, signal.SIGKILL)
+        parent.communicate(timeout=10.0)
 
 
 def test_a_reset_link_ends_connections_at_both_ends_and_takes_new_ones():

@@ -1,8 +1,8 @@
 """A robot on one machine and its pilot's drivers on another, with a bad link between them.
 
-On the robot's: the simulated robot, and what runs beside a real one. On the pilot's: master and drivers, as without
-simulation. Where the robot truly is, is read on its own machine, from a master of its own: no fault of the link
-touches that.
+On the robot's: the simulated robot, and what runs beside a real one. On the pilot's: master and drivers; no window and
+no cameras, because hundreds of faults are to pass in half an hour. Where the robot truly is, is read on its own
+machine, from a master of its own: no fault of the link touches that.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 
 from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
+from telepresence.station.up import LAUNCH_TIMEOUTS
 
 from .bad_link import BadLink
 from .pilots import TopicPilot
@@ -43,6 +44,13 @@ class FarStation:
         self._running: list[subprocess.Popen] = []
         self.sayings = Sayings()
         self.link = BadLink()
+        try:
+            self._bring_up(name, folder)
+        except BaseException:
+            self.close()
+            raise
+
+    def _bring_up(self, name: str, folder: Path) -> None:
         key = folder / "robot.key"
         os.environ["XDG_CONFIG_HOME"] = str(folder)  # the pilot's store of keys
         RobotKey.make(key).store(self.link.robot.address)
@@ -84,14 +92,18 @@ class FarStation:
 
     def _pilot_side(self, name: str) -> None:
         address = self.link.robot.address
+        pilot = self.link.pilot
         if name == "pepper":
-            words = ["pepper_bringup", "tele_pepper.launch", f"nao_ip:={address}", "teleop:=false", "com_cam:=false",
-                     "voice:=false", "conversation:=false", "sign_in:=false"]  # fmt: skip
-            words += [f"drive_server:={address}:{DRIVE_PORT}" if DRIVE_SERVER.exists() else "watchdog:=false"]
+            naoqi = (f"--pip={address}", "--pport=9559", "__ns:=/pepper_robot")
+            for sensor in ("laser", "sonar"):
+                self._start(pilot, NODES / f"pepper_sensors_py/{sensor}.py", *naoqi, f"__name:=pepper_{sensor}")
+            words = ["naoqi_driver_py", "naoqi_driver.launch", f"nao_ip:={address}"]
+            if DRIVE_SERVER.exists():
+                words += [f"drive_server:={address}:{DRIVE_PORT}"]
         else:
             words = ["rto_bringup", "rto.launch", f"hostname:={address}:8080", "gate:=robot", "camera:=false",
                      "sign_in:=false"]  # fmt: skip
-        self._start(self.link.pilot, sys.executable, "-m", "telepresence_ros.roslaunch", "--wait", *words)
+        self._start(pilot, sys.executable, "-m", "telepresence_ros.roslaunch", "--wait", *LAUNCH_TIMEOUTS, *words)
 
     def _start(self, machine, *argv: object) -> None:
         log = self._folder / f"{len(self._running)}_{Path(str(argv[-1])).name[:20]}.log"

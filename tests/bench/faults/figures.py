@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from report import percentile
 
-from .trial import Outcome
+from .trial import NOBODY, Outcome
 
 REST = {"pepper": 0.6, "robotino": 0.5}
 """Limits for rest [s]: Pepper's base brakes with 0.55 m/s², which takes longer than half a second from 0.35 m/s."""
@@ -48,7 +48,7 @@ class Figures:
 
     @property
     def tolds(self) -> list[float]:
-        return [math.inf if o.told is None else o.told for o in self.outcomes]
+        return [math.inf if o.told is None else o.told for o in self.outcomes if o.victim != NOBODY]
 
     @property
     def stale(self) -> float:
@@ -115,20 +115,30 @@ def spread(values: Sequence[float]) -> tuple[float, float, float] | tuple[()]:
 
 def table(figures: Sequence[Figures]) -> str:
     """Text for people, seconds and millimetres: p50 / p95 / largest."""
-    cells = [("robot", "by", "victim", "fault", "n", "rest", "release", "told", "back", "stale", "breaks")]
+    cells = [("station", "robot", "by", "victim", "fault", "n", "rest", "release", "told", "back", "stale", "breaks")]
     for row in figures:
         gone = any(o.gone for o in row.outcomes)
         rest = _cell(row.rests) or ("gone" if gone else "goes on")
         cells.append(
             (
-                row.robot, row.by, row.victim, row.fault, str(len(row.outcomes)), rest, _cell(row.releases),
-                _cell(row.tolds), _cell(row.backs), f"{row.stale * 1e3:.0f} mm", ", ".join(row.broken),
+                row.station, row.robot, row.by, row.victim, row.fault, str(len(row.outcomes)), rest,
+                _cell(row.releases), _cell(row.tolds), _cell(row.backs), f"{row.stale * 1e3:.0f} mm",
+                ", ".join(row.broken),
             )
         )  # fmt: skip
     widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
     lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
     lines.insert(1, "-" * max(map(len, lines)))
     return "\n".join(lines) + "\n"
+
+
+def limits(load: bool = False) -> str:
+    """What the rows are held to, in words."""
+    rest = f"{REST_LOADED:g} s" if load else ", ".join(f"{name} {limit:g} s" for name, limit in REST.items())
+    return (
+        f"p50, p95 and largest [s]. Limits: rest p95 {rest} (also after the release of a robot that goes on; Pepper's "
+        f"base alone takes 0.64 s from 0.35 m/s), told {TOLD:g} s, back {BACK:g} s, stale motion 0 mm."
+    )
 
 
 def summary(figures: Sequence[Figures]) -> str:

@@ -58,6 +58,7 @@ def strike_link(run: Run, fault: str, key: str) -> Outcome:
     run.pilot.release()
     wait(lambda: (sample := run.newest()) is None or not sample.moves, 2.0)
     note_sentence(run, outcome, began)
+    run.save(outcome, began)
     return outcome
 
 
@@ -83,7 +84,7 @@ def _press(run: Run) -> float | None:
     pressed = time.monotonic()
     while time.monotonic() < pressed + BACK_TIMEOUT:
         run.pilot.hold()
-        if wait(lambda: drive_time(run.trace(pressed), pressed, CREEPS) is not None, 4 * PRESS):
+        if wait(lambda: drive_time(run.trace(pressed), pressed, CREEPS) is not None, 2 * PRESS):
             break
         run.pilot.release()
         time.sleep(PAUSE)

@@ -7,6 +7,7 @@ restart      bring the simulated world back to its start; answers "done", or "fa
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -14,12 +15,13 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Trigger
-from telepresence_ros.master_watch import MasterWatch
+from telepresence_ros.master_watch import MasterWatch, wait_for_master
 
 from telepresence.teleop.command_timeout import ZEROS_TIME
 
 PERIOD = 0.05
 SERVICE_TIMEOUT = 3.0
+START_TIMEOUT = 30.0
 
 
 class Pilot:
@@ -58,7 +60,8 @@ def restart() -> str:
 
 
 def main(topic: str) -> None:
-    rospy.init_node("bench_pilot", disable_signals=True)
+    wait_for_master(START_TIMEOUT)
+    rospy.init_node("bench_pilot", anonymous=True, disable_signals=True)
     pilot = Pilot(topic)
     MasterWatch().start()
     print("ready", flush=True)
@@ -70,6 +73,7 @@ def main(topic: str) -> None:
             pilot.release()
         elif word == "restart":
             print(restart(), flush=True)
+    os._exit(0)  # rospy would say good-bye to a master that may be gone
 
 
 if __name__ == "__main__":

@@ -61,10 +61,11 @@ class TopicPilot:
     def release(self) -> None:
         self._ask("release")
 
-    def restart_world(self) -> bool:
-        """Bring the simulated world back to its start."""
+    def restart_world(self) -> str:
+        """Bring the simulated world back to its start; why that failed, or ""."""
         self._ask("restart")
-        return self.process.stdout.readline().startswith("done")
+        answer = self.process.stdout.readline().strip()
+        return "" if answer == "done" else answer or "the pilot's program has ended"
 
     def close(self) -> None:
         if self.process.poll() is None:

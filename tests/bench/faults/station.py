@@ -28,6 +28,7 @@ from .victims import frozen, victims
 
 ROOT = Path(__file__).resolve().parents[3]
 UP_TIMEOUT = 90.0
+SILENCE = 0.5
 LEAVE = 5.0
 """What a killed station leaves behind may take so long to end by itself [s]."""
 ORDINARY = {"clear", "limited", "blocked", "no command"}
@@ -100,6 +101,12 @@ class Truth:
         samples = self._samples
         return samples[-1] if samples and time.monotonic() - samples[-1].time < 0.2 else None
 
+    @property
+    def silent(self) -> bool:
+        """Whether the simulator has said nothing for half a second: it is gone, not only late."""
+        samples = self._samples
+        return not samples or time.monotonic() - samples[-1].time > SILENCE
+
     def close(self) -> None:
         self._reader.close()
 
@@ -119,8 +126,8 @@ class Sayings:
                 self._sentences.append(Sentence(time.monotonic(), where, text))
 
     def fault(self, message: Any) -> None:
-        self._last.pop("faults", None)
-        self.add("faults", f"{message.program} {message.what}; {message.next}")
+        """A fault that the station has published; the last one comes again with every connection."""
+        self.add("faults", f"{message.program} {message.what}; {message.next} [{message.stamp.to_sec():.2f}]")
 
     def safety(self, message: Any) -> None:
         self.add("safety", "" if message.state in ORDINARY else message.reason or message.state)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import random
+import re
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
 
 from telepresence.station import processes
 
@@ -15,8 +17,12 @@ from .station import Robot, Station
 from .trace import Sample, drive_time, path_length, rest_time
 from .victims import alive, frozen
 
+NOBODY = "nobody"
+"""The victim of no fault: what letting go of the key takes by itself."""
 UNDER_WAY = 0.8
 """Share of the speed that counts as driving."""
+STEADY = 0.5
+"""It drives for so long at least before the fault [s]."""
 START_TIMEOUT = 15.0
 GOES_ON = 2.0
 """A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]."""
@@ -24,7 +30,7 @@ REST_TIMEOUT = 4.0
 """After the release [s]."""
 HELD = 2.5
 """So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
-PRESS, PAUSE = 0.7, 0.3
+PRESS, PAUSE = 1.5, 0.3
 """... for so long, again and again, with pauses [s]."""
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
@@ -75,12 +81,26 @@ class Run:
     pilot: Pilot
     restarter: TopicPilot
     random: random.Random
+    traces: Path | None = None
+    """Folder for what was recorded of each fault."""
 
     def trace(self, since: float) -> list[Sample]:
         return self.station.truths[self.robot.name].since(since)
 
     def newest(self) -> Sample | None:
         return self.station.truths[self.robot.name].newest
+
+    def save(self, outcome: Outcome, began: float) -> None:
+        """Write where the robot was, from a second before the fault on: seconds, metres, radians."""
+        if self.traces is None:
+            return
+        words = re.sub(r"\W+", "_", f"{outcome.robot} {outcome.by} {outcome.victim} {outcome.fault}")
+        with (self.traces / f"{words}_{began:.0f}.csv").open("w") as file:
+            print("time,x,y,yaw,ahead,speed,turn", file=file)
+            for sample in self.trace(began - 1.0):
+                print(
+                    f"{sample.time - began:.3f}", *(f"{value:.4f}" for value in astuple(sample)[1:]), sep=",", file=file
+                )
 
     def drives(self) -> bool:
         sample = self.newest()
@@ -100,32 +120,36 @@ def wait(condition: Callable[[], object], timeout: float) -> bool:
 def start_driving(run: Run) -> None:
     """From the start of the world at full speed. Raises NotReady."""
     run.pilot.release()
-    if not run.restarter.restart_world():
-        raise NotReady("the simulated world does not return to its start")
+    if problem := run.restarter.restart_world():
+        raise NotReady(f"the simulated world does not return to its start: {problem}")
     deadline = time.monotonic() + START_TIMEOUT
     while True:
         run.pilot.hold()
         if wait(run.drives, 3.0):
-            break
+            time.sleep(STEADY + run.random.uniform(0.0, 0.3))  # at any moment of every loop's period
+            if run.drives():
+                return
         run.pilot.release()
         if time.monotonic() > deadline:
             raise NotReady("the robot does not drive")
         time.sleep(PAUSE)
-    time.sleep(0.4 + run.random.uniform(0.0, 0.3))  # at speed, and at any moment of every loop's period
 
 
 def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
-    """Kill or freeze a process while the robot drives, and say what came of it. Raises NotReady."""
+    """Kill or freeze a process while the robot drives, and say what came of it; with NOBODY, do neither. Raises
+    NotReady."""
     outcome = Outcome(run.station.kind, run.robot.name, run.station.by, victim, fault)
     start_driving(run)
     began = time.monotonic()
-    processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
+    if victim != NOBODY:
+        processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
     try:
         _watch(run, outcome, began)
     finally:
-        if fault == "freeze" and frozen(pid):
+        if victim != NOBODY and frozen(pid):
             _wake(run, outcome, pid)
     note_sentence(run, outcome, began)
+    run.save(outcome, began)
     return outcome
 
 
@@ -133,13 +157,11 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
     def rest() -> float | None:
         return rest_time(run.trace(began), began)
 
-    def unseen() -> bool:
-        return run.newest() is None
-
-    wait(lambda: rest() is not None or not run.station.running, GOES_ON)
+    truth = run.station.truths[run.robot.name]
+    wait(lambda: rest() is not None or truth.silent, GOES_ON)
     outcome.rest = rest()
     rested = began + (outcome.rest or 0.0)
-    if outcome.rest is None and (unseen() or not run.station.running):
+    if outcome.rest is None and truth.silent:
         outcome.gone = True
         rested = time.monotonic()
     elif outcome.rest is None:
@@ -158,6 +180,8 @@ def _come_back(run: Run, began: float, rested: float) -> float | None:
     def back() -> float | None:
         return drive_time(run.trace(rested), began, 0.5 * run.robot.speed)
 
+    if not run.station.running:
+        return None  # nobody starts it again, and what still drives is coming to its end
     if wait(lambda: back() is not None, max(0.0, began + HELD - time.monotonic())):
         return back()
     while time.monotonic() < began + BACK_TIMEOUT and run.station.running:
@@ -198,8 +222,9 @@ def _wake(run: Run, outcome: Outcome, pid: int) -> None:
 
 
 def note_sentence(run: Run, outcome: Outcome, began: float) -> None:
-    """Add the first thing that the station said after the fault."""
-    for sentence in run.station.sayings.since(began):
-        outcome.told = sentence.time - began
-        outcome.where, outcome.said = sentence.where, sentence.text
-        return
+    """Add the first thing that the station said after the fault; of a station with a window, the window."""
+    said = run.station.sayings.since(began)
+    shown = [sentence for sentence in said if sentence.where == "window"]
+    first = next(iter((shown if run.station.by == "window" else []) or said), None)
+    if first is not None:
+        outcome.told, outcome.where, outcome.said = first.time - began, first.where, first.text
