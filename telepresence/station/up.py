@@ -21,7 +21,7 @@ from typing import Any, TextIO
 from urllib.parse import urlsplit
 
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import firewall, processes, station_folder
+from telepresence.station import firewall, processes, start_conditions, station_folder
 from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -75,7 +75,11 @@ def main(argv: list[str] | None = None) -> int:
     try:
         for left in station_folder.sweep():
             print(f"Left by a station that was killed, and ended or removed now: {left}", file=sys.stderr)
+        start_conditions.require_room()
         folder = StationFolder()
+        start_conditions.say_all(
+            start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
+        )
         return run(arguments, stop)
     except (RuntimeError, OSError) as error:
         say(f"stack up: {error}", sys.stderr)
@@ -138,6 +142,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    start_conditions.require_no_station(master_uri)
     for variable in (PAGE_KEY, SCREEN_KEY):
         os.environ[variable] = page_key(variable)
     keeper = screen = display = None

@@ -24,7 +24,8 @@ from pepper_sim.simulation import Simulation
 from telepresence.station import priority, processes
 
 LOOPS_PER_PROCESSOR = 2
-SILENCES = 20
+PRESSES = 60
+SILENCES = 15
 """Publishers that are killed while the robot drives."""
 SPEED, STANDS = 0.2, 0.01
 """[m/s]"""
@@ -58,7 +59,7 @@ def measure(environment: dict[str, str]) -> dict[str, list[float]]:
     """Seconds, one per key press or silence."""
     with Simulation(port=0) as simulation:
         return {
-            "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY),
+            "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY, PRESSES),
             "rest after silence": rest_after_silence(simulation, environment),
         }
 
