@@ -1,6 +1,7 @@
 """A node outlives its master, and a roscore that dies comes back with what it knew."""
 
 import socket
+import signal
 import subprocess
 import sys
 import textwrap
@@ -90,7 +91,8 @@ def test_a_killed_node_is_found_and_forgotten_and_a_frozen_one_stays(ros_master,
 
 def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, run_program, wait_until):
     uri = ros_environment["ROS_MASTER_URI"]
-    keeper = MasterKeeper(uri)
+    reports: list[tuple[str, str, str]] = []
+    keeper = MasterKeeper(uri, report=lambda *fault: reports.append(fault))
     try:
         master_proxy(uri).setParam("/test", "/robot_description", "<robot/>")
         stranger = run_program("rosrun", "rosout", "rosout", "__name:=stranger", stdout=subprocess.DEVNULL)
@@ -104,6 +106,13 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
         wait_until(lambda: knows(uri, "/phoenix"), "our node is registered again")
         assert master_proxy(uri).getParam("/test", "/robot_description")[2] == "<robot/>"
         wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
+        wait_until(lambda: "/phoenix" in keeper.remembered_nodes, "the keeper knows the node still")
+
+        processes.send(keeper.pid, signal.SIGSTOP)
+
+        wait_until(lambda: keeper.restarts == 2, "a frozen roscore is started again, too")
+        assert reports == [("rosmaster", "died: signal 9", "starts again"), ("rosmaster", "froze", "starts again")]
+        wait_until(lambda: knows(uri, "/phoenix"), "our node is registered once more")
     finally:
         keeper.close()
     assert not master_answers(uri)

@@ -31,7 +31,7 @@ from telepresence_ros.node import Node
 from telepresence.drive.datagram import Report
 from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
-from telepresence.station import priority
+from telepresence.station import heartbeat, priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
@@ -102,6 +102,7 @@ class DriveLinkNode:
 
     def _report(self) -> None:
         while not self._node.stop.is_set():
+            heartbeat.beat()
             came = self._link.wait_report(WAIT)
             report, _ = self._link.report()
             problem, now = self._link.problem, time.monotonic()

@@ -1,9 +1,97 @@
-"""Runs Debian's roslaunch with narrow sockets: `python -m telepresence_ros.roslaunch ARGUMENT ...`."""
+"""Runs Debian's roslaunch as the supervisor of its nodes: `python -m telepresence_ros.roslaunch ARGUMENT ...`.
+
+It takes the arguments of roslaunch and any launch file. What differs:
+
+* a node with respawn="true" that dies or freezes starts again at once (`telepresence_ros.node_monitor`);
+* each such fault is published on /station/faults, by the node station_faults that it starts besides;
+* nodes that an earlier one has started in the same station, and that still run, go on;
+* its sockets, those of this process, listen where they must only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import roslaunch
+import roslaunch.core
+import roslaunch.launch
+import roslaunch.nodeprocess
+import roslaunch.parent
+import roslaunch.pmon
+from rosgraph.names import ns_join
 
+from telepresence.station import heartbeat, running
+from telepresence.station.faults import SOCKET, FaultReporter
+from telepresence_ros.node_monitor import NodeMonitor
 from telepresence_ros.sockets import narrow_sockets
+from telepresence_ros.watched_node import WatchedNode
+
+FOLDER = "TELEPRESENCE_WATCH"
+"""Environment variable: the folder of the station's watch. Without it the nodes are not adopted by anybody."""
+
+
+class Supervisor(roslaunch.parent.ROSLaunchParent):
+    """roslaunch's parent, with one more node, which says that everything was started."""
+
+    folder: Path
+
+    def _load_config(self) -> None:
+        super()._load_config()
+        node = roslaunch.core.Node(
+            "telepresence_ros", "station_faults", "station_faults", args=str(self.folder / SOCKET), respawn=True
+        )
+        self.config.add_node(node, verbose=False)
+        node.machine = self.config.machines[""]
+
+    def start(self, auto_terminate: bool = True) -> None:
+        """As in the base class; then end what no node of the launch file goes on with."""
+        super().start(auto_terminate)
+        names = {ns_join(node.namespace, node.name) for node in self.config.nodes}
+        for left in running.everything(self.folder):
+            if left.name not in names and left.lives:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(os.getpgid(left.pid), signal.SIGKILL)
+        heartbeat.notify("READY=1")
+
+
+def main() -> None:
+    """Run roslaunch with the arguments of the command line."""
+    narrow_sockets()
+    with watch_folder() as folder:
+        supervise(folder)
+        roslaunch.main()
+
+
+def supervise(folder: Path) -> None:
+    """Replace those parts of roslaunch that start, watch and restart nodes."""
+
+    def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
+        process: Any = original(run_id, node, master_uri, **timeouts)
+        return WatchedNode(process, ns_join(node.namespace, node.name), folder)
+
+    original = roslaunch.nodeprocess.create_node_process
+    roslaunch.launch.create_node_process = make_process
+    roslaunch.pmon.ProcessMonitor = NodeMonitor
+    NodeMonitor.faults = FaultReporter(folder / SOCKET)
+    Supervisor.folder = folder
+    roslaunch.parent.ROSLaunchParent = Supervisor
+
+
+@contextlib.contextmanager
+def watch_folder() -> Iterator[Path]:
+    """The folder of the station's watch, or one of our own until the end."""
+    if given := os.environ.get(FOLDER):
+        yield Path(given)
+        return
+    with tempfile.TemporaryDirectory(prefix="telepresence-watch-") as own:
+        yield Path(own)
+
 
 if __name__ == "__main__":
-    narrow_sockets()
-    roslaunch.main()
+    main()

@@ -1,0 +1,136 @@
+"""Our roslaunch brings nodes back that die or freeze, leaves slow and foreign ones alone, and goes on with the nodes of
+one that was killed. The nodes are small programs that know no ROS."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from telepresence_msgs.msg import Fault
+
+from telepresence.station import processes, vitals
+
+pytestmark = pytest.mark.ros
+
+PROGRAM = f"""#!{sys.executable}
+import os, sys, threading, time
+from pathlib import Path
+from telepresence.station.heartbeat import beat
+
+name, folder = sys.argv[1], Path(sys.argv[2])
+with open(folder / (name + ".pids"), "a") as file:
+    print(os.getpid(), file=file)
+if name == "crashing":
+    sys.exit(3)
+while name != "foreign" and not (folder / f"hang.{{os.getpid()}}").exists():
+    beat()
+    time.sleep(0.05)
+threading.Event().wait()
+"""
+LISTENER = """
+import json, rospy
+from telepresence_msgs.msg import Fault
+rospy.init_node("listener")
+rospy.Subscriber("/station/faults", Fault, lambda m: print(json.dumps([m.program, m.what, m.next]), flush=True))
+rospy.spin()
+"""
+NAMES = ("dying", "hanging", "foreign", "crashing")
+
+
+class Launch:
+    """A package with one program, a launch file with four nodes of it, and who launches that."""
+
+    def __init__(self, folder: Path, environment: dict[str, str], run_program) -> None:
+        self.folder, self._run_program = folder, run_program
+        package = folder / "package" / "small_nodes"
+        package.mkdir(parents=True)
+        (package / "package.xml").write_text("<package><name>small_nodes</name></package>")
+        (package / "small").write_text(PROGRAM)
+        (package / "small").chmod(0o755)
+        nodes = "".join(
+            f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {folder}" respawn="true"/>'
+            for name in NAMES
+        )
+        (folder / "all.launch").write_text(f"<launch>{nodes}</launch>")
+        (folder / "w").mkdir()
+        path = f"{package.parent}:{environment['ROS_PACKAGE_PATH']}"
+        self.environment = {**environment, "ROS_PACKAGE_PATH": path, "TELEPRESENCE_WATCH": str(folder / "w")}
+
+    def start(self) -> subprocess.Popen:
+        command = (sys.executable, "-m", "telepresence_ros.roslaunch", str(self.folder / "all.launch"))
+        with open(self.folder / "output", "a") as output:
+            return self._run_program(*command, env=self.environment, stdout=output, stderr=output)
+
+    @property
+    def output(self) -> str:
+        return (self.folder / "output").read_text()
+
+    def hang(self, name: str) -> None:
+        """Let its program hang."""
+        (self.folder / f"hang.{self.pids(name)[-1]}").touch()
+
+    def pids(self, name: str) -> list[int]:
+        """Every process that this node has had, the present one last."""
+        path = self.folder / f"{name}.pids"
+        return [int(line) for line in path.read_text().split()] if path.exists() else []
+
+
+@pytest.fixture
+def launch(tmp_path, ros_master, run_program) -> Launch:
+    return Launch(tmp_path, ros_master, run_program)
+
+
+def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
+    roslaunch = launch.start()
+    listener = run_program(
+        sys.executable, "-c", LISTENER, env=launch.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    wait_until(lambda: all(launch.pids(name) for name in NAMES), "all nodes run")
+    assert json.loads(listener.stdout.readline())[0] == "/crashing"  # latched: now nothing is missed
+
+    def comes_back(name: str) -> None:
+        known = launch.pids(name)
+        wait_until(lambda: len(launch.pids(name)) > len(known), f"{name} comes back")
+        assert vitals.state(known[-1]) in ("", "Z")
+
+    os.kill(launch.pids("dying")[-1], signal.SIGKILL)
+    comes_back("dying")
+    os.kill(launch.pids("foreign")[-1], signal.SIGSTOP)
+    comes_back("foreign")
+    launch.hang("hanging")
+    comes_back("hanging")
+
+    wanted = [
+        ["/dying", "died: signal 9", "starts again"],
+        ["/foreign", "froze", "starts again"],
+        ["/hanging", "froze", "starts again"],
+    ]
+    wait_until(lambda: launch.output.count("no more is said") == 1, "the crashing node is said to be hopeless")
+    roslaunch.kill()
+    roslaunch.wait()
+    known = {name: launch.pids(name) for name in NAMES[:3]}
+    roslaunch = launch.start()
+    wait_until(lambda: launch.output.count("goes on with pid") >= 4, "the second roslaunch adopts what runs")
+    wait_until(lambda: launch.output.count("no more is said") == 2, "it starts what does not run")
+    assert {name: launch.pids(name) for name in NAMES[:3]} == known
+
+    launch.hang("hanging")
+    comes_back("hanging")
+    os.kill(launch.pids("dying")[-1], signal.SIGKILL)
+    comes_back("dying")
+    faults: list[list[str]] = []
+    while not all(fault in faults for fault in [*wanted, ["/dying", "died", "starts again"]]):
+        faults.append(json.loads(listener.stdout.readline()))
+    assert processes.end(roslaunch, patience=20.0) == 0
+    wait_until(
+        lambda: not any(vitals.start_time(launch.pids(name)[-1]) for name in NAMES), "roslaunch ends its adopted nodes"
+    )
+    listener.kill()
+    listener.stdout.close()
+
+
+def test_the_message_of_a_fault_has_the_fields_that_are_sent():
+    assert Fault.__slots__ == ["stamp", "program", "what", "next"]
