@@ -1,7 +1,7 @@
 """A node outlives its master, and a roscore that dies comes back with what it knew."""
 
-import socket
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
