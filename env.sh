@@ -25,6 +25,8 @@ export VIRTUAL_ENV="$_telepresence_root/.venv"
 case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$PATH" ;; esac
 # Without a name or address of its own a node announces the host name, which often nobody can resolve.
 [ -n "${ROS_HOSTNAME:-}" ] || export ROS_IP="${ROS_IP:-127.0.0.1}"
+# File names and output with umlauts need UTF-8, and a locale such as C has none: Qt and tmux would write question marks.
+[ "$(locale charmap 2>/dev/null)" = UTF-8 ] || export LC_ALL=C.UTF-8
 # Pictures are rendered and decoded in fresh 1 MB buffers; keeping them mapped halves the time to decode one.
 export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=268435456
 # Small logs: three files of 4 MB for each program, see telepresence/station/log_folder.py.

@@ -30,8 +30,10 @@ NICENESS = -5
 """Where SCHED_RR is not allowed."""
 BACKGROUND = 10
 """Niceness of what nobody waits for."""
-RUNAWAY, KILLED = 0.5, 2.0
-"""Seconds of computing without a wait after which a real-time thread becomes an ordinary one, or is killed."""
+RUNAWAY = 0.5
+"""Seconds of computing without a wait after which a real-time thread becomes an ordinary one."""
+KILLED = 2.0
+"""Seconds of it after which its program is killed: it could not even notice that."""
 SWITCH_INTERVAL = 0.001
 """Seconds after which a Python thread lets another one have the interpreter: with several threads computing, the one
 that has a command waits for them so long at most; Python's own is 0.005."""

@@ -75,7 +75,7 @@ def sweep() -> list[str]:
         for pid in left:
             processes.send(pid, request)
         deadline = time.monotonic() + PATIENCE
-        while {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
+        while left and {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
             time.sleep(0.02)
     found += [f"{name} (process {pid})" for pid, name in left.items()]
     for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):

@@ -22,7 +22,7 @@ from typing import Any, TextIO
 from urllib.parse import urlsplit
 
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import firewall, heartbeat, processes, station_folder, vitals
+from telepresence.station import firewall, heartbeat, processes, start_conditions, station_folder, vitals
 from telepresence.station.faults import SOCKET as FAULTS
 from telepresence.station.faults import FaultReporter
 from telepresence.station.kept_program import KeptProgram
@@ -81,7 +81,11 @@ def main(argv: list[str] | None = None) -> int:
     try:
         for left in station_folder.sweep():
             print(f"Left by a station that was killed, and ended or removed now: {left}", file=sys.stderr)
+        start_conditions.require_room()
         folder = StationFolder()
+        start_conditions.say_all(
+            start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
+        )
         return run(arguments, stop)
     except (RuntimeError, OSError) as error:
         say(f"stack up: {error}", sys.stderr)
@@ -145,6 +149,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    start_conditions.require_no_station(master_uri)
     for variable in (PAGE_KEY, SCREEN_KEY):
         os.environ[variable] = page_key(variable)
     watch = Path(os.environ[station_folder.VARIABLE]) / "watch"

@@ -7,7 +7,6 @@ whoever runs this the robot waits as well, and "with priorities" is what is allo
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import random
 import signal
@@ -24,10 +23,11 @@ from pepper_sim.simulation import Simulation
 from telepresence.station import priority, processes
 
 LOOPS_PER_PROCESSOR = 2
-SILENCES = 20
-"""Publishers that are killed while the robot drives."""
-SPEED, STANDS = 0.2, 0.01
-"""[m/s]"""
+PRESSES = 60
+SILENCES = 12
+"""Publishers that are killed while the robot turns."""
+TURN, STANDS = 0.5, 0.02
+"""[rad/s]; turning, as nothing is in the way."""
 PERIOD = 0.005
 ORDINARY = ["chrt", "--other", "0"]
 """What starts an ordinary program from this one, which is none."""
@@ -58,7 +58,7 @@ def measure(environment: dict[str, str]) -> dict[str, list[float]]:
     """Seconds, one per key press or silence."""
     with Simulation(port=0) as simulation:
         return {
-            "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY),
+            "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY, PRESSES),
             "rest after silence": rest_after_silence(simulation, environment),
         }
 
@@ -76,20 +76,20 @@ def rest_after_silence(simulation: Simulation, environment: dict[str, str]) -> l
     )
 
     def speed() -> float:
-        return math.hypot(*robot.snapshot().velocity[:2])
+        return abs(robot.snapshot().velocity[2])
 
     found = []
     random.seed(1)
     try:
         for number in range(SILENCES):
-            twist = f"{{linear: {{x: {SPEED if number % 2 else -SPEED}}}}}"
+            twist = f"{{angular: {{z: {TURN if number % 2 else -TURN}}}}}"
             pilot = subprocess.Popen(
                 [*ORDINARY, "rostopic", "pub", "-r", "20", "cmd_vel", "geometry_msgs/Twist", twist],
                 env=environment,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
             )
-            wait_for(lambda: speed() > 0.9 * SPEED, "the robot's full speed")
+            wait_for(lambda: speed() > 0.9 * TURN, "the robot's full speed")
             time.sleep(random.uniform(0.0, 0.1))
             pilot.send_signal(signal.SIGKILL)
             begin = time.monotonic()

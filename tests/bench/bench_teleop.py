@@ -41,7 +41,9 @@ def key_to_setpoint(environment: dict[str, str]) -> list[float]:
         return drive_by_keyboard(simulation, environment)
 
 
-def drive_by_keyboard(simulation: Simulation, environment: dict[str, str], before: Sequence[str] = ()) -> list[float]:
+def drive_by_keyboard(
+    simulation: Simulation, environment: dict[str, str], before: Sequence[str] = (), presses: int = PRESSES
+) -> list[float]:
     """Do so with a simulation that runs; `before` are words before each command line."""
     setpoints: queue.SimpleQueue[tuple[float, float]] = queue.SimpleQueue()
     drive = simulation.robot.set_velocity
@@ -68,7 +70,7 @@ def drive_by_keyboard(simulation: Simulation, environment: dict[str, str], befor
         stderr=DEVNULL,
     )
     try:
-        return [press(terminal, key, sign, setpoints) for key, sign in keys(terminal, setpoints)]
+        return [press(terminal, key, sign, setpoints) for key, sign in keys(terminal, setpoints, presses)]
     finally:
         processes.end(keyboard)
         processes.end(driver)
@@ -77,7 +79,7 @@ def drive_by_keyboard(simulation: Simulation, environment: dict[str, str], befor
         os.close(inner)
 
 
-def keys(terminal: int, setpoints: queue.SimpleQueue):
+def keys(terminal: int, setpoints: queue.SimpleQueue, presses: int):
     """Forward and backward in turn, at irregular times; first until the whole way is open."""
 
     def open_way() -> bool:
@@ -87,7 +89,7 @@ def keys(terminal: int, setpoints: queue.SimpleQueue):
 
     wait_for(open_way, "the first setpoint")
     random.seed(1)
-    for count in range(PRESSES):
+    for count in range(presses):
         time.sleep(random.uniform(0.15, 0.35))
         yield (b",", -1) if count % 2 == 0 else (b"i", 1)
 
