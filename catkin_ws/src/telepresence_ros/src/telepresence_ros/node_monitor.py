@@ -2,8 +2,8 @@
 
 Debian's monitor looks ten times a second who has died, waits `respawn_delay`, and knows nothing of freezing. This one
 is woken by a death (pidfd_open(2)), and looks every 0.05 s who froze (`telepresence.station.vitals`). A program that
-dies again and again starts later and later, and only then its `respawn_delay` counts. `required` means what it means
-in roslaunch.
+dies again and again starts later and later, and only then `respawn_delay` counts: as the shortest pause. `required`
+means what it means in roslaunch.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class NodeMonitor(pmon.ProcessMonitor):
             self._bury(process)
             restarts = self._restarts.setdefault(process, Restarts())
             pause = restarts.died(now)
-            if restarts.quick_deaths > 1:
+            if pause:
                 pause = max(pause, process.respawn_delay)
             self._due[process] = now + pause
             then = what_next(pause)
