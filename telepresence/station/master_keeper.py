@@ -137,7 +137,7 @@ class MasterKeeper:
         except _ERRORS as error:
             log.debug("the master did not answer while it was asked for its state: %s", error)
             return
-        if self._reviving or self._revivals != revivals:
+        if self._reviving or self._missing or self._revivals != revivals:
             return  # what a new master knows before everybody has registered again
         self._children = processes.descendants(self._process.pid)
         self._nodes = {name: uri for name, uri in nodes.items() if uri}
@@ -160,26 +160,28 @@ class MasterKeeper:
             log.error("roscore could not be brought back, trying again: %s", error)
             return
         self._missing, self._revived_at = self._missing | self._nodes, time.monotonic()
-        self.restarts += 1
         self._reviving = False
+        self.restarts += 1
         log.warning("roscore is back")
 
     def _restart_strangers(self) -> None:
         """Shut down nodes that have not registered again in time; roslaunch respawns them. Called again and again, as
         the new master may die, too, while they are waited for."""
-        for name in list(self._missing):
+        missing = self._missing  # another one after another restart
+        for name in list(missing):
             try:
                 master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
                 if master.lookupNode(CALLER, name)[0] == 1:
-                    del self._missing[name]
+                    del missing[name]
             except _ERRORS:
                 return
-        if time.monotonic() < self._revived_at + RETURN_TIMEOUT:
+        if missing is not self._missing or time.monotonic() < self._revived_at + RETURN_TIMEOUT:
             return
-        for name, uri in self._missing.items():
+        for name, uri in missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
                 master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
             except _ERRORS:
                 continue  # it is gone already
-        self._missing = {}
+        if missing is self._missing:
+            self._missing = {}
