@@ -134,7 +134,7 @@ class Vitals:
         elif self._silence < self._measured + _SHARE_PERIOD:
             return
         else:
-            self._busy = waits_for_disk(self._beater) or (
+            self._busy = wants_to_run(self._beater) or (
                 work(self._beater) - self._worked > BUSY * (self._silence - self._measured)
             )
         self._worked, self._measured = work(self._beater), self._silence
@@ -163,11 +163,12 @@ def work(pid: int) -> float:
     return total / 1e9
 
 
-def waits_for_disk(pid: int) -> bool:
-    """Whether a thread of the process is in uninterruptible sleep."""
+def wants_to_run(pid: int) -> bool:
+    """Whether a thread of the process runs, waits for a processor, or is in uninterruptible sleep, for a disk mostly.
+    `work` does not count how long one has been waiting until it gets the processor."""
     with contextlib.suppress(OSError):
         threads = os.listdir(f"/proc/{pid}/task")
-        return any(_stat(pid, f"/task/{thread}")[:1] == ["D"] for thread in threads)
+        return any(_stat(pid, f"/task/{thread}")[:1] in (["R"], ["D"]) for thread in threads)
     return False
 
 

@@ -20,6 +20,7 @@ import os, sys, threading, time
 from pathlib import Path
 from telepresence.station.heartbeat import beat
 
+assert "TELEPRESENCE_WATCH" not in os.environ, "another roslaunch, started by a node, would take the nodes for its own"
 name, folder = sys.argv[1], Path(sys.argv[2])
 with open(folder / (name + ".pids"), "a") as file:
     print(os.getpid(), file=file)

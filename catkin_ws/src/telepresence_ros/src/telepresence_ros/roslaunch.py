@@ -90,7 +90,7 @@ def supervise(folder: Path) -> None:
 @contextlib.contextmanager
 def watch_folder() -> Iterator[Path]:
     """The folder of the station's watch, or one of our own until the end."""
-    if given := os.environ.get(FOLDER):
+    if given := os.environ.pop(FOLDER, ""):  # not for the nodes: a roslaunch that a person starts there is another one
         yield Path(given)
         return
     with tempfile.TemporaryDirectory(prefix="telepresence-watch-") as own:

@@ -15,6 +15,8 @@ import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from telepresence.station import heartbeat
+
 log = logging.getLogger(__name__)
 
 MAX_CONNECTIONS = 48
@@ -25,6 +27,8 @@ CONNECTION_TIMEOUT = 10.0
 """Seconds after which a connection ends, whatever comes over it: an exchange takes one."""
 MAX_REQUESTS = 4
 """Over one connection: an exchange takes two."""
+FROZEN_AFTER = 2.0
+"""Seconds after which a program whose loop does not turn counts as frozen; a camera may take a while to open."""
 SWEEP_PERIOD = 0.25
 """Seconds between two looks at what is connected."""
 ACCEPT_PAUSE = 0.2
@@ -106,6 +110,7 @@ class Admission:
         """End what takes too long. One look at few, no timer for each: strangers may have many ended."""
         loop = asyncio.get_running_loop()
         while True:
+            heartbeat.beat(FROZEN_AFTER)
             await asyncio.sleep(SWEEP_PERIOD)
             for each in self._connections.values():
                 age = loop.time() - each.since
