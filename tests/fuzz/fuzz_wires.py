@@ -23,6 +23,7 @@ def drive_datagram() -> Target:
     from telepresence.drive.datagram import (
         SECTORS,
         BadMessage,
+        GoalState,
         Report,
         decode,
         encode,
@@ -31,7 +32,8 @@ def drive_datagram() -> Target:
         parse_report,
     )
 
-    report = Report(1.5, 3, "way is free", "", (0.1, 0.0, 0.0), (0.3,) * SECTORS, 0.5, 2, 0.05, False)
+    goal = GoalState(7, "driving")
+    report = Report(1.5, 3, "way is free", "", (0.1, 0.0, 0.0), (0.3,) * SECTORS, 0.5, 2, 0.05, False, goal)
 
     def feed(data: bytes) -> None:
         fields = decode(data)
@@ -42,7 +44,7 @@ def drive_datagram() -> Target:
 
     seeds = (
         encode(type="drive", seq=3, echo=99.5, after=0.1, velocity=[0.1, 0.0, -0.2], careful=True),
-        encode(type="drive", seq=4, echo=99.5, after=0.1, velocity=None, careful=False),
+        encode(type="drive", seq=4, echo=99.5, after=0.1, velocity=None, goal={"id": 7, "pose": [1.0, 0.0, 0.5]}),
         encode(type="ask", id=1, what="stop"),
         encode_report(report),
     )
