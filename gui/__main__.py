@@ -37,6 +37,7 @@ from gui.terminal.x11 import hold_display, screen_height
 from gui.window import OperatorWindow, themes
 from telepresence.security.outside_text import keep_logs_plain
 from telepresence.security.private_files import restrict_new_files
+from telepresence.station import heartbeat
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
@@ -44,6 +45,12 @@ SCALES = ((2000, 2.0), (1400, 1.25))
 """(height of the screen [px], scale of the window from that height on)."""
 REMEMBER_PERIOD = 5000
 """[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
+BEAT_PERIOD = 100
+"""[ms] between two signs of life."""
+FROZEN_AFTER = 2.0
+"""Seconds after which a window whose loop does not turn counts as frozen: files are written there, too."""
+ENDING_TIMEOUT = 10.0
+"""Seconds in which a closed window's terminals and nodes end."""
 SCREENSHOT_DELAY = 1000
 """[ms] after the first picture: time for the terminal to show what it runs."""
 
@@ -118,9 +125,13 @@ def main(argv: list[str] | None = None) -> int:
     for tab in tabs:
         tab.start()
     node.start()
+    beats = QTimer()
+    beats.timeout.connect(lambda: heartbeat.beat(FROZEN_AFTER))
+    beats.start(BEAT_PERIOD)
     try:
         code = application.exec_()
     finally:
+        heartbeat.beat(ENDING_TIMEOUT)
         signals.setEnabled(False)
         remembers.stop()
         remember()

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from telepresence.station import heartbeat, priority
+
 log = logging.getLogger(__name__)
 
 TIMESTEP = 0.0025
@@ -25,6 +27,10 @@ TICK = TIMESTEP * STEPS_PER_TICK
 """Length of a tick [s]."""
 MAX_LATENESS = 0.25
 """A stall longer than this [s] is dropped instead of being caught up at a sprint."""
+FROZEN_AFTER = 2.0
+"""Seconds after which a program whose physics does not go on counts as frozen; somebody may hold the world."""
+SHORTEST_PAUSE = 1e-4
+"""[s] after each tick, however late it is: other programs must go on when the physics takes too long."""
 LOWEST_HEIGHT = -3.0
 """A body below this height [m] has fallen out of the world; the world then resets itself."""
 
@@ -255,20 +261,23 @@ class World:
                 log.exception("a completion callback failed")
 
     def _run(self) -> None:
+        priority.put_thread_first(children_too=False)
         try:
             self._keep_pace()
         except Exception:  # the top of a thread; `running` shows that it has ended
             log.critical("the world stopped stepping", exc_info=True)
+            return  # without a sign that it rests: whoever started this program starts it again
+        heartbeat.rest()
 
     def _keep_pace(self) -> None:
         deadline = time.monotonic()
         measured = 0.0
         while not self._closing.is_set():
+            heartbeat.beat(within=FROZEN_AFTER)
             deadline += TICK
             late = time.monotonic() - deadline
-            if late < 0:
-                time.sleep(-late)
-            elif late > MAX_LATENESS:
+            time.sleep(max(-late, SHORTEST_PAUSE))
+            if late > MAX_LATENESS:
                 self._dropped += late
                 deadline += late
                 log.warning("the simulation fell %.2f s behind real time and let that time go", late)

@@ -63,7 +63,7 @@ def main() -> int:
         print("\nNothing here helps a stranger." if well else "\nFix what is marked with an x, then run this again.")
         return 0 if well else 1
     well = True
-    for check in (system, programs, environment, workspace, rendering, ports, master, protection):
+    for check in (system, programs, environment, workspace, rendering, ports, master, protection, processors):
         well = report(check) and well
     if arguments.address:
         well = report(lambda: robot(arguments.address)) and well
@@ -171,6 +171,19 @@ def protection() -> Iterator[Finding]:
     problem = firewall.problem()
     remedy = f"{problem}: whoever reaches it drives the robot. Load them:  {firewall.advice()}  (docs/remote.md)"
     yield problem is None, f"firewall rules, because ROS listens on {address}", remedy
+
+
+def processors() -> Iterator[Finding]:
+    """Say whether commands may overtake other programs; without that everything works, but later on a busy machine."""
+    from telepresence.station import priority
+
+    got = priority.allowed()
+    if got != "SCHED_RR":
+        print(
+            f"  - busy processors: commands wait for other programs ({got}; docs/faults.md says how to allow SCHED_RR)"
+        )
+        return
+    yield True, "busy processors: commands wait for no other program (SCHED_RR)", ""
 
 
 def robot(address: str) -> Iterator[Finding]:

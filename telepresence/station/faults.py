@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 import socket
+import threading
 import time
 from collections import deque
 from dataclasses import asdict, dataclass
@@ -37,6 +38,7 @@ class FaultReporter:
         self._path = str(path)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK | socket.SOCK_CLOEXEC)
         self._waiting: deque[bytes] = deque(maxlen=_KEPT)
+        self._lock = threading.Lock()
 
     def report(self, program: str, what: str, then: str) -> None:
         """Send a fault that was noticed now, or keep it for `flush`."""
@@ -46,9 +48,10 @@ class FaultReporter:
     def flush(self) -> None:
         """Send what waits, the oldest first."""
         try:
-            while self._waiting:
-                self._socket.sendto(self._waiting[0], self._path)
-                self._waiting.popleft()
+            with self._lock:
+                while self._waiting:
+                    self._socket.sendto(self._waiting[0], self._path)
+                    self._waiting.popleft()
         except OSError:
             return  # nobody listens yet, or the queue is full: at the next call
 

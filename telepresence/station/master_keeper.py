@@ -1,4 +1,4 @@
-"""Runs a ROS master (`telepresence_ros.core`) and brings it back when it dies, with its parameters and nodes.
+"""Runs a ROS master (`telepresence_ros.core`); when it dies or freezes, brings it back with its parameters and nodes.
 
 Our own nodes register again automatically (`telepresence_ros.master_watch`). Others, a person's roscpp nodes for
 example, are asked to shut down over their own slave API, and roslaunch (`respawn="true"`) starts them anew.
@@ -9,48 +9,68 @@ from __future__ import annotations
 
 import http.client
 import logging
+import os
 import re
 import signal
 import sys
+import tempfile
 import threading
 import time
 import xmlrpc.client
+from pathlib import Path
 from subprocess import DEVNULL
 from typing import Any
 from urllib.parse import urlparse
 
-from telepresence.station import processes
+from telepresence.station import processes, vitals
+from telepresence.station.kept_program import Report
+from telepresence.station.restarts import what_next
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.vitals import Beats, Vitals
 
 log = logging.getLogger(__name__)
 
 CALLER = "/master_keeper"
 START_TIMEOUT = 15.0  # seconds; a cold disk takes several
 RETURN_TIMEOUT = 3.0  # seconds within which nodes must register again on their own
-PERIOD = 0.25
-REMEMBER_PERIOD = 2.0
+RETURN_PERIOD = 0.25  # seconds between two questions who has
+REMEMBER_PERIOD = 2.0  # seconds between two questions for what a new master must know
 _OF_THE_MASTER_ITSELF = {"run_id", "rosversion", "rosdistro", "roslaunch"}
 _TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, rosnode, a person's scripts
 _ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
 
 class MasterKeeper:
-    """Keeps a ROS master alive at `uri` (http://host:port) until closed.
+    """Keeps a ROS master alive at `uri` (http://host:port) until closed: when it dies or freezes it starts again.
+
+    Args:
+        folder: For the socket where it beats; a temporary one by default.
+        report: Gets each fault.
 
     Raises:
         RuntimeError: No master answers within 15 s of starting one.
     """
 
-    def __init__(self, uri: str) -> None:
+    def __init__(self, uri: str, folder: Path | None = None, report: Report = lambda *fault: None) -> None:
         self.uri = uri
+        self._report = report
+        self._own = tempfile.TemporaryDirectory(prefix="telepresence-master-") if folder is None else None
+        self._beats = Beats(Path(self._own.name if self._own else folder or "") / "master")
         self.restarts = 0
+        self._reviving, self._revivals = False, 0
         self._parameters: dict = {}
         self._nodes: dict[str, str] = {}
+        self._missing: dict[str, str] = {}
+        self._revived_at = 0.0
         self._children: list[int] = []
         self._stop = threading.Event()
         self._start_master()
-        self._thread = threading.Thread(target=self._run, name="master-keeper", daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._watch, name="master-keeper", daemon=True),
+            threading.Thread(target=self._remember_always, name="master-memory", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def pid(self) -> int:
@@ -64,31 +84,50 @@ class MasterKeeper:
 
     def close(self) -> None:
         self._stop.set()
-        self._thread.join(timeout=START_TIMEOUT)
+        for thread in self._threads:
+            thread.join(timeout=START_TIMEOUT)
         processes.end(self._process)
+        self._beats.close()
+        if self._own is not None:
+            self._own.cleanup()
 
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
         command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port)]
-        self._process = processes.start(command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
+        environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
+        self._process = processes.start(
+            command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
+        )
+        self._vitals = Vitals(self._process.pid, self._beats)
         deadline = time.monotonic() + START_TIMEOUT
         while not master_answers(self.uri):
             if self._process.poll() is not None or time.monotonic() > deadline:
                 raise RuntimeError(f"roscore did not start on port {port}; is the port taken? Try:  ./stack doctor")
             self._stop.wait(0.05)
 
-    def _run(self) -> None:
+    def _watch(self) -> None:
+        looked = time.monotonic()
+        while not self._stop.wait(vitals.PERIOD):
+            elapsed, looked = time.monotonic() - looked, time.monotonic()
+            if self._vitals.froze(elapsed):
+                self._process.kill()
+                self._revive("froze")
+            elif (code := self._process.poll()) is not None:
+                self._revive(vitals.cause(code))
+
+    def _remember_always(self) -> None:
         remember_at = 0.0
-        while not self._stop.wait(PERIOD):
-            if self._process.poll() is not None or not master_answers(self.uri, timeout=1.0):
-                if not self._stop.is_set():
-                    self._revive()
-            elif time.monotonic() > remember_at:
+        while not self._stop.is_set():
+            if self._missing:
+                self._restart_strangers()
+            elif time.monotonic() >= remember_at:
                 self._remember()
                 remember_at = time.monotonic() + REMEMBER_PERIOD
+            self._stop.wait(RETURN_PERIOD)
 
     def _remember(self) -> None:
+        revivals = self._revivals
         try:
             master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
             state = master.getSystemState(CALLER)[2]
@@ -98,12 +137,16 @@ class MasterKeeper:
         except _ERRORS as error:
             log.debug("the master did not answer while it was asked for its state: %s", error)
             return
+        if self._reviving or self._missing or self._revivals != revivals:
+            return  # what a new master knows before everybody has registered again
         self._children = processes.descendants(self._process.pid)
         self._nodes = {name: uri for name, uri in nodes.items() if uri}
         self._parameters = {key: value for key, value in parameters.items() if key not in _OF_THE_MASTER_ITSELF}
 
-    def _revive(self) -> None:
-        log.warning("roscore died; starting it again")
+    def _revive(self, what: str) -> None:
+        self._reviving, self._revivals = True, self._revivals + 1
+        log.warning("roscore %s; it starts again", what)
+        self._report("rosmaster", what, what_next(0.0))
         processes.end(self._process, patience=1.0)
         # A killed core leaves its rosout, which holds the name.
         for pid in self._children:
@@ -116,25 +159,29 @@ class MasterKeeper:
         except (RuntimeError, *_ERRORS) as error:
             log.error("roscore could not be brought back, trying again: %s", error)
             return
+        self._missing, self._revived_at = self._missing | self._nodes, time.monotonic()
+        self._reviving = False
         self.restarts += 1
-        self._restart_strangers()
         log.warning("roscore is back")
 
     def _restart_strangers(self) -> None:
-        """Shut down nodes that do not register again automatically; roslaunch respawns them."""
-        missing = dict(self._nodes)
-        deadline = time.monotonic() + RETURN_TIMEOUT
-        while missing and time.monotonic() < deadline and not self._stop.wait(PERIOD):
-            for name in list(missing):
-                try:
-                    master: Any = master_proxy(self.uri, timeout=1.0)
-                    if master.lookupNode(CALLER, name)[0] == 1:
-                        del missing[name]
-                except _ERRORS:
-                    return
+        """Shut down nodes that have not registered again in time; roslaunch respawns them. Called again and again, as
+        the new master may die, too, while they are waited for."""
+        missing = self._missing  # another one after another restart
+        for name in list(missing):
+            try:
+                master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
+                if master.lookupNode(CALLER, name)[0] == 1:
+                    del missing[name]
+            except _ERRORS:
+                return
+        if missing is not self._missing or time.monotonic() < self._revived_at + RETURN_TIMEOUT:
+            return
         for name, uri in missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
                 master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
             except _ERRORS:
                 continue  # it is gone already
+        if missing is self._missing:
+            self._missing = {}

@@ -7,13 +7,14 @@ prctl(2)) inherits such orphans and can end them.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,19 @@ def send(pid: int, request: signal.Signals) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def reap_orphans(known: Collection[int]) -> None:
+    """Collect the orphans that have ended, so that they do not stay as zombies and whoever watches them sees it.
+
+    Args:
+        known: Process ids whose exit codes somebody else asks for.
+    """
+    with contextlib.suppress(ChildProcessError):
+        while ended := os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            if ended.si_pid in known:
+                return
+            os.waitpid(ended.si_pid, os.WNOHANG)
 
 
 def end_descendants(patience: float = 3.0) -> list[int]:

@@ -21,6 +21,8 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from telepresence.station import priority
+
 STAY = "TELEPRESENCE_AS_ROOT"
 SYSTEM_USER, SYSTEM_HOME = "telepresence", "/var/lib/telepresence"
 ROOT = Path(__file__).resolve().parents[2]
@@ -101,6 +103,7 @@ def main() -> int:
         if not _may(user, "test", "-x", str(Path.cwd())):
             os.chdir(ROOT)
         command = [*_switch(user), *command]
+        priority.allow()
     sys.stderr.flush()
     os.execvpe(command[0], command, environment)
 

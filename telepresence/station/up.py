@@ -16,17 +16,23 @@ import threading
 import time
 import xml.etree.ElementTree
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 from urllib.parse import urlsplit
 
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import firewall, processes
+from telepresence.station import firewall, heartbeat, processes, station_folder, vitals
+from telepresence.station.faults import SOCKET as FAULTS
+from telepresence.station.faults import FaultReporter
+from telepresence.station.kept_program import KeptProgram
 from telepresence.station.listening import listening
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.station_folder import StationFolder
 from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
+from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
 from telepresence.web.page_auth import page_key
 
@@ -70,13 +76,19 @@ def main(argv: list[str] | None = None) -> int:
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()
     restrict_new_files()  # logs, in which stands what was said, too
+    folder = None
     try:
+        for left in station_folder.sweep():
+            print(f"Left by a station that was killed, and ended or removed now: {left}", file=sys.stderr)
+        folder = StationFolder()
         return run(arguments, stop)
-    except RuntimeError as error:
-        print(f"stack up: {error}", file=sys.stderr)
+    except (RuntimeError, OSError) as error:
+        say(f"stack up: {error}", sys.stderr)
         return 1
     finally:
         processes.end_descendants()
+        if folder is not None:
+            folder.close()
 
 
 def parse(argv: list[str]) -> argparse.Namespace:
@@ -133,47 +145,87 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
     for variable in (PAGE_KEY, SCREEN_KEY):
         os.environ[variable] = page_key(variable)
+    watch = Path(os.environ[station_folder.VARIABLE]) / "watch"
+    watch.mkdir(mode=0o700)
+    faults = FaultReporter(watch / FAULTS)
     keeper = screen = display = None
+    kept: list[KeptProgram] = []
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window")
             display = VirtualDisplay()
             os.environ.update(display.environment)
-            screen = serve_screen(display, screen_port)
+            screen = KeptProgram("screen_page", partial(serve_screen, display, screen_port), faults.report)
+            kept = [KeptProgram("Xvfb", partial(restart_display, display), faults.report), screen]
         # roslaunch reads its files while roscore starts.
-        launch = processes.start(
-            [
-                sys.executable,
-                "-m",
-                "telepresence_ros.roslaunch",
-                "--wait",
-                *LAUNCH_TIMEOUTS,
-                str(LAUNCH / f"{arguments.robot}.launch"),
-            ]
-            + [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS],
-            tied=True,
+        beats = Beats(watch / "roslaunch")
+        launch = KeptProgram(
+            "roslaunch",
+            partial(start_roslaunch, arguments.robot, settings, watch, beats),
+            faults.report,
+            beats,
+            ended=lambda code: code >= 0,  # somebody asked it to end, or it has said itself what is wrong
         )
         if master_answers(master_uri, timeout=1.0):
             require_roscore(master_uri, stop)
             print(f"Using the ROS master that runs at {master_uri}")
             print(exposure(master_uri), end="")
         else:
-            keeper = MasterKeeper(master_uri)
+            keeper = MasterKeeper(master_uri, watch, faults.report)
         print(banner(arguments.robot, settings, master_uri, simulated, display, screen_port), flush=True)
-        while not stop.wait(0.2):
-            if launch.poll() is not None:
-                print("roslaunch ended", file=sys.stderr)
-                return launch.returncode or 1
-        print("\nEnding everything ...", flush=True)
-        processes.end(launch, patience=8.0)
+        heartbeat.notify("READY=1")
+        looked = time.monotonic()
+        while not stop.wait(vitals.PERIOD):
+            heartbeat.beat()
+            elapsed, looked = time.monotonic() - looked, time.monotonic()
+            code = launch.look(elapsed)
+            if code is not None:
+                say("roslaunch ended", sys.stderr)
+                return code or 1
+            for program in kept:
+                program.look(elapsed)
+            faults.flush()
+            processes.reap_orphans({program.pid for program in (*kept, launch, keeper) if program is not None})
+        heartbeat.notify("STOPPING=1")
+        say("\nEnding everything ...")
+        launch.close(patience=8.0)
         return 0
     finally:
         if screen is not None:
-            processes.end(screen, patience=2.0)
+            screen.close(patience=2.0)
         if keeper is not None:
             keeper.close()
         if display is not None:
             display.close()
+
+
+def start_roslaunch(robot: str, settings: dict[str, str], watch: Path, beats: Beats) -> subprocess.Popen:
+    """Start roslaunch with the launch file of the robot; it goes on with the nodes of one that was killed."""
+    command = [sys.executable, "-m", "telepresence_ros.roslaunch", "--wait", *LAUNCH_TIMEOUTS]
+    chosen = [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS]
+    return processes.start(
+        [*command, str(LAUNCH / f"{robot}.launch"), *chosen],
+        tied=True,
+        env={**os.environ, "NOTIFY_SOCKET": str(beats.path), "TELEPRESENCE_WATCH": str(watch)},
+    )
+
+
+def restart_display(display: VirtualDisplay) -> subprocess.Popen:
+    """Return the display's process, a new one if it has ended: what had windows there is started again by roslaunch."""
+    if display.process.poll() is not None:
+        display.start_again()
+    return display.process
+
+
+def say(text: str, stream: TextIO | None = None) -> None:
+    """Print a line, to standard output or `stream`. Who has closed the terminal reads nothing any more: then what we
+    print goes nowhere from now on, as writing there fails."""
+    try:
+        print(text, file=stream, flush=True)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
 
 
 def launch_arguments(robot: str) -> set[str]:

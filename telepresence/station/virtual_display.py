@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from telepresence.station import processes
+from telepresence.station.station_folder import DISPLAY_NUMBER
 
 _HEADER = struct.Struct(">25I")
 _ANY_DISPLAY = 0xFFFF
@@ -42,18 +43,27 @@ class VirtualDisplay:
     """
 
     def __init__(self, width: int = 1280, height: int = 720) -> None:
+        self._size = f"{width}x{height}x24"
         self.folder = Path(
             tempfile.mkdtemp(prefix="telepresence-display-")
         )  # 0700: nobody else reads the screen's file
         self.authority = self.folder / "Xauthority"
         """Value of the environment variable XAUTHORITY."""
         write_cookie(self.authority)
+        number = self._run()
+        (self.folder / DISPLAY_NUMBER).write_text(number, encoding="ascii")
+        self.name = f":{number}"
+        """Value of the environment variable DISPLAY."""
+
+    def _run(self, number: str = "") -> str:
+        """Start Xvfb, on a free display unless its number is given; return the number."""
         reader, writer = os.pipe()
         # -noreset: otherwise the server restarts when its last client leaves, and refuses new ones meanwhile.
-        options = f"-screen 0 {width}x{height}x24 -nolisten tcp -noreset -fbdir {self.folder} -auth {self.authority}"
+        options = f"-screen 0 {self._size} -nolisten tcp -noreset -fbdir {self.folder} -auth {self.authority}"
+        display = f":{number}" if number else ""
         try:
-            self._process = processes.start(
-                f"Xvfb -displayfd {writer} {options}".split(),
+            self.process = processes.start(
+                f"Xvfb {display} -displayfd {writer} {options}".split(),
                 tied=True,
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -68,8 +78,15 @@ class VirtualDisplay:
             number = answer.readline().strip()  # empty when Xvfb ends without a display
         if not number:
             raise RuntimeError("Xvfb could not open a display")
-        self.name = f":{number}"
-        """Value of the environment variable DISPLAY."""
+        return number
+
+    def start_again(self) -> None:
+        """Start Xvfb anew after it has ended: the same display, and nobody's windows on it.
+
+        Raises:
+            RuntimeError: It ends at once.
+        """
+        self._run(self.name.removeprefix(":"))
 
     @property
     def environment(self) -> dict[str, str]:
@@ -77,7 +94,7 @@ class VirtualDisplay:
         return {"DISPLAY": self.name, "XAUTHORITY": str(self.authority)}
 
     def close(self) -> None:
-        processes.end(self._process)
+        processes.end(self.process)
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

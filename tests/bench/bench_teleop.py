@@ -7,6 +7,7 @@ import pty
 import queue
 import random
 import time
+from collections.abc import Sequence
 from subprocess import DEVNULL
 
 from report import Row, percentile
@@ -36,38 +37,44 @@ def run() -> list[Row]:
 
 def key_to_setpoint(environment: dict[str, str]) -> list[float]:
     """Seconds from writing the key to the terminal to the call of the robot's `set_velocity`, one per press."""
-    setpoints: queue.SimpleQueue[tuple[float, float]] = queue.SimpleQueue()
     with Simulation(port=0) as simulation:
-        drive = simulation.robot.set_velocity
+        return drive_by_keyboard(simulation, environment)
 
-        def record(vx: float, vy: float, wz: float) -> None:
-            setpoints.put((time.monotonic(), vx))
-            drive(vx, vy, wz)
 
-        simulation.robot.set_velocity = record
-        port = simulation.url.rpartition(":")[2]
-        driver = processes.start(
-            ["roslaunch", "naoqi_driver_py", "naoqi_driver.launch", "nao_ip:=127.0.0.1", f"nao_port:={port}"],
-            env=environment,
-            stdin=DEVNULL,
-            stdout=DEVNULL,
-            stderr=DEVNULL,
-        )
-        terminal, inner = pty.openpty()
-        keyboard = processes.start(
-            ["rosrun", "teleop_twist_keyboard", "teleop_twist_keyboard.py"],
-            env=environment,
-            stdin=inner,
-            stdout=DEVNULL,
-            stderr=DEVNULL,
-        )
-        try:
-            return [press(terminal, key, sign, setpoints) for key, sign in keys(terminal, setpoints)]
-        finally:
-            processes.end(keyboard)
-            processes.end(driver)
-            os.close(terminal)
-            os.close(inner)
+def drive_by_keyboard(simulation: Simulation, environment: dict[str, str], before: Sequence[str] = ()) -> list[float]:
+    """Do so with a simulation that runs; `before` are words before each command line."""
+    setpoints: queue.SimpleQueue[tuple[float, float]] = queue.SimpleQueue()
+    drive = simulation.robot.set_velocity
+
+    def record(vx: float, vy: float, wz: float) -> None:
+        setpoints.put((time.monotonic(), vx))
+        drive(vx, vy, wz)
+
+    simulation.robot.set_velocity = record
+    port = simulation.url.rpartition(":")[2]
+    driver = processes.start(
+        [*before, "roslaunch", "naoqi_driver_py", "naoqi_driver.launch", "nao_ip:=127.0.0.1", f"nao_port:={port}"],
+        env=environment,
+        stdin=DEVNULL,
+        stdout=DEVNULL,
+        stderr=DEVNULL,
+    )
+    terminal, inner = pty.openpty()
+    keyboard = processes.start(
+        [*before, "rosrun", "teleop_twist_keyboard", "teleop_twist_keyboard.py"],
+        env=environment,
+        stdin=inner,
+        stdout=DEVNULL,
+        stderr=DEVNULL,
+    )
+    try:
+        return [press(terminal, key, sign, setpoints) for key, sign in keys(terminal, setpoints)]
+    finally:
+        processes.end(keyboard)
+        processes.end(driver)
+        simulation.robot.set_velocity = drive
+        os.close(terminal)
+        os.close(inner)
 
 
 def keys(terminal: int, setpoints: queue.SimpleQueue):

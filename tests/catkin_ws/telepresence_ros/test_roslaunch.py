@@ -25,6 +25,8 @@ with open(folder / (name + ".pids"), "a") as file:
     print(os.getpid(), file=file)
 if name == "crashing":
     sys.exit(3)
+if name == "window" and len((folder / "window.pids").read_text().split()) > 1:
+    sys.exit(0)
 while name != "foreign" and not (folder / f"hang.{{os.getpid()}}").exists():
     beat()
     time.sleep(0.05)
@@ -53,6 +55,10 @@ class Launch:
         nodes = "".join(
             f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {folder}" respawn="true"/>'
             for name in NAMES
+        )
+        nodes += (
+            f'<node pkg="small_nodes" type="small" name="window" args="window {folder}">'
+            '<env name="TELEPRESENCE_CLOSABLE" value="true" /></node>'
         )
         (folder / "all.launch").write_text(f"<launch>{nodes}</launch>")
         (folder / "w").mkdir()
@@ -102,6 +108,12 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     comes_back("foreign")
     launch.hang("hanging")
     comes_back("hanging")
+    os.kill(launch.pids("window")[-1], signal.SIGKILL)
+    comes_back("window")
+    wait_until(
+        lambda: "[window-5] process has finished cleanly" in launch.output, "who closes it does not want it back"
+    )
+    assert len(launch.pids("window")) == 2
 
     wanted = [
         ["/dying", "died: signal 9", "starts again"],

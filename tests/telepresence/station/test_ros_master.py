@@ -8,7 +8,7 @@ import textwrap
 
 import pytest
 
-from telepresence.station import processes
+from telepresence.station import master_keeper, processes
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import ended_nodes, forget_nodes, master_answers, master_proxy
 
@@ -28,13 +28,20 @@ NODE = textwrap.dedent("""
 """)
 
 PROBE = textwrap.dedent("""
-    import rospy, std_msgs.msg, std_srvs.srv
+    import queue, rospy, std_msgs.msg, std_srvs.srv
     rospy.init_node("probe", anonymous=True)
+    answers = queue.SimpleQueue()
+    rospy.Subscriber("embers", std_msgs.msg.String, lambda message: answers.put(message.data))
     rospy.wait_for_service("rise", timeout=10)
     print(rospy.ServiceProxy("rise", std_srvs.srv.Trigger)().message)
-    publisher = rospy.Publisher("wood", std_msgs.msg.String, queue_size=1, latch=True)
-    publisher.publish("oak")
-    print(rospy.wait_for_message("embers", std_msgs.msg.String, timeout=10).data)
+    publisher = rospy.Publisher("wood", std_msgs.msg.String, queue_size=1)
+    for _ in range(100):  # an answer may come before the probe is connected to it
+        publisher.publish("oak")
+        try:
+            print(answers.get(timeout=0.1))
+            break
+        except queue.Empty:
+            continue
 """)
 
 
@@ -91,9 +98,10 @@ def test_a_killed_node_is_found_and_forgotten_and_a_frozen_one_stays(ros_master,
         assert knows(uri, "/phoenix"), "one that has come back at another address stays"
 
 
-def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, run_program, wait_until):
+def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, run_program, wait_until, monkeypatch):
     uri = ros_environment["ROS_MASTER_URI"]
-    keeper = MasterKeeper(uri)
+    reports: list[tuple[str, str, str]] = []
+    keeper = MasterKeeper(uri, report=lambda *fault: reports.append(fault))
     try:
         master_proxy(uri).setParam("/test", "/robot_description", "<robot/>")
         stranger = run_program("rosrun", "rosout", "rosout", "__name:=stranger", stdout=subprocess.DEVNULL)
@@ -101,12 +109,19 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
         wait_until(lambda: knows(uri, "/stranger") and knows(uri, "/phoenix"), "both nodes are registered")
         wait_until(lambda: "/stranger" in keeper.remembered_nodes, "the keeper has seen them")
 
-        processes.send(keeper.pid, 9)
-
+        monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 60.0)
+        processes.send(keeper.pid, signal.SIGKILL)
         wait_until(lambda: keeper.restarts == 1, "roscore is started again")
         wait_until(lambda: knows(uri, "/phoenix"), "our node is registered again")
         assert master_proxy(uri).getParam("/test", "/robot_description")[2] == "<robot/>"
+
+        processes.send(keeper.pid, signal.SIGSTOP)  # while the keeper waits for the node that cannot register again
+        wait_until(lambda: keeper.restarts == 2, "a frozen roscore is started again, too")
+        assert reports == [("rosmaster", "died: signal 9", "starts again"), ("rosmaster", "froze", "starts again")]
+        assert stranger.poll() is None
+        monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 0.0)
         wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
+        wait_until(lambda: knows(uri, "/phoenix"), "our node is registered once more")
     finally:
         keeper.close()
     assert not master_answers(uri)

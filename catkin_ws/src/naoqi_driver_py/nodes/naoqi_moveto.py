@@ -43,6 +43,7 @@ from telepresence.geometry import yaw_of
 from telepresence.safety import PEPPER
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
+from telepresence.station import priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 MOTION_CYCLE = 0.02
@@ -175,4 +176,5 @@ class MoveTo:
 
 
 if __name__ == "__main__":
+    priority.put_commands_first()
     sys.exit(MoveTo().run())

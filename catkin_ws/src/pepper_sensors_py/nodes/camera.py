@@ -28,7 +28,9 @@ from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
 from pepper_sensors.camera_model import CameraModel, pinhole, read_calibration
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.node import ROBOT_PATIENCE
 
+from telepresence.station import heartbeat
 from telepresence.video.images import fill_image_message
 
 IDLE_PERIOD = 0.1
@@ -81,6 +83,7 @@ class CameraNode:
     def _loop(self) -> None:
         wanted_at = -LINGER
         while not self._node.stop.is_set():
+            heartbeat.beat(ROBOT_PATIENCE)
             now = time.monotonic()
             if self._wanted:
                 wanted_at = now

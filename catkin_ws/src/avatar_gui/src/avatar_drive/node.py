@@ -38,6 +38,7 @@ from telepresence_msgs.srv import (
 from telepresence_ros.node import Node
 
 from telepresence.security.signing import PROOF
+from telepresence.station import priority
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, State, Velocity
 from telepresence.teleop.key_agreement import EVERYBODY, KEY, Claim
@@ -252,6 +253,7 @@ def _switch(word: str) -> bool:
 def main() -> int:
     """Run the node; the exit code."""
     arguments = parse(sys.argv[1:])
+    priority.put_commands_first()
     try:
         return LeaseNode(arguments.sign_in, Users(Path(arguments.users) if arguments.users else None)).run()
     except UserError as error:

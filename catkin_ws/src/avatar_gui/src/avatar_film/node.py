@@ -19,6 +19,7 @@ from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
 from telepresence.security.outside_text import keep_logs_plain
+from telepresence.station import priority
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import read_image_message
 from telepresence.video.jpeg import decode_jpeg
@@ -78,6 +79,7 @@ def main() -> int:
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
     narrow_sockets()
+    priority.step_back()
     rospy.init_node("film", anonymous=True)
     keep_logs_plain()
     node = FilmNode(arguments.topic, arguments.file)

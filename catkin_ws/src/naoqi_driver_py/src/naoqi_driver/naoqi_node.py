@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable
 
 import rospy
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 
 from naoqi_driver.connection import Address, Connection
 
@@ -30,6 +30,8 @@ class NaoqiNode(Node):
     Raises:
         SystemExit: The command line or the address is wrong, or there is no ROS master.
     """
+
+    patience = ROBOT_PATIENCE
 
     def __init__(
         self,

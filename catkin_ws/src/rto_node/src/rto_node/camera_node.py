@@ -15,7 +15,7 @@ import time
 import rospy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 
 from rto_node.client import RobotinoClient
 from rto_node.link import Link, find_address
@@ -47,7 +47,7 @@ class CameraNode:
 
     def _poll(self) -> None:
         counted_at = time.monotonic()
-        for now in self._node.cycles(self._period):
+        for now in self._node.cycles(self._period, ROBOT_PATIENCE):
             if not any(topic.get_num_connections() for topic in (self._image, self._compressed, self._info)):
                 self._diagnostics.report(now, OK, "nobody looks")
                 self._node.stop.wait(IDLE_PERIOD)

@@ -27,6 +27,7 @@ from telepresence_ros.node import Node
 
 from rto_node.link import REMINDER_PERIOD
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
+from telepresence.station import heartbeat
 from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 from telepresence.video.images import fill_image_message
 from telepresence.video.webrtc import release_early
@@ -72,6 +73,7 @@ class CameraReceiver:
         assert camera is not None, "with copy and paste there is no connection to keep"
         sequence, counted_at, counted, due = 0, time.monotonic(), 0, 0.0
         while not self._node.stop.is_set():
+            heartbeat.beat()
             watched = self._image.get_num_connections() > 0 or self._measure
             camera.want(watched)
             picture = camera.image.wait_newer(sequence, LOOK_PERIOD)

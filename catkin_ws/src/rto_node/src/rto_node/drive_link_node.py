@@ -32,6 +32,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 from telepresence.drive.datagram import Report
 from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
+from telepresence.station import heartbeat, priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
@@ -102,6 +103,7 @@ class DriveLinkNode:
 
     def _report(self) -> None:
         while not self._node.stop.is_set():
+            heartbeat.beat()
             came = self._link.wait_report(WAIT)
             report, _ = self._link.report()
             problem, now = self._link.problem, time.monotonic()
@@ -151,4 +153,5 @@ def _unknown(problem: str) -> SafetyState:
 
 def main() -> int:
     """Run the node; the exit code."""
+    priority.put_commands_first()
     return DriveLinkNode().run()

@@ -27,7 +27,7 @@ from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 from telepresence_ros.sender_watch import subscribe_velocities
 
 from rto_node import robot_facts
@@ -144,7 +144,7 @@ class Driver:
 
     def _poll(self) -> None:
         read, counted_at = 0, time.monotonic()
-        for cycle, now in enumerate(self._node.cycles(1.0 / self._rate)):
+        for cycle, now in enumerate(self._node.cycles(1.0 / self._rate, ROBOT_PATIENCE)):
             read += self._sensors.ask(partial(self._read, cycle))
             problem = self._sensors.problem
             rate = read / max(1e-3, now - counted_at)

@@ -11,7 +11,7 @@ import math
 import rospy
 from sensor_msgs.msg import LaserScan
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 
 from rto_node.client import RobotinoClient, Scan
 from rto_node.link import Link, find_address
@@ -36,7 +36,7 @@ class LaserNode:
         return self._node.run(self._poll)
 
     def _poll(self) -> None:
-        for now in self._node.cycles(self._period):
+        for now in self._node.cycles(self._period, ROBOT_PATIENCE):
             reached = self._link.ask(self._read)
             if not reached:
                 self._diagnostics.report(now, ERROR, self._link.problem)

@@ -17,7 +17,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 from tf2_msgs.msg import TFMessage
 
 from rto_node.client import Odometry, RobotinoClient
@@ -59,7 +59,7 @@ class OdometryNode:
 
     def _poll(self) -> None:
         read, counted_at = 0, time.monotonic()
-        for now in self._node.cycles(self._period):
+        for now in self._node.cycles(self._period, ROBOT_PATIENCE):
             read += self._link.ask(self._read)
             problem = self._link.problem
             message = problem or f"{read / max(1e-3, now - counted_at):.1f} readings/s"

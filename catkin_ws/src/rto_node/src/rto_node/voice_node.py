@@ -13,7 +13,7 @@ from __future__ import annotations
 import logging
 
 import rospy
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from rto_node.robot_sound import RobotSound
@@ -54,7 +54,7 @@ class Voice:
         try:
             for part in parts:
                 part.start()
-            self._topics.run(self._node.cycles(LEVEL_PERIOD))
+            self._topics.run(self._node.cycles(LEVEL_PERIOD, ROBOT_PATIENCE))
         finally:
             for part in parts:
                 part.close()

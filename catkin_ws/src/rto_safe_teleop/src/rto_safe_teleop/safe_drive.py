@@ -34,6 +34,7 @@ from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
 from telepresence.geometry import yaw_of
 from telepresence.safety import ROBOTINO, State, VelocityGate
+from telepresence.station import priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 PERIOD = 0.05
@@ -151,6 +152,7 @@ class SafeDrive:
 
 def main() -> int:
     """Run the node; the exit code."""
+    priority.put_commands_first()
     return SafeDrive().run()
 
 

@@ -36,7 +36,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
-from telepresence_ros.node import Node
+from telepresence_ros.node import ROBOT_PATIENCE, Node
 
 from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.page_auth import page_key
@@ -115,7 +115,7 @@ class ComCam:
     def _loop(self) -> None:
         try:
             self.start()
-            for _ in self._node.cycles(STATUS_PERIOD):
+            for _ in self._node.cycles(STATUS_PERIOD, ROBOT_PATIENCE):
                 self.report()
         finally:
             self.close()

@@ -14,6 +14,7 @@ import os
 import signal
 import sys
 import threading
+import time
 import uuid
 from pathlib import Path
 
@@ -23,14 +24,17 @@ import rosmaster.master_api
 import rospkg
 from rosgraph.xmlrpc import ThreadingXMLRPCServer
 
-from telepresence.station import processes
+from telepresence.station import heartbeat, processes
+from telepresence.station.restarts import Restarts
 from telepresence.stop_signals import stop_on
 from telepresence_ros.sockets import bind_address, narrow_sockets
 
 CALLER = "/roscore"
 LOOPBACK = "127.0.0.1"
-ROSOUT_PERIOD = 1.0
-"""Seconds after which a `rosout` that has ended is started again."""
+SERVE_PERIOD = 0.1
+"""Seconds after which the master's loops say at the latest that they work."""
+ENDING_TIMEOUT = 15.0
+"""Seconds in which `rosout` has ended, and may have to be waited for before it starts again."""
 
 
 def main() -> int:
@@ -73,11 +77,19 @@ def addresses() -> list[str]:
 
 def serve(handler: rosmaster.master_api.ROSMasterHandler, address: str, port: int) -> ThreadingXMLRPCServer:
     """Answer the Master API at an address, from a thread. Raises OSError."""
-    server = ThreadingXMLRPCServer((address, port), log_requests=0)
+    server = _BeatingServer((address, port), log_requests=0)
     server.register_multicall_functions()
     server.register_instance(handler)
-    threading.Thread(target=server.serve_forever, name=f"master at {address}", daemon=True).start()
+    threading.Thread(
+        target=server.serve_forever, args=(SERVE_PERIOD,), name=f"master at {address}", daemon=True
+    ).start()
     return server
+
+
+class _BeatingServer(ThreadingXMLRPCServer):
+    def service_actions(self) -> None:
+        """Called by the loop that accepts connections, whenever it has accepted one and every SERVE_PERIOD."""
+        heartbeat.beat()
 
 
 def first_parameters(run_id: str) -> dict[str, str]:
@@ -92,12 +104,16 @@ def first_parameters(run_id: str) -> dict[str, str]:
 def keep_rosout(folder: Path, stop: threading.Event) -> None:
     """Run the node `rosout`, again whenever somebody ends it, until `stop` is set."""
     command = [sys.executable, "-m", "telepresence_ros.rosout", f"__log:={folder / 'rosout-1.log'}"]
+    restarts = Restarts()
     while not stop.is_set():
         rosout = processes.start(command, tied=True)
-        while not stop.wait(ROSOUT_PERIOD):
-            if rosout.poll() is not None:
-                break
+        restarts.started(time.monotonic())
+        while not stop.wait(SERVE_PERIOD) and rosout.poll() is None:
+            heartbeat.beat()
+        heartbeat.beat(within=ENDING_TIMEOUT)
         processes.end(rosout)
+        if not stop.is_set():
+            stop.wait(restarts.died(time.monotonic()))
 
 
 if __name__ == "__main__":

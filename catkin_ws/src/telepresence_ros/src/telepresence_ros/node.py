@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import rospy
 
 from telepresence.security.private_files import restrict_new_files
+from telepresence.station import heartbeat
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
@@ -17,6 +18,11 @@ from telepresence_ros.sockets import narrow_sockets
 
 SHUTDOWN_TIMEOUT = 2.0
 """Seconds within which all loops together must end."""
+ENDING_TIMEOUT = 5.0
+"""Seconds that an ending node has in all, before it counts as frozen."""
+ROBOT_PATIENCE = 5.0
+"""Seconds that a loop which asks a robot may wait for it: the calls have time-outs of their own, which are shorter."""
+_SPIN_PERIOD = 0.2
 
 
 class Node:
@@ -33,6 +39,8 @@ class Node:
     """
 
     shutdown_timeout = SHUTDOWN_TIMEOUT
+    patience = heartbeat.WITHIN
+    """Seconds by which a cycle of a loop may be late before the node counts as frozen."""
 
     def __init__(
         self,
@@ -66,13 +74,18 @@ class Node:
         ]
         for thread in self._threads:
             thread.start()
-        rospy.spin()
+        self._spin()
         return 1 if self._failed.is_set() else 0
 
-    def cycles(self, period: float) -> Iterator[float]:
-        """Yield the time [s, monotonic] every `period` seconds until the node ends. A late cycle is not made up for."""
+    def cycles(self, period: float, patience: float | None = None) -> Iterator[float]:
+        """Yield the time [s, monotonic] every `period` seconds until the node ends. A late cycle is not made up for.
+
+        A cycle that is late by more than `patience` seconds (default: the node's) makes the node count as frozen.
+        """
+        within = period + (self.patience if patience is None else patience)
         due = time.monotonic()
         while not self.stop.wait(max(0.0, due - time.monotonic())):
+            heartbeat.beat(within)
             now = time.monotonic()
             yield now
             due = max(due + period, now)
@@ -85,6 +98,15 @@ class Node:
         """Have `close` called when the loops have ended, the newest such call first."""
         self._closers.insert(0, close)
 
+    def _spin(self) -> None:
+        """What rospy.spin does, and a sign of life: the loops give theirs themselves."""
+        try:
+            while not rospy.is_shutdown():
+                heartbeat.beat(_SPIN_PERIOD + heartbeat.WITHIN)
+                time.sleep(_SPIN_PERIOD)
+        except KeyboardInterrupt:
+            self.shut_down("keyboard interrupt")
+
     def _run_loop(self, loop: Callable[[], None]) -> None:
         try:
             loop()
@@ -93,6 +115,7 @@ class Node:
                 self._fail()
         except Exception:  # whatever it is, the node must end with a traceback and an exit code
             self._fail()
+        heartbeat.rest()
         if not self.stop.is_set():
             self.shut_down("a loop of the node ended")
 
@@ -102,6 +125,7 @@ class Node:
 
     def _end(self) -> None:
         """Called by rospy when the node is to end, before it closes the topics."""
+        heartbeat.beat(ENDING_TIMEOUT)
         self.stop.set()
         deadline = time.monotonic() + self.shutdown_timeout
         for thread in self._threads:

@@ -2,7 +2,8 @@
 
 Debian's monitor looks ten times a second who has died, waits `respawn_delay`, and knows nothing of freezing. This one
 is woken by a death (pidfd_open(2)), and looks every 0.05 s who froze (`telepresence.station.vitals`). A program that
-dies again and again starts later and later. `required` means what it means in roslaunch.
+dies again and again starts later and later, and only then `respawn_delay` counts: as the shortest pause. `required`
+means what it means in roslaunch.
 """
 
 from __future__ import annotations
@@ -79,10 +80,12 @@ class NodeMonitor(pmon.ProcessMonitor):
             )
             self._report(process, "everything ends")
             self.is_shutdown = True
-        elif process.respawn:
+        elif process.respawn and not _was_closed(process):
             self._bury(process)
             restarts = self._restarts.setdefault(process, Restarts())
-            pause = max(restarts.died(now), process.respawn_delay)
+            pause = restarts.died(now)
+            if pause:
+                pause = max(pause, process.respawn_delay)
             self._due[process] = now + pause
             then = what_next(pause)
             if restarts.worth_a_line:
@@ -132,6 +135,11 @@ class NodeMonitor(pmon.ProcessMonitor):
         if self._due:
             timeout = min(timeout, max(0.0, min(self._due.values()) - time.monotonic()))
         deaths.poll(timeout * 1000.0)
+
+
+def _was_closed(process: pmon.Process) -> bool:
+    """Whether a person has closed it, who does not want it back."""
+    return isinstance(process, WatchedNode) and process.closable and process.exit_code == 0
 
 
 def _cause(process: pmon.Process) -> str:

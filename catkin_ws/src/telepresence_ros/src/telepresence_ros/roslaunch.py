@@ -2,7 +2,8 @@
 
 It takes the arguments of roslaunch and any launch file. What differs:
 
-* a node with respawn="true" that dies or freezes starts again at once (`telepresence_ros.node_monitor`);
+* a node with respawn="true" that dies or freezes starts again at once (`telepresence_ros.node_monitor`), and so does
+  one with <env name="TELEPRESENCE_CLOSABLE" value="true" />, unless it ends with exit code 0: a person has closed it;
 * each such fault is published on /station/faults, by the node station_faults that it starts besides;
 * nodes that an earlier one has started in the same station, and that still run, go on;
 * its sockets, those of this process, listen where they must only.
@@ -34,6 +35,8 @@ from telepresence_ros.watched_node import WatchedNode
 
 FOLDER = "TELEPRESENCE_WATCH"
 """Environment variable: the folder of the station's watch. Without it the nodes are not adopted by anybody."""
+CLOSABLE = "TELEPRESENCE_CLOSABLE"
+"""Marks a node in a launch file, as Debian's roslaunch knows no such attribute and ignores the mark."""
 
 
 class Supervisor(roslaunch.parent.ROSLaunchParent):
@@ -73,7 +76,8 @@ def supervise(folder: Path) -> None:
 
     def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
         process: Any = original(run_id, node, master_uri, **timeouts)
-        return WatchedNode(process, ns_join(node.namespace, node.name), folder)
+        closable = dict(node.env_args).get(CLOSABLE) == "true"
+        return WatchedNode(process, ns_join(node.namespace, node.name), folder, closable)
 
     original = roslaunch.nodeprocess.create_node_process
     roslaunch.launch.create_node_process = make_process

@@ -47,11 +47,12 @@ class WatchedNode(LocalProcess):
         process: As roslaunch made it; only what it says of the node is used.
         node: The node's full name, as other nodes see it.
         folder: Where its socket is and where is written down that it runs.
+        closable: It starts again unless it ended with exit code 0, whatever `respawn` says.
     """
 
     popen: subprocess.Popen | Adopted | None
 
-    def __init__(self, process: LocalProcess, node: str, folder: Path) -> None:
+    def __init__(self, process: LocalProcess, node: str, folder: Path, closable: bool = False) -> None:
         super().__init__(
             process.run_id,
             process.package,
@@ -59,7 +60,7 @@ class WatchedNode(LocalProcess):
             process.args,
             process.env,
             process.log_output,
-            respawn=process.respawn,
+            respawn=process.respawn or closable,
             respawn_delay=process.respawn_delay,
             required=process.required,
             cwd=process.cwd,
@@ -67,7 +68,7 @@ class WatchedNode(LocalProcess):
             sigint_timeout=process.sigint_timeout,
             sigterm_timeout=process.sigterm_timeout,
         )
-        self.node = node
+        self.node, self.closable = node, closable
         self._folder = folder
         self._beats: Beats | None = None
         try:

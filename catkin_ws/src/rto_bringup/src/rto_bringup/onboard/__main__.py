@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from telepresence.security.log_flood import limit_log_flood
 from telepresence.security.robot_key import RobotKey, is_loopback
+from telepresence.station import priority
 
 if TYPE_CHECKING:
     from rto_bringup.onboard.picture_sources import PictureSource
@@ -115,6 +116,7 @@ def _key_beside_bundle() -> Path | None:
 def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
+    priority.put_commands_first()
     key, address = find_key(options), options.address or LOOPBACK
     with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -1,0 +1,163 @@
+"""A station's private folder for temporary files, by which the next start finds what an ended station left behind.
+
+All programs of a station find the folder in TMPDIR and its name in TELEPRESENCE_STATION. The owner holds a lock on it
+(flock(2)), which the kernel releases however the owner ends. So whatever carries the name of a folder that nobody
+locks any more is left over from a station that was killed: `sweep` ends such programs and removes such files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import shutil
+import signal
+import socket
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from telepresence.station import processes
+
+VARIABLE = "TELEPRESENCE_STATION"
+"""Environment variable with the folder's path."""
+PREFIX = "telepresence-station-"
+DISPLAY_NUMBER = "number"
+"""File beside a virtual display's screen with the display's number: X servers that are killed leave files elsewhere."""
+PATIENCE = 2.0
+"""Seconds that left programs have to end by SIGTERM before they are killed."""
+_X_LOCK, _X_SOCKET = "/tmp/.X{}-lock", "/tmp/.X11-unix/X{}"
+_TERMINALS = "telepresence-*"
+"""Names of the sockets of the windows' tmux servers."""
+
+
+class StationFolder:
+    """A new, locked folder in the folder for temporary files; only its owner can enter it. Until `close` the
+    environment of this process, and of what it starts, names it.
+
+    Raises:
+        OSError: It cannot be made.
+    """
+
+    def __init__(self) -> None:
+        while True:
+            self.path = Path(tempfile.mkdtemp(prefix=PREFIX))
+            self._lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
+            if self.path.exists():
+                break
+            os.close(self._lock)  # another station that was just starting took it for left over
+        self._before = {name: os.environ.get(name) for name in (VARIABLE, "TMPDIR")}
+        os.environ.update({VARIABLE: str(self.path), "TMPDIR": str(self.path)})
+        tempfile.tempdir = None  # tempfile reads TMPDIR only once
+
+    def close(self) -> None:
+        """Remove the folder with everything in it, and what X servers of this station left elsewhere."""
+        for name, value in self._before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+        tempfile.tempdir = None
+        _remove(self.path)
+        os.close(self._lock)
+
+
+def sweep() -> list[str]:
+    """End the programs and remove the files of this user's stations that were killed.
+
+    Returns:
+        What was found, for the person: the programs' names, then the folders.
+    """
+    found = []
+    left = {pid: name for pid, folder, name in _programs() if not _owned(folder)}
+    for request in (signal.SIGTERM, signal.SIGKILL):
+        for pid in left:
+            processes.send(pid, request)
+        deadline = time.monotonic() + PATIENCE
+        while {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
+            time.sleep(0.02)
+    found += [f"{name} (process {pid})" for pid, name in left.items()]
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with contextlib.suppress(OSError):  # it has just gone
+            if folder.is_symlink() or folder.stat().st_uid != os.geteuid() or _owned(folder):
+                continue
+            _remove(folder)
+            found.append(str(folder))
+    for terminal in Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}").glob(_TERMINALS):
+        if not _answers(terminal):
+            terminal.unlink(missing_ok=True)
+            found.append(str(terminal))
+    return found
+
+
+def _programs() -> Iterator[tuple[int, Path, str]]:
+    """Yield process id, station folder and name of each of this user's programs that belong to a station.
+
+    Only those that see the same files and processes as we do: in another container the same path is another folder."""
+    family = _ancestors()  # a terminal of the dead station, in which the next one is started
+    ours = [os.readlink(f"/proc/self/ns/{kind}") for kind in ("mnt", "pid")]
+    key = f"{VARIABLE}=".encode()
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if process.stat().st_uid != os.geteuid() or int(process.name) in family:
+                continue
+            words = (process / "environ").read_bytes().split(b"\0")
+            folder = next((word[len(key) :] for word in words if word.startswith(key)), b"")
+            # A zombie's environment is empty, and so is that of what runs as somebody else.
+            if folder and [os.readlink(process / "ns" / kind) for kind in ("mnt", "pid")] == ours:
+                yield int(process.name), Path(os.fsdecode(folder)), (process / "comm").read_text().strip()
+        except OSError:
+            continue  # it ended between the listing and the reading, or is not ours to look into
+
+
+def _ancestors() -> set[int]:
+    """Return the process ids of this process and of those above it."""
+    found, pid = set(), os.getpid()
+    while pid > 1:
+        found.add(pid)
+        pid = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return found
+
+
+def _owned(folder: Path) -> bool:
+    """Whether the station of this folder lives."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(descriptor)
+    return False
+
+
+def _remove(folder: Path) -> None:
+    for note in folder.glob(f"*/{DISPLAY_NUMBER}"):
+        number = note.read_text().strip()
+        if number.isdecimal() and not _x_server_lives(number):
+            for name in (_X_LOCK, _X_SOCKET):
+                Path(name.format(number)).unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _answers(path: Path) -> bool:
+    """Whether somebody listens at this socket."""
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.settimeout(1.0)
+        return probe.connect_ex(str(path)) == 0
+
+
+def _x_server_lives(number: str) -> bool:
+    """Whether the process that has locked this display number exists (X servers write their process id)."""
+    try:
+        pid = int(Path(_X_LOCK.format(number)).read_text())
+        os.kill(pid, 0)
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    except (ValueError, PermissionError):
+        return True  # somebody else's by now
+    return True

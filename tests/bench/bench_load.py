@@ -1,0 +1,115 @@
+"""Key to setpoint and rest after silence while other programs keep all processors busy, with and without priorities.
+
+The simulated robot is this process, which nothing delays: a robot has a computer of its own. Without `SCHED_RR` for
+whoever runs this the robot waits as well, and "with priorities" is what is allowed instead: it is printed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+from bench_teleop import drive_by_keyboard
+from report import Row, percentile
+from ros_graph import private_master, wait_for
+
+from pepper_sim.simulation import Simulation
+from telepresence.station import priority, processes
+
+LOOPS_PER_PROCESSOR = 2
+SILENCES = 20
+"""Publishers that are killed while the robot drives."""
+SPEED, STANDS = 0.2, 0.01
+"""[m/s]"""
+PERIOD = 0.005
+ORDINARY = ["chrt", "--other", "0"]
+"""What starts an ordinary program from this one, which is none."""
+
+
+def run() -> list[Row]:
+    print(f"with priorities: {priority.put_thread_first()}", flush=True)
+    rows: list[Row] = []
+    quiet: dict[str, list[float]] = {}
+    for name, loops, setting in (
+        ("quiet", 0, "on"),
+        ("busy, without priorities", LOOPS_PER_PROCESSOR, "off"),
+        ("busy, with priorities", LOOPS_PER_PROCESSOR, "on"),
+    ):
+        with private_master() as environment, busy_processors(loops):
+            found = measure({**environment, priority.OFF: setting})
+        quiet = quiet or found
+        for what, seconds in found.items():
+            for share in (50, 95):
+                reference = percentile(quiet[what], share) * 1e3
+                rows.append(
+                    Row(f"{what}, p{share}, {name}", percentile(seconds, share) * 1e3, reference, "ms", "quiet")
+                )
+    return rows
+
+
+def measure(environment: dict[str, str]) -> dict[str, list[float]]:
+    """Seconds, one per key press or silence."""
+    with Simulation(port=0) as simulation:
+        return {
+            "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY),
+            "rest after silence": rest_after_silence(simulation, environment),
+        }
+
+
+def rest_after_silence(simulation: Simulation, environment: dict[str, str]) -> list[float]:
+    """Seconds from the death of whoever sends velocities until the robot stands."""
+    robot = simulation.robot
+    port = simulation.url.rpartition(":")[2]
+    driver = processes.start(
+        [*ORDINARY, "roslaunch", "naoqi_driver_py", "naoqi_driver.launch", "nao_ip:=127.0.0.1", f"nao_port:={port}"],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+    def speed() -> float:
+        return math.hypot(*robot.snapshot().velocity[:2])
+
+    found = []
+    random.seed(1)
+    try:
+        for number in range(SILENCES):
+            twist = f"{{linear: {{x: {SPEED if number % 2 else -SPEED}}}}}"
+            pilot = subprocess.Popen(
+                [*ORDINARY, "rostopic", "pub", "-r", "20", "cmd_vel", "geometry_msgs/Twist", twist],
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+            wait_for(lambda: speed() > 0.9 * SPEED, "the robot's full speed")
+            time.sleep(random.uniform(0.0, 0.1))
+            pilot.send_signal(signal.SIGKILL)
+            begin = time.monotonic()
+            while speed() > STANDS:
+                time.sleep(PERIOD)
+            found.append(time.monotonic() - begin)
+            pilot.wait()
+    finally:
+        processes.end(driver)
+    return found
+
+
+@contextlib.contextmanager
+def busy_processors(per_processor: int) -> Iterator[None]:
+    """Programs that compute all the time, each in a session of its own, as different people's programs are."""
+    count = per_processor * (os.cpu_count() or 1)
+    loops = [processes.start([*ORDINARY, sys.executable, "-c", "while True: pass"], tied=True) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
