@@ -43,14 +43,14 @@ from telepresence.teleop.accounts import Users
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
 """(height of the screen [px], scale of the window from that height on)."""
+REMEMBER_PERIOD = 5000
+"""[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
 BEAT_PERIOD = 100
 """[ms] between two signs of life."""
 FROZEN_AFTER = 2.0
 """Seconds after which a window whose loop does not turn counts as frozen: files are written there, too."""
 ENDING_TIMEOUT = 10.0
 """Seconds in which a closed window's terminals and nodes end."""
-REMEMBER_PERIOD = 5000
-"""[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
 SCREENSHOT_DELAY = 1000
 """[ms] after the first picture: time for the terminal to show what it runs."""
 

@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from gui.faults import NOTICED, Cause
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
 
@@ -106,12 +107,15 @@ def test_pictures_come_back_after_a_restart_of_master_and_robot(
     master = run_program(*command, **QUIET)
     wait_until(lambda: master_answers(uri), "the master answers")
     robot = start_robot()
-    open_attached(screen, wait_until)
+    window = open_attached(screen, wait_until, "--tell")
     wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
 
+    processes.send(robot.process.pid, signal.SIGSTOP)
+    wait_until(lambda: NOTICED[Cause.PICTURE] in window.output, "the window says that pictures have stopped")
     for process in (master, robot.process):
         processes.send(process.pid, signal.SIGKILL)
         process.wait()
+    wait_until(lambda: NOTICED[Cause.MASTER] in window.output, "the window says what its cause is by now")
     wait_until(lambda: not shows_picture(screen, place), "the picture is greyed")
     run_program(*command, **QUIET)
     wait_until(lambda: master_answers(uri), "a new master answers")

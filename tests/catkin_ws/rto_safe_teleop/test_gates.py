@@ -146,6 +146,16 @@ def test_gate_stops_without_readings():
     assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "sensor stale"
 
 
+def test_gate_stops_at_once_when_the_program_with_the_odometry_has_ended_and_drives_with_the_next():
+    driven = Driven()
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    driven.gate.lose_odometry()
+    answer = driven.gate.tick(driven.now + 0.05)
+    assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "fault"
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] > 0.1
+
+
 def test_gate_stops_on_the_bumper():
     driven = Driven()
     driven.run(1.0, (0.2, 0.0, 0.0))

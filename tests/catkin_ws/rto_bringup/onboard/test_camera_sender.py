@@ -10,9 +10,10 @@ import urllib.error
 import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+import numpy as np
 import pytest
 from rto_bringup.onboard import picture_sources
-from rto_bringup.onboard.picture_sources import open_source
+from rto_bringup.onboard.picture_sources import CameraLost, PictureSource, open_source
 from rto_node.webrtc_camera import WebrtcCamera, sender_url
 
 pytestmark = pytest.mark.slow
@@ -163,6 +164,24 @@ def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, mon
         time.sleep(0.2)
         assert len(asked) == count
         robot.shutdown()
+
+
+def test_a_camera_that_is_lost_again_and_again_is_soon_tried_again_after_each_picture(until_true, monkeypatch):
+    monkeypatch.setattr(picture_sources, "SHORTEST_BACK_OFF", 0.001)
+    monkeypatch.setattr(picture_sources, "LONGEST_BACK_OFF", 1e6)  # twenty failures in a row take seventeen minutes
+    opened = []
+
+    def open_camera():
+        opened.append(True)
+        yield np.zeros((6, 4), np.uint8)
+        raise CameraLost("the robot was switched off")
+
+    source = PictureSource("camera", open_camera)
+    source.watch()
+    try:
+        until_true(lambda: len(opened) > 20, "it is tried again")
+    finally:
+        source.close()
 
 
 def test_a_device_that_is_none_is_told(until_true):

@@ -29,7 +29,7 @@ TIMEOUT = 0.5
 """Seconds allowed for connecting to the robot, and for its whole answer."""
 PICTURE_TIMEOUT = 2.0
 """Seconds allowed for a whole picture, of which a piece must come within `TIMEOUT`."""
-SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 1.0
+SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 0.3
 """Seconds without a new attempt after a failure; doubled from one failure to the next."""
 DEFAULT_PORT = 80
 MAX_DATA, MAX_PICTURE = 256 * 1024, 8 * 1024 * 1024

@@ -23,8 +23,8 @@ from telepresence.video.webrtc import planes_of
 
 log = logging.getLogger(__name__)
 
-SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.5, 5.0
-"""Seconds until a lost camera is tried again."""
+SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 0.5
+"""Seconds until a lost camera is tried again; doubled from one failure to the next until there is a picture."""
 NO_NEWS_PERIOD = 0.01
 """Seconds until /cam0 is asked again when it has no new picture."""
 NO_NEWS_TIMEOUT = 4.0
@@ -52,6 +52,7 @@ class PictureSource:
         """Why there is no picture; empty while there is one."""
         self._name = name
         self._open = open_camera
+        self._back_off = SHORTEST_BACK_OFF
         self._watchers = 0
         self._changed = threading.Condition()
         self._closed = False
@@ -80,7 +81,6 @@ class PictureSource:
         return self._watchers > 0 and not self._closed
 
     def _run(self) -> None:
-        back_off = SHORTEST_BACK_OFF
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._wanted or self._closed)
@@ -88,7 +88,6 @@ class PictureSource:
                     return
             try:
                 self._take()
-                back_off = SHORTEST_BACK_OFF
                 continue
             except CameraLost as error:
                 self._complain(str(error))
@@ -96,8 +95,8 @@ class PictureSource:
                 log.exception("%s failed", self._name)
                 self.problem = repr(error)
             with self._changed:
-                self._changed.wait_for(lambda: self._closed, back_off)
-            back_off = min(LONGEST_BACK_OFF, 2.0 * back_off)
+                self._changed.wait_for(lambda: self._closed, self._back_off)
+            self._back_off = min(LONGEST_BACK_OFF, 2.0 * self._back_off)
 
     def _take(self) -> None:
         pictures = self._open()
@@ -107,7 +106,7 @@ class PictureSource:
                     return
                 if self.problem:
                     log.info("%s gives pictures again", self._name)
-                self.problem = ""
+                self.problem, self._back_off = "", SHORTEST_BACK_OFF
                 self.image.put(planes)
         finally:
             pictures.close()
