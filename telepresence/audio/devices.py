@@ -98,12 +98,14 @@ def _has_card() -> bool:
 
 def names() -> dict[str, list[str]]:
     """Return the names that can be chosen on the sound server: {"microphones": [...], "loudspeakers": [...]}."""
+    found: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
+    if not _server_answers():  # without one, every start of the monitor leaves three descriptors behind
+        return found
     monitor = Gst.DeviceMonitor.new()
     monitor.add_filter("Audio/Source", None)
     monitor.add_filter("Audio/Sink", None)
     monitor.start()
     try:
-        found: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
         for device in monitor.get_devices():
             element = device.create_element(None)
             name = element.get_property("device") if element and element.find_property("device") else None

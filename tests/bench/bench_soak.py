@@ -19,7 +19,7 @@ from pathlib import Path
 from soak import page
 from soak.hands import Hands
 from soak.record import Recorder
-from soak.samples import LogReader, Usage, sample
+from soak.samples import LogReader, Usage, names, sample
 from soak.schedule import ROUND, Event, rounds
 from soak.station import Station
 
@@ -134,10 +134,10 @@ class Soak:
                 if odometer.poll() is not None:
                     odometer = self._start_odometer(station)
                 station.look_after()
-                if now >= next_sample or hands.waits:
-                    programs = sample(station.pids())
-                    hands.look_after(programs)
+                if hands.waits:
+                    hands.look_after(names(station.pids()))
                 if now >= next_sample:
+                    programs = sample(station.pids())
                     next_sample = now + self._period
                     logs.read()
                     self._record(now, programs, logs)
@@ -179,9 +179,10 @@ class Soak:
 
     def _start_odometer(self, station: Station) -> subprocess.Popen:
         with (self._folder / "odometer.log").open("a") as output:
-            return station.on_pilot(
-                sys.executable, str(Path(__file__).with_name("soak") / "odometer.py"), stdout=output
-            )
+            program = str(Path(__file__).with_name("soak") / "odometer.py")
+            odometer = station.on_pilot(sys.executable, program, stdout=output)
+        station.measuring = {odometer.pid}
+        return odometer
 
     def _metres(self) -> list[float]:
         """What the odometer has printed last; a restarted one begins at zero again."""

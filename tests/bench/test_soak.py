@@ -12,7 +12,7 @@ from soak import page, schedule
 from soak.findings import find, grows
 from soak.growth import growth
 from soak.record import Recorder, read
-from soak.samples import LogReader, Usage, program_name, sample
+from soak.samples import LogReader, Usage, names, program_name, sample
 
 HOUR = 3600.0
 
@@ -43,6 +43,7 @@ def test_a_running_program_is_sampled(run_program, wait_until):
     usage = wait_until(listens, "it listens")
     assert usage.rss >= usage.pss > 1000 and usage.threads >= 1
     assert usage.life.startswith(f"{program.pid}@")
+    assert names([program.pid]) == {"http.server"}
 
 
 def life(begin, hours, level, slope, noise, dice):

@@ -11,12 +11,21 @@ import numpy as np
 from soak.growth import BINS, Growth, growth
 from soak.record import Record, Series
 
-MEMORY_LIMIT = 1.0
-"""Percent an hour."""
 SMALL = 256.0
 """Memory that grows by less than this [kB/h] is not counted as growing, whatever share of a small program it is."""
-COUNT_LIMIT = 0.5
-"""Descriptors and threads that grow by less an hour are flat."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Growth an hour that is allowed: of memory [%], and of descriptors and threads."""
+
+    memory: float
+    count: float
+
+
+LONG_LIMITS = Limits(memory=1.0, count=0.5)
+SHORT_LIMITS = Limits(memory=10.0, count=4.0)
+"""Minutes cannot tell a slow leak from caches that fill."""
 LONG = 2 * 3600.0
 """From this duration on [s], growth is that after the first hour; of shorter runs the first quarter does not count."""
 SETTLE = 600.0
@@ -86,7 +95,7 @@ def find(record: Record) -> Findings:
         metres=last.get("metres", []),
         tracebacks=tracebacks,
         counts=counts,
-        broken=_broken(programs, total, tracebacks, record),
+        broken=_broken(programs, total, tracebacks, record, LONG_LIMITS if long else SHORT_LIMITS),
     )
 
 
@@ -95,9 +104,9 @@ def grows(found: Growth, least: float) -> bool:
     return found.pairs >= FEWEST_PAIRS and found.slope >= least and found.low > 0.0
 
 
-def memory_limit(found: Growth) -> float:
+def memory_limit(found: Growth, limits: Limits) -> float:
     """Return the growth that breaks the limit, for a program of this size [kB/h]."""
-    return max(SMALL, found.level * MEMORY_LIMIT / 100.0)
+    return max(SMALL, found.level * limits.memory / 100.0)
 
 
 def _program(name: str, series: Series, settle: float, since: float, width: float) -> Program:
@@ -111,15 +120,15 @@ def _program(name: str, series: Series, settle: float, since: float, width: floa
     )
 
 
-def _broken(programs: list[Program], total: Growth, tracebacks: list, record: Record) -> list[str]:
+def _broken(programs: list[Program], total: Growth, tracebacks: list, record: Record, limits: Limits) -> list[str]:
     found = []
-    if grows(total, memory_limit(total)):
+    if grows(total, memory_limit(total, limits)):
         found.append(f"the station's memory grows by {100.0 * total.slope / total.level:.2f} % an hour")
     for program in programs:
         for what, least in (
-            ("rss", memory_limit(program.growths["rss"]) if program.growths["rss"].known else math.inf),
-            ("descriptors", COUNT_LIMIT),
-            ("threads", COUNT_LIMIT),
+            ("rss", memory_limit(program.growths["rss"], limits) if program.growths["rss"].known else math.inf),
+            ("descriptors", limits.count),
+            ("threads", limits.count),
         ):
             if grows(program.growths[what], least):
                 grown = program.growths[what]

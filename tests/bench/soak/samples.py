@@ -58,13 +58,27 @@ def sample(pids: Iterable[int]) -> dict[str, Usage]:
     found: dict[str, list[Usage]] = {}
     for pid in sorted(pids):
         try:
-            words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
+            words = _command(pid)
             usage = _usage(Path(f"/proc/{pid}"))
         except (FileNotFoundError, ProcessLookupError, PermissionError):
             continue  # it has ended, or is about to: a zombie's memory cannot be read
         if words[0] and usage.rss:
             found.setdefault(program_name(words), []).append(usage)
     return {name: _together(usages) for name, usages in found.items()}
+
+
+def names(pids: Iterable[int]) -> set[str]:
+    """Return the names of the programs that run; quicker than a sample."""
+    commands = (_command(pid) for pid in pids)
+    return {program_name(words) for words in commands if words[0]}
+
+
+def _command(pid: int) -> list[str]:
+    """The command line; [""] of a process that has ended."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
+    except (FileNotFoundError, ProcessLookupError):
+        return [""]
 
 
 def _usage(folder: Path) -> Usage:

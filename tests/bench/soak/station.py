@@ -62,6 +62,8 @@ class Station:
         self.environment.pop("DISPLAY", None)
         self._kept: dict[str, tuple[list[str], subprocess.Popen, float]] = {}
         self._passing: list[tuple[float, subprocess.Popen]] = []
+        self.measuring: set[int] = set()
+        """Processes that only watch the station."""
         self._start_robots(seed)
         self.up = self._start_up()
 
@@ -82,10 +84,12 @@ class Station:
         return {}
 
     def pids(self) -> list[int]:
-        """Return the processes of the station, those of viewers not among them."""
-        passing = {pid for _, viewer in self._passing for pid in (viewer.pid, *processes.descendants(viewer.pid))}
+        """Return the processes of the station: all that we have started, but for viewers and what measures."""
         roots = [self.up.pid, *(program.pid for _, program, _ in self._kept.values())]
-        return [pid for root in roots for pid in (root, *processes.descendants(root)) if pid not in passing]
+        others = {viewer.pid for _, viewer in self._passing} | self.measuring
+        others |= {pid for other in [*others] for pid in processes.descendants(other)}
+        # Orphans, such as tmux, are ours, too: we adopt them.
+        return [*roots, *(pid for pid in processes.descendants() if pid not in others and pid not in roots)]
 
     def on_pilot(self, *argv: str, **popen: object) -> subprocess.Popen:
         """Start a program on the pilot's machine, in the station's environment."""

@@ -59,7 +59,13 @@ def test_every_package_of_ours_that_logs_is_found_where_catkin_shows_it():
 
 @pytest.mark.parametrize(
     ("error", "shortened"),
-    [(ConnectionResetError("gone"), True), (OSError(9, "Bad file descriptor"), True), (KeyError("a mistake"), False)],
+    [
+        (ConnectionResetError("gone"), True),
+        (OSError(9, "Bad file descriptor"), True),
+        (AttributeError("'NoneType' object has no attribute 'buff_size'"), True),
+        (AttributeError("'NoneType' object has no attribute 'data'"), False),
+        (KeyError("a mistake"), False),
+    ],
 )
 def test_a_node_that_ended_is_one_line_in_the_logs_of_the_others_and_a_mistake_keeps_its_traceback(error, shortened):
     try:

@@ -28,3 +28,11 @@ def test_asking_for_a_sound_server_that_is_not_there_leaves_nothing_behind(no_so
         with pytest.raises(SoundError, match="no sound server"):
             choose("auto")
     assert used() == before
+
+
+def test_asking_for_names_without_a_sound_server_leaves_nothing_behind(no_sound_server):
+    assert devices.names() == {"microphones": [], "loudspeakers": []}
+    before = used()
+    for _ in range(5):
+        devices.names()
+    assert used() == before

@@ -32,6 +32,8 @@ def our_packages() -> set[str]:
 LOST_CONNECTION = ("ROSHandshakeException", "OSError", "ConnectionError", "ConnectionResetError", "BrokenPipeError",
                    "ConnectionRefusedError", "TransportTerminated", "TransportInitError", "TimeoutError")  # fmt: skip
 """Errors by which rospy notices that the node at the other end of a connection has ended."""
+CLOSED_MEANWHILE = "AttributeError: 'NoneType' object has no attribute 'buff_size'"
+"""What rospy (tcpros_base.py) makes of a connection that is closed by one of its threads while another one opens it."""
 
 
 def shorten_lost_connection(record: logging.LogRecord) -> bool:
@@ -43,9 +45,10 @@ def shorten_lost_connection(record: logging.LogRecord) -> bool:
     text = record.getMessage()
     before, sign, trace = text.partition("Traceback (most recent call last)")
     error = trace.strip().rpartition("\n")[2]
+    name = error.partition(":")[0].rpartition(".")[2]
     if sign and before.startswith("Unable to report rosout: "):  # which says the reason itself
         record.msg, record.args = before.strip(), ()
-    elif sign and error.rpartition(":")[0].partition(":")[0].rpartition(".")[2] in LOST_CONNECTION:
+    elif sign and (name in LOST_CONNECTION or error.startswith(CLOSED_MEANWHILE)):
         record.msg, record.args = f"{before}{error}", ()
     return True
 
