@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=10003, help="on loopback; default 10003")
     arguments = parser.parse_args()
     stop = threading.Event()
-    stop_on(stop, signal.SIGINT, signal.SIGTERM)
+    stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     image = LatestImage()
     stream = MjpegStream(image)
     key = page_key(KEY_VARIABLE)

@@ -60,13 +60,15 @@ def require_room() -> None:
 
 def choose_log_folder(otherwise: Path) -> str:
     """Have ROS write its logs to `otherwise` when its own folder cannot be written; return what to say about it."""
-    folder = Path(
-        os.environ.get("ROS_LOG_DIR") or Path(os.environ.get("ROS_HOME") or Path.home() / ".ros", "log")
-    ).expanduser()
+    home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros").expanduser()
+    folder = Path(os.environ.get("ROS_LOG_DIR") or home / "log").expanduser()
     problem = _problem(folder)
     if not problem:
         return ""
     os.environ["ROS_LOG_DIR"] = str(otherwise)
+    if not home.is_dir():  # roslaunch starts every node there
+        otherwise.mkdir(parents=True, exist_ok=True, mode=0o700)
+        os.environ["ROS_HOME"] = str(otherwise)
     return (
         f"Logs cannot be written to {folder}: {problem}. They go to {otherwise} and are gone when the station ends; "
         "recordings, accounts and settings may not be saved either."

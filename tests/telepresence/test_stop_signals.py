@@ -46,3 +46,14 @@ def test_a_signal_inside_the_wait_for_it_ends_the_program(waiting, run, tmp_path
         [sys.executable, "-c", source, *options], cwd=ROOT, capture_output=True, text=True, timeout=60
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("before", "ended"), [([], True), (["nohup"], False)], ids=["terminal", "nohup"])
+def test_a_closed_terminal_ends_a_program_unless_it_was_started_to_outlive_it(before, ended):
+    source = (
+        "import os, signal, threading; from telepresence.stop_signals import stop_on; stop = threading.Event();"
+        "stop_on(stop, signal.SIGHUP, signal.SIGINT); os.kill(os.getpid(), signal.SIGHUP); print(stop.wait(0.3))"
+    )
+    words = ["env", "--default-signal=HUP", *before, sys.executable, "-c", source]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == str(ended), done.stderr

@@ -1,17 +1,19 @@
 """`./stack up robotino` as a whole: the window shows the camera by WebRTC, W drives, release stops, and the gate that
 says so runs on the robot.
 
-One station serves all tests of this file, which run in order.
+One station serves all tests of this file, which run in order; the last one kills it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import re
 import signal
 import subprocess
+import sys
 import urllib.request
 import uuid
 from pathlib import Path
@@ -21,7 +23,7 @@ import pytest
 import socket_table
 from telepresence_ros.pseudo_terminal import Terminal
 
-from telepresence.station import processes
+from telepresence.station import processes, station_folder
 from telepresence.station.ros_master import master_proxy
 from telepresence.station.virtual_display import grab
 
@@ -219,3 +221,31 @@ def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, u
     until_true(lambda: station.safety() == "fault", "the pilot is told")
     assert "drive server" in station.probe.newest("/rto3/safety")[1]
     until_true(lambda: station.safety() == "no command", "it is back")
+
+
+def test_nothing_is_left_after_the_next_start_when_all_of_it_is_killed(station, until_true):
+    """The next start begins with `sweep`; what is killed at once cannot clean up."""
+    pid, folder, display = station.program.process.pid, station.screen.parent, station.screen / "number"
+    number = display.read_text()
+    assert folder.name.startswith(station_folder.PREFIX)
+    for killed in (pid, *processes.descendants(pid)):
+        processes.send(killed, signal.SIGKILL)
+    until_true(lambda: station.program.process.poll() is not None, "it is dead")
+    sweep = "from telepresence.station import station_folder; print(*station_folder.sweep(), sep='\\n')"
+    answer = subprocess.run(
+        [sys.executable, "-c", sweep], env=station.environment, capture_output=True, text=True, timeout=60
+    )
+    assert str(folder) in answer.stdout.splitlines(), answer.stdout + answer.stderr
+    assert not folder.exists()
+    assert not Path(f"/tmp/.X{number}-lock").exists() and not Path(f"/tmp/.X11-unix/X{number}").exists()
+    mark = f"{station_folder.VARIABLE}={folder}".encode()
+
+    def left() -> list[str]:
+        found = []
+        for environment in Path("/proc").glob("[0-9]*/environ"):
+            with contextlib.suppress(OSError):
+                if mark in environment.read_bytes():
+                    found.append((environment.parent / "cmdline").read_text())
+        return found
+
+    assert not left()

@@ -16,7 +16,7 @@ ASK = """
 import os, sys
 from pathlib import Path
 from telepresence.station import start_conditions
-print(start_conditions.choose_log_folder(Path(sys.argv[1])), os.environ.get("ROS_LOG_DIR"))
+print(start_conditions.choose_log_folder(Path(sys.argv[1])), os.environ.get("ROS_LOG_DIR"), os.environ.get("ROS_HOME"))
 """
 
 
@@ -30,11 +30,13 @@ def in_namespace(script: str) -> str:
     ("options", "words"), [("ro", "Read-only file system"), ("size=64k", "the disk is full, 0 MB are free")]
 )
 def test_logs_go_elsewhere_when_home_is_read_only_or_full(tmp_path, options, words):
+    other = tmp_path.with_name(f"{tmp_path.name}-other")
     home = shlex.quote(str(tmp_path))
-    ask = shlex.join([sys.executable, "-c", ASK, "/elsewhere"])
+    ask = shlex.join([sys.executable, "-c", ASK, str(other)])
     variables = f"env -u ROS_LOG_DIR -u ROS_HOME HOME={home} PYTHONPATH={shlex.quote(os.pathsep.join(sys.path))}"
     said = in_namespace(f"mount -t tmpfs -o {options} tmpfs {home} && exec {variables} {ask}")
-    assert words in said and str(tmp_path / ".ros" / "log") in said and said.endswith("/elsewhere\n")
+    assert words in said and str(tmp_path / ".ros" / "log") in said and f" {other} " in said
+    assert said.endswith(f" {other}\n" if options == "ro" else " None\n"), "where roslaunch starts the nodes"
 
 
 def test_logs_stay_where_they_can_be_written(tmp_path, monkeypatch):

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from telepresence.security.log_flood import limit_log_flood
 from telepresence.security.robot_key import RobotKey, is_loopback
 from telepresence.station import priority
+from telepresence.stop_signals import heeded
 
 if TYPE_CHECKING:
     from rto_bringup.onboard.picture_sources import PictureSource
@@ -119,7 +120,7 @@ def run_drive(options: argparse.Namespace) -> int:
     priority.put_commands_first()
     key, address = find_key(options), options.address or LOOPBACK
     with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: server.stop())
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         return server.run()
@@ -137,7 +138,7 @@ def run_sound(options: argparse.Namespace) -> int:
             serve_sound(server, options.address or LOOPBACK, options.port, lambda url: print(ready(url), flush=True))
         )
         loop = asyncio.get_running_loop()
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             loop.add_signal_handler(number, work.cancel)
         with contextlib.suppress(asyncio.CancelledError):
             await work
@@ -169,7 +170,7 @@ async def _send_pictures(options: argparse.Namespace, source: PictureSource, key
         sending = serve(server, options.address or LOOPBACK, options.port, _announce)
     work = asyncio.ensure_future(sending)
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         loop.add_signal_handler(number, work.cancel)
     with contextlib.suppress(asyncio.CancelledError):
         await work
