@@ -120,11 +120,12 @@ class WindowPilot:
     def __init__(self, station: Station, robot: Robot) -> None:
         self._station = station
         several = len(station.robots) > 1
+        self._nowhere = ("4", "400") if several else ("60", "84")
         self._page = ("key", f"ctrl+{1 + station.robots.index(robot)}") if several else ()
 
     def hold(self) -> None:
         # A click on a place that does nothing else gives the keyboard to a window that has come back.
-        self._do("mousemove", "60", "84", "click", "1", *self._page, "keydown", "w")
+        self._do("mousemove", *self._nowhere, "click", "1", *self._page, "keydown", "w")
 
     def release(self) -> None:
         self._do("keyup", "w")
