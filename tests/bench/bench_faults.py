@@ -21,6 +21,7 @@ from pathlib import Path
 from faults.far_station import FarStation, wait_ready
 from faults.figures import Figures, limits, rows, summary, table
 from faults.link_trial import FAULTS, KEYS, strike_link
+from faults.page import read
 from faults.pilots import Pilot, TerminalPilot, TopicPilot, WindowPilot
 from faults.station import STATIONS, Station
 from faults.trial import NOBODY, NotReady, Outcome, Run, strike, wait
@@ -93,12 +94,6 @@ def main(argv: list[str]) -> int:
         processes.end_descendants()
     report(rows(bench.outcomes, arguments.load))
     return 0
-
-
-def read(path: Path) -> list[Figures]:
-    """The rows of a JSON file that this benchmark has written."""
-    record = json.loads(path.read_text())
-    return rows((Outcome(**one) for one in record["faults"]), record["load"])
 
 
 def report(figures: list[Figures]) -> None:

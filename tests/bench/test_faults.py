@@ -16,6 +16,7 @@ from faults import trial
 from faults.bad_link import BadLink
 from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
+from faults.page import filled
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
 from faults.victims import frozen, process_name, victims
@@ -84,6 +85,12 @@ def test_what_never_came_is_never_in_the_table():
     figures = rows([outcome(), outcome(back=None)])
     assert spread([1.0, math.inf])[2] == math.inf
     assert "never" in table(figures) and summary(figures).startswith("0 of 1 rows hold; 2 faults, 0 with stale")
+
+
+def test_the_page_gets_its_table():
+    page = filled("# Page\n<!-- faults -->\nyesterday\n<!-- end -->\nrest\n", rows([outcome(), outcome(back=None)]))
+    assert "| pepper | pepper | topic | /driver | kill | 2 | 0.50 0.50 0.50 |" in page and "back > 3 |" in page
+    assert "yesterday" not in page and page.endswith("<!-- end -->\nrest\n")
 
 
 def test_processes_have_the_names_that_people_use():

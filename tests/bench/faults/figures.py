@@ -113,23 +113,35 @@ def spread(values: Sequence[float]) -> tuple[float, float, float] | tuple[()]:
     return (percentile(values, 50), percentile(values, 95), max(values))
 
 
+HEAD = ("station", "robot", "by", "victim", "fault", "n", "rest", "release", "told", "back", "stale", "breaks")
+
+
 def table(figures: Sequence[Figures]) -> str:
-    """Text for people, seconds and millimetres: p50 / p95 / largest."""
-    cells = [("station", "robot", "by", "victim", "fault", "n", "rest", "release", "told", "back", "stale", "breaks")]
-    for row in figures:
-        gone = any(o.gone for o in row.outcomes)
-        rest = _cell(row.rests) or ("gone" if gone else "goes on")
-        cells.append(
-            (
-                row.station, row.robot, row.by, row.victim, row.fault, str(len(row.outcomes)), rest,
-                _cell(row.releases), _cell(row.tolds), _cell(row.backs), f"{row.stale * 1e3:.0f} mm",
-                ", ".join(row.broken),
-            )
-        )  # fmt: skip
-    widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
-    lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
-    lines.insert(1, "-" * max(map(len, lines)))
-    return "\n".join(lines) + "\n"
+    """Text for people, seconds and millimetres: p50, p95, largest."""
+    lines = [HEAD, *map(cells, figures)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+    text = ["  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
+    text.insert(1, "-" * max(map(len, text)))
+    return "\n".join(text) + "\n"
+
+
+def cells(row: Figures) -> tuple[str, ...]:
+    """The texts of a row, in the order of HEAD."""
+    gone = any(o.gone for o in row.outcomes)
+    return (
+        row.station,
+        row.robot,
+        row.by + (", load" if row.load else ""),
+        row.victim,
+        row.fault,
+        str(len(row.outcomes)),
+        _cell(row.rests) or ("gone" if gone else "goes on"),
+        _cell(row.releases),
+        _cell(row.tolds),
+        _cell(row.backs),
+        f"{row.stale * 1e3:.0f} mm",
+        ", ".join(row.broken),
+    )
 
 
 def limits(load: bool = False) -> str:

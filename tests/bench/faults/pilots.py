@@ -19,6 +19,9 @@ FIRST_REPEAT, REPEAT = 0.5, 0.04
 FASTER = "+" * 7
 """Robotino's keyboard begins with 0.05 m/s; from here on the gate limits it."""
 
+TABS = {"pepper": ("50", "27"), "robotino": ("125", "27")}
+"""In the window of both [pixel]."""
+
 
 class Pilot(Protocol):
     """Somebody with a finger on a key."""
@@ -120,11 +123,13 @@ class WindowPilot:
     def __init__(self, station: Station, robot: Robot) -> None:
         self._station = station
         several = len(station.robots) > 1
-        self._page = ("key", f"ctrl+{1 + station.robots.index(robot)}") if several else ()
+        self._nowhere = ("4", "400") if several else ("60", "84")
+        tab = ("mousemove", *TABS[robot.name], "click", "1", "sleep", "0.3")
+        self._page = tab if several else ()
 
     def hold(self) -> None:
         # A click on a place that does nothing else gives the keyboard to a window that has come back.
-        self._do("mousemove", "60", "84", "click", "1", *self._page, "keydown", "w")
+        self._do(*self._page, "mousemove", *self._nowhere, "click", "1", "keydown", "w")
 
     def release(self) -> None:
         self._do("keyup", "w")
