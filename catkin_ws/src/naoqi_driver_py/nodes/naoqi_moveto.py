@@ -157,7 +157,7 @@ class MoveTo:
 
     def _look_after(self) -> None:
         """What waits for the robot, beside the loop that drives."""
-        self._offer_distances()
+        offered = False
         for now in self._node.cycles(LOOK_PERIOD):
             if not self._node.connection.connected:
                 continue
@@ -165,10 +165,13 @@ class MoveTo:
                 self._base.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
+            if not offered:
+                offered = True
+                self._offer_distances()
 
     def _offer_distances(self) -> None:
-        # Imported when the robot can be driven already: with it come all messages of the package, a quarter of the
-        # time that this program takes to start.
+        # Imported late: with it come all messages of the package, a quarter of the time that this program needs to
+        # start and to drive again.
         from naoqi_bridge_msgs import srv
 
         def on_orthogonal(request: srv.OrthogonalSecurityDistanceRequest) -> srv.OrthogonalSecurityDistanceResponse:
