@@ -1,4 +1,4 @@
-"""A stranger attacks a Robotino's drive server, udp 8082, and the pilot's end of its wire.
+"""A stranger attacks a Robotino's drive server, udp 8082, a Pepper's, udp 8085, and the pilot's end of their wire.
 
 The drive server runs as on a robot, before a simulated robot's web server. Strangers have sockets of their own, or sit
 in the middle: they see every datagram between pilot and robot, and send what they like from either one's address. Each
@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import qi
 
 from robotino_sim.simulation import Simulation
 from telepresence.drive.link import DriveLink
@@ -38,7 +39,10 @@ except ImportError:  # before there were keys
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCES = [ROOT, *(ROOT / "catkin_ws" / "src" / name / "src" for name in ("rto_bringup", "rto_node"))]
+SOURCES = [
+    ROOT,
+    *(ROOT / "catkin_ws" / "src" / name / "src" for name in ("rto_bringup", "rto_node", "naoqi_driver_py")),
+]
 HOST = "127.0.0.1"
 FREE = [9.87] * 72
 """What a forged report says about the way: it is free."""
@@ -288,6 +292,47 @@ def standing(robot: Robot) -> bool:
     return robot.given == (0.0, 0.0, 0.0)
 
 
+class Motion:
+    """Pepper's ALMotion, which notes what moves the robot."""
+
+    def __init__(self) -> None:
+        self.moves: list[tuple] = []
+
+    def move(self, *velocity: float) -> None:
+        self.moves.append(velocity)
+
+    def moveTo(self, *pose: float) -> bool:
+        self.moves.append(pose)
+        return True
+
+    def stopMove(self) -> bool:
+        return True
+
+    def killMove(self) -> None:
+        pass
+
+    def moveIsActive(self) -> bool:
+        return False
+
+
+@pytest.fixture(scope="module")
+def pepper(robot, tmp_path_factory) -> Iterator[tuple[int, Motion]]:
+    """Port and ALMotion of a Pepper whose drive server has the same key."""
+    motion, session = Motion(), qi.Session()
+    session.listenStandalone("tcp://127.0.0.1:0")
+    session.registerService("ALMotion", motion)
+    key = robot.log.with_name("robot.key")
+    process = processes.start(
+        [sys.executable, ROOT / "catkin_ws/src/naoqi_driver_py/robot/drive_server.py", "--port", "0",
+         "--qi-url", session.endpoints()[0], "--key", key],
+        env={**os.environ, "PYTHONPATH": ":".join(map(str, SOURCES))}, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    yield port_of(process), motion
+    processes.end(process, patience=10.0)
+    process.stdout.close()
+    session.close()
+
+
 # --- to the robot ----------------------------------------------------------------------------------------------------
 
 
@@ -312,6 +357,26 @@ def test_a_stranger_drives(robot, make_stranger, style):
     before = robot.simulation.robot.truth()[:2]
     make_stranger(style).enter().drive([0.2, 0.0, 0.0], 0.6)
     assert math.dist(before, robot.simulation.robot.truth()[:2]) < 0.005
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_stranger_drives_a_pepper(pepper, closing, style):
+    """Nor Pepper's, neither by velocities nor by goals; what its pilot has stopped stays stopped."""
+    port, motion = pepper
+    stranger = closing.enter_context(contextlib.closing(Stranger(port, style))).enter()
+    stranger.drive([0.2, 0.0, 0.0], 0.3)
+    for _ in range(3):
+        stranger.say(type="drive", echo=stranger.echo, after=0.0, velocity=None, goal={"id": 1, "pose": [1, 0, 0]})
+    pilot = closing.enter_context(contextlib.closing(DriveLink(f"{HOST}:{port}")))
+    wait(lambda: pilot.report()[0] and pilot.report()[0].state == "no command", "the pilot gets in all the same")
+    assert motion.moves == []
+    assert pilot.ask("stop").ok
+    for number in range(3):
+        stranger.say(type="ask", id=number, what="reset stop")
+    seq = pilot.report()[0].seq
+    wait(lambda: pilot.report()[0].seq >= seq + 4, "reports go on")
+    assert pilot.report()[0].state == "stopped"
+    assert pilot.ask("reset stop").ok
 
 
 @pytest.mark.parametrize("style", STYLES)

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 
+from naoqi_driver.onboard import last_stop
 from naoqi_driver.onboard.naoqi_link import NaoqiLink
 from naoqi_driver.onboard.pepper_base import PepperBase
 from telepresence.drive.server import DriveServer
@@ -35,10 +36,11 @@ def main(words):
         "this program, if it is there)" % KEY_FILE
     )  # fmt: skip
     parser.add_argument("--far", action="store_true", help="NAOqi is behind a tunnel, although its address is near")
+    parser.add_argument("--last-stop", action="store_true", help=argparse.SUPPRESS)  # how it starts its second process
     # roslaunch adds name:=value words; they are not for us.
     options = parser.parse_args([word for word in words if ":=" not in word])
     try:
-        return serve(options)
+        return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options)
     except (EnvironmentError, ValueError) as error:  # noqa: UP024
         say(str(error))
         return 1
@@ -48,8 +50,10 @@ def serve(options):
     # type: (argparse.Namespace) -> int
     key = find_key(options.key, options.address)
     link = NaoqiLink(options.qi_url, say, options.far)
+    # Over a network every motion ends by itself.
+    watcher = last_stop.LastStop(last_stop.command(options.qi_url)) if link.near else None
     try:
-        server = DriveServer(PepperBase(link), options.address, options.port, key, say)
+        server = DriveServer(PepperBase(link, watcher), options.address, options.port, key, say)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.stop())
         print("the drive server listens on udp %s:%d" % (server.address, server.port))
@@ -60,6 +64,8 @@ def serve(options):
             server.close()
     finally:
         link.close()
+        if watcher is not None:
+            watcher.close()
 
 
 def find_key(path, address):

@@ -23,7 +23,7 @@ MYPY = False
 if MYPY:
     from typing import Any, Callable, List, Optional  # noqa: F401, UP035
 
-CONNECT_TIMEOUT = 3.0
+CONNECT_TIMEOUT = 1.5
 """Seconds for each step of a connection."""
 PAUSE = 0.25
 """Seconds between two tries to connect."""

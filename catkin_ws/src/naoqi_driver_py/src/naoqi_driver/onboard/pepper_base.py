@@ -22,6 +22,7 @@ MYPY = False
 if MYPY:
     from typing import Any, Optional, Tuple  # noqa: F401, UP035
 
+    from naoqi_driver.onboard.last_stop import LastStop  # noqa: F401
     from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
     from telepresence.drive.datagram import Goal, Vector  # noqa: F401
     from telepresence.drive.pilots import Command, Pilots  # noqa: F401
@@ -50,11 +51,12 @@ class PepperBase(Robot):
 
     Args:
         link: To NAOqi.
+        last_stop: Stops the robot if this program cannot; None where nothing goes on by itself.
     """
 
-    def __init__(self, link):
-        # type: (NaoqiLink) -> None
-        self._link = link
+    def __init__(self, link, last_stop=None):
+        # type: (NaoqiLink, Optional[LastStop]) -> None
+        self._link, self._last_stop = link, last_stop
         self._connections = 0
         self._move = None  # type: Optional[Call]
         self._far = None  # type: Optional[Call]
@@ -116,6 +118,8 @@ class PepperBase(Robot):
             self._probe(motion, now)
         except RuntimeError as error:  # libqi: the link is just breaking
             self._refuse(first_line(error), now)
+        if self._last_stop is not None:
+            self._last_stop.note(self._moving, now)
         problem = self._problem(now)
         if problem:
             state, reason = FAULT, problem
