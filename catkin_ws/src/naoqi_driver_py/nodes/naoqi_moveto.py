@@ -90,13 +90,13 @@ class MoveTo:
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))
-        if not server:
-            own = OwnDriveServer(self._node.connection.address.url)
-            self._node.at_end(own.close)
-            server = own.address
         try:
+            if not server:
+                own = OwnDriveServer(self._node.connection.address.url)
+                self._node.at_end(own.close)
+                server = own.address
             link = DriveLink(server if ":" in server else f"{server}:{DRIVE_PORT}")
-        except ValueError as error:
+        except (RuntimeError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         self._node.at_end(link.close)
         return link
