@@ -432,5 +432,5 @@ def parse_address(text: str) -> tuple[str, int]:
 
 def _cause(error: OSError) -> str:
     if isinstance(error, ConnectionRefusedError):
-        return "no program listens there; start `rto_bringup.onboard drive` on the robot"
+        return "no program listens there; is the drive server started?"
     return (error.strerror or str(error)).lower()

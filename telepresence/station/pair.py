@@ -6,7 +6,8 @@
     ./stack pair --list
     ./stack pair --forget 192.168.0.1
 
-make_bundle.py makes the key and shows it once (docs/robotino.md). Standard library only.
+make_bundle.py or, for Pepper, make_drive_server.py makes the key and shows it once (docs/robotino.md,
+docs/pepper.md). Standard library only.
 """
 
 from __future__ import annotations
@@ -44,9 +45,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="./stack pair",
         description="Give this computer a robot's key: without it the robot neither drives nor shows anything.",
-        epilog="The key is made with the robot's bundle, and stands in its file robot.key: see docs/robotino.md.",
+        epilog="The key is made with the robot's bundle, in its file robot.key: docs/robotino.md, docs/pepper.md.",
     )
-    parser.add_argument("robot", nargs="?", help="the robot's address, as in robotino_ip:=ADDRESS")
+    parser.add_argument("robot", nargs="?", help="its address, as in robotino_ip:=ADDRESS, drive_server:=ADDRESS")
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--file", type=Path, help="read the key from this file (default: typed, or standard input)")
     source.add_argument("--list", action="store_true", help="the robots whose keys are here, with fingerprints")
