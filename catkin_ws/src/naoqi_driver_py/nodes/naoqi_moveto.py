@@ -48,6 +48,9 @@ MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
 LOOK_PERIOD = 0.5
 """Seconds between two questions whether the robot is awake and moves as commanded."""
+OFFER_AFTER = 3.0
+"""Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
+time of a start, and on a busy machine the robot would wait for them."""
 DRIVE_PORT = 8085
 """Of a drive server that is named without one."""
 STATE_PERIOD = 0.5
@@ -157,7 +160,7 @@ class MoveTo:
 
     def _look_after(self) -> None:
         """What waits for the robot, beside the loop that drives."""
-        offered = False
+        offered, begun = False, time.monotonic()
         for now in self._node.cycles(LOOK_PERIOD):
             if not self._node.connection.connected:
                 continue
@@ -165,13 +168,12 @@ class MoveTo:
                 self._base.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
-            if not offered:
+            if not offered and now >= begun + OFFER_AFTER:
                 offered = True
                 self._offer_distances()
 
     def _offer_distances(self) -> None:
-        # Imported late: with it come all messages of the package, a quarter of the time that this program needs to
-        # start and to drive again.
+        # Imported late, see `OFFER_AFTER`: with it come all messages of the package.
         from naoqi_bridge_msgs import srv
 
         def on_orthogonal(request: srv.OrthogonalSecurityDistanceRequest) -> srv.OrthogonalSecurityDistanceResponse:
