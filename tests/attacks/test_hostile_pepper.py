@@ -79,6 +79,9 @@ class Motion:
     def robotIsWakeUp(self) -> Any:
         return self._robot.reply("robotIsWakeUp", True)
 
+    def moveIsActive(self) -> Any:
+        return self._robot.reply("moveIsActive", False)
+
     def getRobotPosition(self, sensors: bool) -> Any:
         return self._robot.reply("getRobotPosition", [0.0, 0.0, 0.0])
 

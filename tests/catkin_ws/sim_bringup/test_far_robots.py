@@ -78,7 +78,7 @@ class Far:
         self.run(self.robotino_pc, str(nodes / "rto_safe_teleop/safe_omni_drive"), "__ns:=/rto3")
         key, address = folder / "robot.key", self.pepper_pc.address
         RobotKey.make(key).store(address)
-        server = (f"--qi-url={address}:9559", f"--address={address}", f"--key={key}")
+        server = (f"--qi-url=tcp://{address}:9559", f"--address={address}", f"--key={key}")
         self.run(self.pepper_pc, str(nodes / "naoqi_driver_py/drive_server.py"), *server)
         self.run(
             self.pilot,

@@ -50,6 +50,9 @@ MOTION_CYCLE = 0.02
 """Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
 LOOK_PERIOD = 0.5
 """Seconds between two questions whether the robot is awake and moves as commanded."""
+OFFER_AFTER = 3.0
+"""Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
+time of a start, and on a busy machine the robot would wait for them."""
 DRIVE_PORT = 8085
 """Of a drive server that is named without one."""
 STATE_PERIOD = 0.5
@@ -92,13 +95,13 @@ class MoveTo:
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))
-        if not server:
-            own = OwnDriveServer(self._node.connection.address.url)
-            self._node.at_end(own.close)
-            server = own.address
         try:
+            if not server:
+                own = OwnDriveServer(self._node.connection.address.url)
+                self._node.at_end(own.close)
+                server = own.address
             link = DriveLink(server if ":" in server else f"{server}:{DRIVE_PORT}")
-        except ValueError as error:
+        except (RuntimeError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         self._node.at_end(link.close)
         return link
@@ -159,7 +162,7 @@ class MoveTo:
 
     def _look_after(self) -> None:
         """What waits for the robot, beside the loop that drives."""
-        self._offer_distances()
+        offered, begun = False, time.monotonic()
         for now in self._node.cycles(LOOK_PERIOD):
             if not self._node.connection.connected:
                 continue
@@ -167,10 +170,12 @@ class MoveTo:
                 self._base.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
+            if not offered and now >= begun + OFFER_AFTER:
+                offered = True
+                self._offer_distances()
 
     def _offer_distances(self) -> None:
-        # Imported when the robot can be driven already: with it come all messages of the package, a quarter of the
-        # time that this program takes to start.
+        # Imported late, see `OFFER_AFTER`: with it come all messages of the package.
         from naoqi_bridge_msgs import srv
 
         def on_orthogonal(request: srv.OrthogonalSecurityDistanceRequest) -> srv.OrthogonalSecurityDistanceResponse:

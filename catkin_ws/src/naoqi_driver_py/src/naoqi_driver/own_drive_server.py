@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -15,21 +14,24 @@ OUTLIVE = 'trap "sleep 1; kill \\$!" INT; trap "kill \\$!" TERM; "$@" & wait; wa
 
 
 class OwnDriveServer:
-    """A child process on loopback. It ends a second after the thread that made this, however that ended.
+    """A child process on loopback and a free port. It ends a second after the thread that made this, however that
+    ended.
 
     Args:
         qi_url: Where NAOqi answers.
     Attributes:
         address: host:port of the drive server.
+    Raises:
+        RuntimeError: It did not start, and has said why on standard error.
     """
 
     def __init__(self, qi_url: str) -> None:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        self.address = f"127.0.0.1:{port}"
-        words = [sys.executable, str(PROGRAM), "--qi-url", qi_url, "--port", str(port)]
-        self._process = processes.start(["sh", "-c", OUTLIVE, "sh", *words], tied=True)
+        words = ["sh", "-c", OUTLIVE, "sh", sys.executable, str(PROGRAM), "--qi-url", qi_url, "--port", "0"]
+        self._process = processes.start(words, tied=True, stdout=subprocess.PIPE, text=True)
+        # "the drive server listens on udp 127.0.0.1:40123", and nothing more
+        self.address = self._process.stdout.readline().rpartition(" ")[2].strip() if self._process.stdout else ""
+        if not self.address:
+            raise RuntimeError("no drive server could be started")
 
     def close(self) -> None:
         """End it; it brakes first."""

@@ -116,7 +116,7 @@ class PepperBase(Robot):
             else:
                 self._rest(motion, now, BRAKING_TIME if pilots.cut else RELEASE_TIME)
             self._probe(motion, now)
-        except RuntimeError as error:  # libqi: the link is just breaking
+        except (RuntimeError, AttributeError) as error:  # libqi: the link is just breaking; there is no such method
             self._refuse(first_line(error), now)
         if self._last_stop is not None:
             self._last_stop.note(self._moving, now)
@@ -136,7 +136,7 @@ class PepperBase(Robot):
             self._brake(motion, monotonic(), RELEASE_TIME)
             if self._stop is not None:
                 self._stop.future.wait(int(RELEASE_TIME * 1000))
-        except RuntimeError:  # the link breaks; nothing more can be done from here
+        except (RuntimeError, AttributeError):  # the link breaks; nothing more can be done from here
             pass
 
     # --- inside ------------------------------------------------------------------------------------------------------
