@@ -18,8 +18,12 @@ TERMINAL_KEYS = ("i", "j", "l", "comma")
 PICTURE = (380, 160)
 """A point in the window's picture above the horizon [px]: a click gives the pad the keyboard and drives nowhere."""
 TURN = "{linear: {x: 0.1}, angular: {z: 0.5}}"
-SPARED = {"stack", "telepresence.station", "telepresence_ros.roslaunch", "gui_ros_node"}
-"""Programs whose death ends the station or the window, and those below them that nobody restarts."""
+RESTARTED = {
+    "telepresence_ros.core", "telepresence_ros.roslaunch", "telepresence.station.screen_page", "Xvfb",
+    "pepper_sim", "robotino_sim", "drive_server.py",
+    "robotino_onboard drive", "robotino_onboard camera", "robotino_onboard sound",
+}  # fmt: skip
+"""Programs without a node's name that somebody restarts; nodes are restarted all."""
 STARTS_WITHIN = 1.5
 """[s] that rostopic takes until it publishes."""
 RETURNS_WITHIN = 30.0
@@ -155,10 +159,4 @@ class Hands:
 
 def killable(words: Sequence[str]) -> bool:
     """Whether somebody is there to restart the program with this command line."""
-    name = program_name(words)
-    if name in SPARED:
-        return False
-    return any(word.startswith("__log:=") for word in words) or name in {
-        "telepresence_ros.core", "pepper_sim", "robotino_sim",
-        "robotino_onboard drive", "robotino_onboard camera", "robotino_onboard sound",
-    }  # fmt: skip
+    return any(word.startswith("__log:=") for word in words) or program_name(words) in RESTARTED

@@ -146,7 +146,10 @@ class Station:
         onboard = str(NODES / "rto_bringup" / "robotino_onboard")
         place = ("--address", address, "--seed", str(seed))
         rest = f"{address}:{REST_PORT}"
-        self._keep("pepper_sim", sys.executable, "-m", "pepper_sim", *place)
+        everywhere = ("--address", "0.0.0.0", "--seed", str(seed))  # the drive server is beside NAOqi, on loopback
+        self._keep("pepper_sim", sys.executable, "-m", "pepper_sim", *everywhere)
+        drive_server = str(NODES / "naoqi_driver_py" / "drive_server.py")
+        self._keep("drive_server", drive_server, "--qi-url", "tcp://127.0.0.1:9559", *listen)
         self._keep("robotino_sim", sys.executable, "-m", "robotino_sim", "--camera", "640x480", *place)
         self._keep("onboard_drive", onboard, "drive", "--robot", rest, *listen)
         self._keep("onboard_camera", onboard, "camera", "--source", rest, "--rate", "10", *listen)
@@ -160,7 +163,8 @@ class Station:
             up = self.on_pilot(
                 str(ROOT / "stack"), "up", "both", "sim:=false", "gate:=robot", "sign_in:=false", "source:=test",
                 f"nao_ip:={self.robot.address}", f"robotino_ip:={self.robot.address}", f"robotino_port:={REST_PORT}",
-                f"roscore_ip:={self.pilot.address}", "front_frame_rate:=5",
+                f"roscore_ip:={self.pilot.address}", f"pepper_drive_server:={self.robot.address}",
+                "front_frame_rate:=5",
                 stdout=output, stderr=subprocess.STDOUT,
             )  # fmt: skip
         while "first picture" not in printed.read_text(errors="replace")[size:]:
