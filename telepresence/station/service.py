@@ -33,6 +33,8 @@ WatchdogSec={watchdog:g}
 WatchdogSignal=SIGKILL
 Restart=always
 RestartSec=0.1
+# So that commands overtake other programs on a busy machine (docs/faults.md).
+LimitRTPRIO=5
 # Every program of the station gets SIGTERM, so that each driver stops its robot, then SIGKILL.
 KillMode=control-group
 TimeoutStopSec=10

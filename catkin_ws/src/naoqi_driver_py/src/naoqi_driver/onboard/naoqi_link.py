@@ -234,9 +234,27 @@ def is_near(url):
     if scheme not in ("tcp", "tcps") or not host or not port.isdigit():
         raise ValueError("not the address of NAOqi: %r; wanted is tcp://HOST:9559" % url)
     try:
-        return is_loopback(host.strip("[]"))
+        return is_loopback(host.strip("[]")) or is_own(host.strip("[]"))
     except EnvironmentError:  # a name without an address, now
         return False
+
+
+def is_own(host):
+    # type: (str) -> bool
+    """Whether every address of a host is one of this machine's.
+
+    Raises:
+        EnvironmentError: The name has no address.
+    """
+    for family, kind, _, _, place in socket.getaddrinfo(host, 0, 0, socket.SOCK_DGRAM):
+        probe = socket.socket(family, kind)
+        try:
+            probe.bind(place)  # Linux gives a socket no address of others
+        except EnvironmentError:
+            return False
+        finally:
+            probe.close()
+    return True
 
 
 def first_line(error):
