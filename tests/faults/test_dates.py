@@ -16,6 +16,8 @@ DATES = {"time.time", "rospy.Time.now", "rospy.get_time", "rospy.get_rostime", "
 COMPARED = {
     "telepresence/teleop/accounts.py": "wrong passwords; a date in the future counts as now",
     "telepresence/station/doctor.py": "the difference of two machines' clocks is what it reports",
+    "gui/app/controller.py": "the times of day in the list of faults",
+    "gui/app/fault_watch.py": "a fault from before the window began; 5 s later it is not news",
     "gui/app/views.py": "the age of a picture; below zero or above 5 s it counts as unknown",
     "catkin_ws/src/pepper_sensors_py/nodes/camera.py": "the robot's clock against ours, anew after a jump",
     "catkin_ws/src/rto_node/src/rto_node/webrtc_camera.py": "the age of a picture; what is not plausible is unknown",

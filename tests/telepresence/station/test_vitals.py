@@ -32,6 +32,7 @@ class Patient:
         """Look every PERIOD for at most `longest` seconds; infinity when it is not frozen then."""
         for number in range(round(longest / PERIOD)):
             if self.vitals.froze(PERIOD):
+                assert self.process.poll() is None, f"it ended: {self.process.returncode}"
                 return number * PERIOD
             time.sleep(PERIOD)
         return float("inf")
