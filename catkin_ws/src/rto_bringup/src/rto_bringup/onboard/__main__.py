@@ -117,11 +117,11 @@ def _key_beside_bundle() -> Path | None:
 def run_drive(options: argparse.Namespace) -> int:
     from rto_bringup.onboard.drive_server import DriveServer
 
-    priority.put_commands_first()
     key, address = find_key(options), options.address or LOOPBACK
     with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
         for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: server.stop())
+        priority.put_commands_first()  # not of whoever only finds out that the port is taken
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         return server.run()
 
