@@ -28,9 +28,9 @@ GOES_ON = 2.0
 """A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]."""
 REST_TIMEOUT = 4.0
 """After the release [s]."""
-HELD = 2.5
+HELD = 1.0
 """So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
-PRESS, PAUSE = 1.5, 0.3
+PRESS, PAUSE = 0.8, 0.2
 """... for so long, again and again, with pauses [s]."""
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
