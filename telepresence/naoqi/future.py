@@ -8,7 +8,6 @@ import weakref
 from collections.abc import Callable, Iterable
 from typing import Any
 
-
 from .log import logger
 from .workers import blocking, submit
 
@@ -43,6 +42,7 @@ class Future:
         "_callbacks",
         "_cancel_requested",
         "_decode",
+        "_direct",
         "_lock",
         "_on_cancel",
         "_result",
@@ -65,6 +65,7 @@ class Future:
         self._cancel_requested = False
         self._waiters: list[threading.Lock] = []
         self._callbacks: list[Callable[[Future], Any]] = []
+        self._direct: list[Callable[[Future], Any]] = []
 
     # What completes it. True: this call did it; False: it was complete.
 
@@ -77,10 +78,14 @@ class Future:
             self._on_cancel = None
             waiters = self._waiters
             callbacks = self._callbacks
+            direct = self._direct
             self._waiters = []
             self._callbacks = []
+            self._direct = []
         for waiter in waiters:
             waiter.release()
+        for callback in direct:
+            callback(self)
         for callback in callbacks:
             submit(callback, self)
         return True
@@ -211,6 +216,14 @@ class Future:
                 self._callbacks.append(callback)
                 return
         submit(callback, self)
+
+    def when_done(self, callback: Callable[[Future], Any]) -> None:
+        """Call `callback(future)` in the thread that completes this, or now: for short functions of this package."""
+        with self._lock:
+            if self._state == _RUNNING:
+                self._direct.append(callback)
+                return
+        callback(self)
 
     def _chain(self, step: Callable[[Future, Future], Any]) -> Future:
         result = Future(on_cancel=self.cancel)

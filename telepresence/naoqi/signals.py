@@ -31,7 +31,7 @@ class Subscriptions:
         self._lock = threading.Lock()
         self._direct: dict[int, Callback] = {}
         self._queued: dict[int, tuple[Callback, Strand]] = {}
-        self._changed = changed
+        self.changed = changed
 
     def __len__(self) -> int:
         return len(self._direct) + len(self._queued)
@@ -91,10 +91,10 @@ class Subscriptions:
             _log.warning("Exception caught from signal subscriber: %s", describe(error))
 
     def _notify(self, subscribed: bool) -> None:
-        if self._changed is None:
+        if self.changed is None:
             return
         try:
-            self._changed(subscribed)
+            self.changed(subscribed)
         except Exception as error:
             _log.warning("Exception caught from the onConnect callback: %s", describe(error))
 
@@ -144,6 +144,11 @@ class Signal:
         """The types of the arguments."""
         return self._signature
 
+    @property
+    def watched(self) -> bool:
+        """Whether somebody's function is called with the first and after the last callback."""
+        return self._subscriptions.changed is not None
+
     def connect(self, callback: Callback, _async: bool = False) -> Any:
         """Have `callback(*args)` called at each emission; return the link to disconnect it with."""
         return answer(self._subscriptions.add(callback), _async)
@@ -188,6 +193,11 @@ class Property:
     def signature(self) -> str:
         """The type of the value."""
         return self._signature
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody's function is called with the first and after the last callback."""
+        return self._subscriptions.changed is not None
 
     def value(self, _async: bool = False) -> Any:
         """Return the value."""
