@@ -67,6 +67,8 @@ class Connection:
 
     Attributes:
         peer: Address of the other end, for people.
+        url: What was dialled, "" if the other end did.
+        here: Address of this end.
         local, remote: Capabilities announced by either end.
         lookup: Set by the owner: (service, object) -> the object served there, or None.
         before_login: Set until the login is over: gets every message that is not a reply.
@@ -87,6 +89,7 @@ class Connection:
         self.dialect = dialect
         self.peer = peer
         self.url = ""
+        self.here = _local_host(stream)
         self.dialled = dialled
         self.local = dict(capabilities)
         self.remote: dict[str, Any] = {}
@@ -407,6 +410,13 @@ def split_url(url: str) -> tuple[bool, str, int]:
     if scheme not in ("tcp", "tcps") or not number.isdigit() or int(number) > 65535:
         raise RuntimeError(f"Invalid url: {url!r} is not tcp://host:port or tcps://host:port")
     return scheme == "tcps", host.strip("[]") or "127.0.0.1", int(number)
+
+
+def _local_host(stream: socket.socket) -> str:
+    try:
+        return str(stream.getsockname()[0])
+    except OSError:
+        return ""
 
 
 def _number(error: OSError) -> str:

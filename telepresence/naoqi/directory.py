@@ -12,6 +12,7 @@ import os
 import threading
 from typing import TYPE_CHECKING, Any, Callable
 
+from .metaobject import MetaObject
 from .served_object import ServedObject
 from .signals import Signal
 from .signature import WireError
@@ -32,6 +33,7 @@ class Entry:
     Attributes:
         owner: The connection through which a client has registered it; None: it is the server's own.
         served: The server's own object.
+        meta: What a client's service offers, once it was asked.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Entry:
         self.name, self.number, self.info = name, number, info
         self.owner, self.served = owner, served
         self.ready = False
+        self.meta: MetaObject | None = None
 
 
 class Directory(ServedObject):
