@@ -9,7 +9,10 @@ from __future__ import annotations
 import itertools
 import logging
 import os
+import socket
 import threading
+import uuid
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
 from .metaobject import MetaObject
@@ -25,6 +28,15 @@ log = logging.getLogger(__name__)
 NAME, SERVICE_ID, MAIN_OBJECT = "ServiceDirectory", 1, 1
 _FIRST_SERVICE = 2
 RELATIVE = "qi:ServiceDirectory"
+
+
+def this_machine() -> str:
+    """Return what tells this machine from others: by it clients judge whether loopback addresses are theirs."""
+    try:
+        identity = Path("/etc/machine-id").read_text().strip()
+    except OSError:
+        identity = socket.gethostname()
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"naoqi:{identity}"))  # the identity itself is not for others
 
 
 class Entry:

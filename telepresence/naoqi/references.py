@@ -95,9 +95,7 @@ class References:
             meta, number, uid = encode(METAOBJECT, MetaObject().to_value()), 0, bytes(UID_BYTES)
             service = 0
         else:
-            from .python_object import served  # the client's side of this package imports this module
-
-            target = value if isinstance(value, ServedObject) else served(value)
+            target = value if isinstance(value, ServedObject) else _served(value)
             meta, uid = target.encoded_meta(), target.uid
             number = self.host(service, target)
         parts = list(meta)
@@ -185,6 +183,12 @@ class ReferenceCoder:
 
     def read(self, payload: Any, offset: int) -> tuple[Any, int]:
         return self._references.read(payload, offset)
+
+
+def _served(value: Any) -> ServedObject:
+    from .python_object import served  # which imports the connection
+
+    return served(value)
 
 
 def _release(connection: Connection, service: int, number: int) -> None:

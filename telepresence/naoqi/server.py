@@ -9,13 +9,12 @@ import ssl
 import struct
 import threading
 import time
-import uuid
 from collections.abc import Mapping
 from typing import Any
 
 from .codec import decode, encode
 from .connection import LOST, Connection, split_url
-from .directory import MAIN_OBJECT, SERVICE_ID, Directory
+from .directory import MAIN_OBJECT, SERVICE_ID, Directory, this_machine
 from .dynamics import ROBOT, Dialect, Record
 from .limits import Limits
 from .login import ServerLogin
@@ -73,7 +72,7 @@ class Server:
         self._timer: Timer | None = None
         self._closed = False
         self._directory = Directory(
-            release.service_info_signature, machine_id or str(uuid.UUID(int=uuid.getnode())), self._listed
+            release.service_info_signature, machine_id or this_machine(), self._listed
         )
         self.serviceRegistered: Signal = self._directory.added
         self.serviceUnregistered: Signal = self._directory.removed
