@@ -9,8 +9,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from telepresence.naoqi.dynamics import Record
-from telepresence.naoqi.signature import (
+from .dynamics import Record
+from .signature import (
     MAX_DEPTH,
     MAX_LENGTH,
     NUMBER_FORMATS,
@@ -39,7 +39,11 @@ class Reader:
     __slots__ = ("data", "elements", "level", "objects", "size")
 
     def __init__(self, payload: Any, objects: Any) -> None:
-        self.data = payload if type(payload) in (bytes, bytearray) else bytes(payload)
+        if type(payload) not in (bytes, bytearray):
+            whole = payload.obj if type(payload) is memoryview else None
+            same = type(whole) in (bytes, bytearray) and len(whole) == payload.nbytes and payload.contiguous
+            payload = whole if same else bytes(payload)
+        self.data = payload
         self.size = len(self.data)
         self.objects = objects
         self.level = 0
