@@ -69,15 +69,22 @@ class ServedObject:
     Args:
         description: What the metaobject says about it.
         parallel: Calls run side by side; otherwise one at a time in order of arrival, as libqi does by default.
+        strand: What such an object shares with others, so that one runs at a time among all of them.
         strict: Arguments that cannot be converted are refused; otherwise the function gets them as they came and refuses
             them in its own words, as Python methods do behind libqi.
     """
 
-    def __init__(self, description: str = "", parallel: bool = True, strict: bool = True) -> None:
+    def __init__(
+        self,
+        description: str = "",
+        parallel: bool = True,
+        strand: workers.Strand | None = None,
+        strict: bool = True,
+    ) -> None:
         self.uid = os.urandom(UID_BYTES)
         self.description = description
         self.strict = strict
-        self._strand = None if parallel else workers.Strand()
+        self._strand = None if parallel else strand or workers.Strand()
         self._methods: dict[int, Method] = {}
         self._signals: dict[int, Any] = {}
         self._properties: dict[int, Any] = {}
