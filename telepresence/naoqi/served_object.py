@@ -70,8 +70,8 @@ class ServedObject:
         description: What the metaobject says about it.
         parallel: Calls run side by side; otherwise one at a time in order of arrival, as libqi does by default.
         strand: What such an object shares with others, so that one runs at a time among all of them.
-        strict: Arguments that cannot be converted are refused; otherwise the function gets them as they came and refuses
-            them in its own words, as Python methods do behind libqi.
+        strict: Arguments that cannot be converted are refused; otherwise the function gets them as they came and
+            refuses them in its own words, as Python methods do behind libqi.
     """
 
     def __init__(
