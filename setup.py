@@ -20,8 +20,8 @@ EXTRAS = {
     # Debian's there.
     "gui": [f"PyQt5==5.15.11; {X86}", "argon2-cffi==25.1.0", "cryptography==50.0.2"],
     # pytest-xdist: two tests at a time; pytest-timeout: a test that hangs says where; pytest-rerunfailures: what fails
-    # on a machine that had no time is tried again, and the summary counts it. qi: the vendor's own messaging library, the
-    # stranger whom ours must understand; tests alone need it, and there are wheels for few machines.
+    # on a machine that had no time is tried again, and the summary counts it. qi: the vendor's own messaging library,
+    # the stranger whom ours must understand; tests alone need it, and there are wheels for few machines.
     "dev": [
         "pytest==9.0.1",
         "pytest-rerunfailures==16.7",
