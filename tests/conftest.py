@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import naoqi_clients
 import vendors_qi
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
@@ -108,7 +109,10 @@ worker gets the processors, the less they cost."""
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
-        "--naoqi-client", choices=("qi", "ours"), default="qi", help="what the tests of the simulated Pepper connect with"
+        "--naoqi-client",
+        choices=[*naoqi_clients.MODULES],
+        default=naoqi_clients.DEFAULT,
+        help="what the tests of the simulated Pepper connect with: the vendor's library or ours",
     )
 
 
