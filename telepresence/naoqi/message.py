@@ -88,7 +88,7 @@ class MessageReader:
     """
 
     def __init__(self, max_payload: int = MAX_PAYLOAD) -> None:
-        self._max_payload = max_payload
+        self.max_payload = max_payload
         self._pending = bytearray()
         self._header: Header | None = None
         self._payload: bytearray | None = None
@@ -168,8 +168,8 @@ class MessageReader:
             yield header, payload
 
     def _check(self, header: Header) -> Header:
-        if header.size > self._max_payload:
-            raise WireError(f"a payload of {header.size} bytes is announced, {self._max_payload} are allowed")
+        if header.size > self.max_payload:
+            raise WireError(f"a payload of {header.size} bytes is announced, {self.max_payload} are allowed")
         return header
 
     def _begin(self, header: Header) -> None:
