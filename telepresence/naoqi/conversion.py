@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from telepresence.naoqi.dynamics import LISTS, Typed, is_array, plain
-from telepresence.naoqi.signature import FLOATS, Kind, WireError, parse, shorten
+from .dynamics import LISTS, Typed, is_array, plain
+from .signature import FLOATS, Kind, WireError, parse, shorten
 
 _BITS = {"c": 8, "C": 8, "w": 16, "W": 16, "i": 32, "I": 32, "l": 64, "L": 64}
 _FLOAT32_MAX = 3.4028235677973366e38

@@ -9,7 +9,10 @@ from __future__ import annotations
 import itertools
 import logging
 import os
+import socket
 import threading
+import uuid
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
 from .metaobject import MetaObject
@@ -25,6 +28,15 @@ log = logging.getLogger(__name__)
 NAME, SERVICE_ID, MAIN_OBJECT = "ServiceDirectory", 1, 1
 _FIRST_SERVICE = 2
 RELATIVE = "qi:ServiceDirectory"
+
+
+def this_machine() -> str:
+    """Return what tells this machine from others: by it clients judge whether loopback addresses are theirs."""
+    try:
+        identity = Path("/etc/machine-id").read_text().strip()
+    except OSError:
+        identity = socket.gethostname()
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"naoqi:{identity}"))  # the identity itself is not for others
 
 
 class Entry:
@@ -56,9 +68,7 @@ class Directory(ServedObject):
         added, removed: Signals (id, name), as serviceAdded and serviceRemoved.
     """
 
-    def __init__(
-        self, service_info: str, machine_id: str, endpoints: Callable[[Connection | None], list[str]]
-    ) -> None:
+    def __init__(self, service_info: str, machine_id: str, endpoints: Callable[[Connection | None], list[str]]) -> None:
         super().__init__()
         self.added, self.removed = Signal("(Is)"), Signal("(Is)")
         self.machine_id = machine_id
@@ -137,7 +147,10 @@ class Directory(ServedObject):
         """Return the records of all ready services, the directory first."""
         with self._directory_lock:
             entries = [entry for entry in self._entries.values() if entry.ready]
-        return [self._own_info(NAME, SERVICE_ID, b"", connection), *[self._info(entry, connection) for entry in entries]]
+        return [
+            self._own_info(NAME, SERVICE_ID, b"", connection),
+            *[self._info(entry, connection) for entry in entries],
+        ]
 
     # --- for clients; on the reactor's thread
 
@@ -178,9 +191,7 @@ class Directory(ServedObject):
 
     # --- both
 
-    def _add(
-        self, name: str, info: dict[str, Any], owner: Connection | None, served: ServedObject | None
-    ) -> Entry:
+    def _add(self, name: str, info: dict[str, Any], owner: Connection | None, served: ServedObject | None) -> Entry:
         with self._directory_lock:
             for entry in self._entries.values():
                 if entry.name == name:

@@ -11,7 +11,7 @@ import sys
 from collections.abc import KeysView, Mapping, ValuesView
 from typing import Any, NamedTuple
 
-from telepresence.naoqi.signature import WireError
+from .signature import WireError
 
 
 class Dialect(NamedTuple):

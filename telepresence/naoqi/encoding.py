@@ -6,9 +6,9 @@ import struct
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from telepresence.naoqi.conversion import convert_kind
-from telepresence.naoqi.dynamics import LISTS, PYTHON, ROBOT, Dialect, Record, Typed, integer_type, is_array, plain
-from telepresence.naoqi.signature import MAX_DEPTH, NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
+from .conversion import convert_kind
+from .dynamics import LISTS, PYTHON, ROBOT, Dialect, Record, Typed, integer_type, is_array, plain
+from .signature import MAX_DEPTH, NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
 
 _UNFIT = (struct.error, TypeError, ValueError, OverflowError)
 """What an encoder raises for a value of another type; it is converted then, and tried again."""

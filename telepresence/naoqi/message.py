@@ -12,7 +12,7 @@ import struct
 from collections.abc import Iterator
 from typing import NamedTuple, Union
 
-from telepresence.naoqi.signature import WireError
+from .signature import WireError
 
 MAGIC = 0x42ADDE42
 HEADER_SIZE = 28
@@ -84,7 +84,7 @@ class MessageReader:
         for header, payload in messages: ...   # to its end, before anything else is asked of the reader
 
     Args:
-        max_payload: Messages with more are refused [bytes].
+        max_payload: Messages with more are refused [bytes]; may be changed at any time, for those to come.
     """
 
     def __init__(self, max_payload: int = MAX_PAYLOAD) -> None:

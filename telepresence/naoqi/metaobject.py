@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from telepresence.naoqi.dynamics import PYTHON, Dialect, Typed, signature_of
-from telepresence.naoqi.signature import WireError, convertibility, parse
+from .dynamics import PYTHON, Dialect, Typed, signature_of
+from .signature import WireError, convertibility, parse
 
 METAOBJECT = (
     "({I(Issss[(ss)<MetaMethodParameter,name,description>]s)"

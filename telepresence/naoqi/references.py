@@ -12,12 +12,11 @@ import itertools
 import logging
 import struct
 import threading
-import weakref
 from typing import TYPE_CHECKING, Any
 
 from .codec import decode_from, encode
 from .metaobject import METAOBJECT, MetaObject
-from .served_object import TERMINATE, UID_BYTES, ServedObject
+from .served_object import UID_BYTES, ServedObject
 from .signature import WireError
 
 if TYPE_CHECKING:
@@ -95,9 +94,7 @@ class References:
             meta, number, uid = encode(METAOBJECT, MetaObject().to_value()), 0, bytes(UID_BYTES)
             service = 0
         else:
-            from .python_object import served  # the client's side of this package imports this module
-
-            target = value if isinstance(value, ServedObject) else served(value)
+            target = value if isinstance(value, ServedObject) else _served(value)
             meta, uid = target.encoded_meta(), target.uid
             number = self.host(service, target)
         parts = list(meta)
@@ -130,16 +127,16 @@ class References:
                     break
         if found is None:
             raise WireError("there is no object reference")
-        meta, cached, service, number, end = found
+        meta, cached, service, number, uid, end = found
         if cached is not None:
             if len(self._received) >= _CACHED:
                 self._received.clear()
             self._received[cached] = meta
-        return (self._proxy(service, number, meta) if number else None), end
+        return (self._proxy(service, number, meta, uid) if number else None), end
 
     def _try(self, payload: Any, offset: int, layout: tuple[bool, bool]) -> tuple | None:
-        """Return (metaobject, its number in the cache, service, object, end), or None if the bytes are no such."""
-        cache, uid = layout
+        """Return (metaobject, its number in the cache, service, object, uid, end), or None if the bytes are no such."""
+        cache, has_uid = layout
         try:
             at, transmitted, cached = offset, True, None
             if cache:
@@ -158,18 +155,17 @@ class References:
                 elif cached == 0xFFFFFFFF:
                     cached = None
             service, number = struct.unpack_from("<II", payload, at)
-            at += 8 + (UID_BYTES if uid else 0)
+            at += 8
+            uid = bytes(payload[at : at + UID_BYTES]) if has_uid else b""
+            at += UID_BYTES if has_uid else 0
         except (WireError, struct.error, IndexError, KeyError):
             return None
-        return (meta, cached, service, number, at) if at <= len(payload) else None
+        return (meta, cached, service, number, uid, at) if at <= len(payload) else None
 
-    def _proxy(self, service: int, number: int, meta: MetaObject) -> Any:
+    def _proxy(self, service: int, number: int, meta: MetaObject, uid: bytes) -> Any:
         from .proxy import Proxy  # imports the connection
 
-        connection = self._connection
-        proxy = Proxy(connection, service, number, meta)
-        weakref.finalize(proxy, _release, connection, service, number).atexit = False
-        return proxy
+        return Proxy(self._connection, service, number, meta, reference=True, uid=uid)
 
 
 class ReferenceCoder:
@@ -187,7 +183,7 @@ class ReferenceCoder:
         return self._references.read(payload, offset)
 
 
-def _release(connection: Connection, service: int, number: int) -> None:
-    """Tell the peer that its object is not held any more. From a finalizer: nothing here may wait or take a lock."""
-    if not connection.closed:
-        connection.soon(connection.post, service, number, TERMINATE, [struct.pack("<I", service)])
+def _served(value: Any) -> ServedObject:
+    from .python_object import served  # which imports the connection
+
+    return served(value)

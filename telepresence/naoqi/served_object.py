@@ -67,12 +67,13 @@ class ServedObject:
     Args:
         description: What the metaobject says about it.
         parallel: Calls run side by side; otherwise one at a time in order of arrival, as libqi does by default.
+        strand: What such an object shares with others, so that one runs at a time among all of them.
     """
 
-    def __init__(self, description: str = "", parallel: bool = True) -> None:
+    def __init__(self, description: str = "", parallel: bool = True, strand: workers.Strand | None = None) -> None:
         self.uid = os.urandom(UID_BYTES)
         self.description = description
-        self._strand = None if parallel else workers.Strand()
+        self._strand = None if parallel else strand or workers.Strand()
         self._methods: dict[int, Method] = {}
         self._signals: dict[int, Any] = {}
         self._properties: dict[int, Any] = {}
