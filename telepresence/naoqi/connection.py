@@ -15,8 +15,7 @@ import struct
 import threading
 import time
 import weakref
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Callable
+from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from . import workers
 from .codec import decode, encode
@@ -406,7 +405,7 @@ def split_url(url: str) -> tuple[bool, str, int]:
     if not separator:
         scheme, rest = "tcp", url
     host, separator, number = rest.rpartition(":")
-    if not separator or (host.count(":") and not host.endswith("]")):
+    if not separator or host.count(":") and not host.endswith("]"):
         host, number = rest, str(DEFAULT_PORT)
     if scheme not in ("tcp", "tcps") or not number.isdigit() or int(number) > 65535:
         raise RuntimeError(f"Invalid url: {url!r} is not tcp://host:port or tcps://host:port")

@@ -41,7 +41,7 @@ class Reader:
     def __init__(self, payload: Any, objects: Any) -> None:
         if type(payload) not in (bytes, bytearray):
             whole = payload.obj if type(payload) is memoryview else None
-            same = type(whole) in (bytes, bytearray) and len(whole) == payload.nbytes and payload.contiguous
+            same = isinstance(whole, (bytes, bytearray)) and payload.contiguous and len(whole) == payload.nbytes
             payload = whole if same else bytes(payload)
         self.data = payload
         self.size = len(self.data)

@@ -12,8 +12,7 @@ import hmac
 import logging
 import threading
 import time
-from collections.abc import Mapping
-from typing import Any, Callable, Protocol
+from typing import Any, Callable, Mapping, Protocol
 
 from .codec import decode, encode
 from .connection import CONNECT_S, LOST, Connection

@@ -71,7 +71,9 @@ class Server:
         self._address: tuple[str, int] | None = None
         self._timer: Timer | None = None
         self._closed = False
-        self._directory = Directory(release.service_info_signature, machine_id or this_machine(), self._listed)
+        self._directory = Directory(
+            release.service_info_signature, machine_id or this_machine(), self._listed
+        )
         self.serviceRegistered: Signal = self._directory.added
         self.serviceUnregistered: Signal = self._directory.removed
 
@@ -206,9 +208,7 @@ class Server:
                 log.warning("%s is refused: there are %d connections", address[0], len(self._connections))
                 stream.close()
                 return
-            next(iter(self._arriving)).close(
-                f"there are {self._limits.connections} connections, and it is not logged in"
-            )
+            next(iter(self._arriving)).close(f"there are {self._limits.connections} connections, and it is not logged in")
         try:
             prepare(stream)
             if self._tls is not None:
@@ -256,9 +256,7 @@ class Server:
             hosts = interface_addresses()
             if connection is not None and connection.here not in (*hosts, ""):
                 hosts.append(connection.here)
-        return [
-            f"{scheme}://[{one}]:{port}" if ":" in one else f"{scheme}://{one}:{port}" for one in sorted(set(hosts))
-        ]
+        return [f"{scheme}://[{one}]:{port}" if ":" in one else f"{scheme}://{one}:{port}" for one in sorted(set(hosts))]
 
 
 def interface_addresses() -> list[str]:

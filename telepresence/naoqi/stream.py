@@ -14,8 +14,7 @@ import socket
 import ssl
 import threading
 import time
-from collections.abc import Sequence
-from typing import Any, Callable
+from typing import Any, Callable, Sequence
 
 from .limits import Limits
 from .message import Header, MessageReader
