@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol, Union
 
-from telepresence.naoqi.decoding import Reader, decoder_of
-from telepresence.naoqi.dynamics import PYTHON, Dialect
-from telepresence.naoqi.encoding import encode_kind
-from telepresence.naoqi.message import DYNAMIC_PAYLOAD
-from telepresence.naoqi.signature import WireError, parse, shorten
+from .decoding import Reader, decoder_of
+from .dynamics import PYTHON, Dialect
+from .encoding import encode_kind
+from .message import DYNAMIC_PAYLOAD
+from .signature import WireError, parse, shorten
 
 Buffer = Union[bytes, bytearray, memoryview]
 

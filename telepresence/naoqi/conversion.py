@@ -6,11 +6,11 @@ Source: libqi 4.0 (BSD-3-Clause), src/type/anyreference.cpp. Not a number and in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from telepresence.naoqi.dynamics import Typed, is_array, plain
-from telepresence.naoqi.signature import FLOATS, Kind, WireError, parse, shorten
+from .dynamics import LISTS, Typed, is_array, plain
+from .signature import FLOATS, Kind, WireError, parse, shorten
 
 _BITS = {"c": 8, "C": 8, "w": 16, "W": 16, "i": 32, "I": 32, "l": 64, "L": 64}
 _FLOAT32_MAX = 3.4028235677973366e38
@@ -107,7 +107,7 @@ def _to_raw(value: Any, kind: Kind) -> Any:
 def _to_list(value: Any, kind: Kind) -> list:
     if is_array(value) and value.ndim:
         value = value.tolist()
-    if not isinstance(value, (list, tuple, Set)):
+    if not isinstance(value, LISTS):
         return _refuse(value, kind)
     (element,) = kind.children
     return [convert_kind(item, element) for item in value]

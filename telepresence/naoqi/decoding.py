@@ -9,8 +9,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from telepresence.naoqi.dynamics import Record
-from telepresence.naoqi.signature import (
+from .dynamics import Record
+from .signature import (
     MAX_DEPTH,
     MAX_LENGTH,
     NUMBER_FORMATS,
@@ -27,6 +27,10 @@ _SIGNATURE_COST = 8
 """A character of a signature that was not met before costs as much as so many elements."""
 
 _length = struct.Struct("<I").unpack_from
+_float32 = struct.Struct("<f").unpack_from
+_dynamic_head = struct.Struct("<IBI").unpack_from
+"""A signature of one character, and the four bytes after it."""
+_STRING, _FLOAT32, _INT32 = b"sfi"
 
 
 class Reader:
@@ -35,7 +39,11 @@ class Reader:
     __slots__ = ("data", "elements", "level", "objects", "size")
 
     def __init__(self, payload: Any, objects: Any) -> None:
-        self.data = payload if type(payload) in (bytes, bytearray) else bytes(payload)
+        if type(payload) not in (bytes, bytearray):
+            whole = payload.obj if type(payload) is memoryview else None
+            same = isinstance(whole, (bytes, bytearray)) and payload.contiguous and len(whole) == payload.nbytes
+            payload = whole if same else bytes(payload)
+        self.data = payload
         self.size = len(self.data)
         self.objects = objects
         self.level = 0
@@ -281,7 +289,27 @@ def _dynamics(reader: Reader, at: int) -> tuple[Any, int]:
         if same is not None:
             return same
     values = []
+    last = reader.size - 9
     for _ in range(count):
+        if at <= last:  # the usual ones without a call of their own
+            size, code, length = _dynamic_head(data, at)
+            if size == 1:
+                end = at + 9 + length
+                if code == _STRING and end <= reader.size:
+                    try:
+                        values.append(data[at + 9 : end].decode())
+                    except UnicodeDecodeError:
+                        values.append(bytes(data[at + 9 : end]))
+                    at = end
+                    continue
+                if code == _FLOAT32:
+                    values.append(_float32(data, at + 5)[0])
+                    at += 9
+                    continue
+                if code == _INT32:
+                    values.append(length if length < 1 << 31 else length - (1 << 32))
+                    at += 9
+                    continue
         value, at = _dynamic(reader, at)
         values.append(value)
     return values, at

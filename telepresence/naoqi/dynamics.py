@@ -8,10 +8,10 @@ ROBOT   int i, or l if it needs to, float f, list and tuple [m]; the rest the sa
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Set
+from collections.abc import KeysView, Mapping, ValuesView
 from typing import Any, NamedTuple
 
-from telepresence.naoqi.signature import WireError
+from .signature import WireError
 
 
 class Dialect(NamedTuple):
@@ -47,6 +47,10 @@ class Record(dict):
 
     def __setattr__(self, name: str, value: Any) -> None:
         self[name] = value
+
+
+LISTS = (list, tuple, set, frozenset, KeysView, ValuesView)
+"""What passes for a list where one is declared."""
 
 
 def is_array(value: object) -> bool:
@@ -108,9 +112,9 @@ def _signature_of(value: Any, dialect: Dialect, resolve: bool) -> str:
         return "r"
     if isinstance(value, Mapping):
         return f"{{{_common(value.keys(), dialect, resolve)}{_common(value.values(), dialect, resolve)}}}"
-    if isinstance(value, tuple) and dialect.tuples:
+    if isinstance(value, (tuple, set, frozenset)) and dialect.tuples:
         return f"({''.join([_signature_of(plain(item), dialect, True) if resolve else 'm' for item in value])})"
-    if isinstance(value, (list, tuple, Set)):
+    if isinstance(value, LISTS):
         return f"[{_common(value, dialect, resolve)}]"
     return "o"
 

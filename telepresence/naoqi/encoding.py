@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from telepresence.naoqi.conversion import convert_kind
-from telepresence.naoqi.dynamics import PYTHON, ROBOT, Dialect, Record, Typed, integer_type, is_array, plain
-from telepresence.naoqi.signature import MAX_DEPTH, NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
+from .conversion import convert_kind
+from .dynamics import LISTS, PYTHON, ROBOT, Dialect, Record, Typed, integer_type, is_array, plain
+from .signature import MAX_DEPTH, NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
 
 _UNFIT = (struct.error, TypeError, ValueError, OverflowError)
 """What an encoder raises for a value of another type; it is converted then, and tried again."""
@@ -135,6 +135,8 @@ def _string(writer: Writer, value: Any) -> None:
 
 def _raw(writer: Writer, value: Any) -> None:
     view = memoryview(value)
+    if getattr(getattr(value, "dtype", None), "hasobject", False):
+        raise TypeError("its bytes are addresses")
     try:
         view = view.cast("B")
     except (TypeError, ValueError, NotImplementedError):  # not in one piece, in another order of bytes, or empty
@@ -333,7 +335,7 @@ def _dynamic_list(writer: Writer, value: Any) -> None:
     writer.level -= 1
 
 
-def _dynamic_set(writer: Writer, value: Any) -> None:
+def _dynamic_view(writer: Writer, value: Any) -> None:
     _dynamic_list(writer, list(value))
 
 
@@ -385,13 +387,13 @@ def _deeper(writer: Writer, depth: int) -> None:
 
 def _dynamic_by_base(writer: Writer, value: Any) -> Encoder:
     """Return the encoder of a value whose type is none of the usual ones, but derived from one or like one."""
-    for base in (int, float, str, bytes, bytearray, dict, tuple, list):
+    for base in (int, float, str, bytes, bytearray, dict, tuple, list, set, frozenset):
         if isinstance(value, base):
             return writer.dynamics[base]
     if isinstance(value, Mapping):
         return _dynamic_map
-    if isinstance(value, Set):
-        return _dynamic_set
+    if isinstance(value, LISTS):
+        return _dynamic_view
     return _dynamic_raw if is_array(value) else _dynamic_object
 
 
@@ -415,7 +417,8 @@ _ANY_DIALECT: dict[type, Encoder] = {
     Record: _dynamic_map,
     Typed: _dynamic_typed,
 }
+_TUPLES = (tuple, set, frozenset)
 _DYNAMICS: dict[Dialect, dict[type, Encoder]] = {
-    PYTHON: {**_ANY_DIALECT, int: _python_integer, float: _python_float, tuple: _dynamic_tuple},
-    ROBOT: {**_ANY_DIALECT, int: _robot_integer, float: _robot_float, tuple: _dynamic_list},
+    PYTHON: {**_ANY_DIALECT, int: _python_integer, float: _python_float, **dict.fromkeys(_TUPLES, _dynamic_tuple)},
+    ROBOT: {**_ANY_DIALECT, int: _robot_integer, float: _robot_float, **dict.fromkeys(_TUPLES, _dynamic_view)},
 }

@@ -316,6 +316,13 @@ def _check(done: bool) -> None:
         raise RuntimeError(ALREADY_SET_TEXT)
 
 
+def failed(error: str | RuntimeError) -> Future:
+    """Return a future that has failed."""
+    future = Future()
+    future.finish_with_error(error)
+    return future
+
+
 def describe(error: BaseException) -> str:
     """Return an exception as one text, "ZeroDivisionError: division by zero", as the vendor's package begins it."""
     text = str(error)

@@ -12,7 +12,7 @@ import struct
 from collections.abc import Iterator
 from typing import NamedTuple, Union
 
-from telepresence.naoqi.signature import WireError
+from .signature import WireError
 
 MAGIC = 0x42ADDE42
 HEADER_SIZE = 28
@@ -84,11 +84,11 @@ class MessageReader:
         for header, payload in messages: ...   # to its end, before anything else is asked of the reader
 
     Args:
-        max_payload: Messages with more are refused [bytes].
+        max_payload: Messages with more are refused [bytes]; may be changed at any time, for those to come.
     """
 
     def __init__(self, max_payload: int = MAX_PAYLOAD) -> None:
-        self._max_payload = max_payload
+        self.max_payload = max_payload
         self._pending = bytearray()
         self._header: Header | None = None
         self._payload: bytearray | None = None
@@ -168,8 +168,8 @@ class MessageReader:
             yield header, payload
 
     def _check(self, header: Header) -> Header:
-        if header.size > self._max_payload:
-            raise WireError(f"a payload of {header.size} bytes is announced, {self._max_payload} are allowed")
+        if header.size > self.max_payload:
+            raise WireError(f"a payload of {header.size} bytes is announced, {self.max_payload} are allowed")
         return header
 
     def _begin(self, header: Header) -> None:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from telepresence.naoqi.dynamics import PYTHON, Dialect, Typed, signature_of
-from telepresence.naoqi.signature import WireError, convertibility, parse
+from .dynamics import PYTHON, Dialect, Typed, signature_of
+from .signature import WireError, convertibility, parse
 
 METAOBJECT = (
     "({I(Issss[(ss)<MetaMethodParameter,name,description>]s)"
@@ -129,41 +129,44 @@ BUILT_IN = {
 """The methods of every object, by number."""
 
 
+class NoSuchMethod(RuntimeError, AttributeError):
+    """An object has no method of that name: libqi's proxies raise the one error or the other, by how it is called."""
+
+
 def choose_overload(meta: MetaObject, name: str, arguments: Sequence[Any], dialect: Dialect = PYTHON) -> MetaMethod:
-    """Return the method that a call means.
+    """Return the method that a call means; for True it is one that takes a bool, where libqi cannot decide.
 
     Args:
         name: "say", or with its types "say::(s)".
 
     Raises:
-        AttributeError: There is no method of that name.
-        RuntimeError: None takes these arguments, or several take them equally well.
+        NoSuchMethod: There is no method of that name.
+        RuntimeError: None takes these arguments, or several take them equally well; the lines after the first list
+            the overloads.
     """
     plain_name, separator, _ = name.partition("::")
     overloads = meta.methods_named(plain_name)
+    if len(overloads) == 1 and not separator and _takes(overloads[0], len(arguments)):
+        return overloads[0]
     resolved = f"({''.join([signature_of(argument, dialect, resolve=True) for argument in arguments])})"
-    if not overloads:
-        raise AttributeError(f"Can't find method: {name} (resolved to '{resolved}')")
-    if separator:
-        exact = [method for method in overloads if name in _full_names(method)]
-        if not exact:
-            raise RuntimeError(_refusal("Arguments types did not match for", name, resolved, overloads))
+    exact = [method for method in overloads if separator and name in _full_names(method)]
+    if exact:
         return exact[0]
+    if separator or not overloads:
+        raise NoSuchMethod(_refusal("Can't find method:", name, resolved, overloads))
     fitting = [method for method in overloads if _takes(method, len(arguments))]
     if len(fitting) == 1:
         return fitting[0]
-    if not fitting:
-        raise RuntimeError(_refusal("Arguments types did not match for", name, resolved, overloads))
     static = [argument.signature if isinstance(argument, Typed) else "m" for argument in arguments]
     for signature in (f"({''.join(static)})", resolved):
         scores = [(convertibility(signature, method.parameters), method) for method in fitting]
-        best = max(score for score, _ in scores)
+        best = max([score for score, _ in scores], default=0.0)
         if best > 0.0:
             chosen = [method for score, method in scores if score == best]
             if len(chosen) > 1:
                 raise RuntimeError(_refusal("Ambiguous overload for", name, resolved, fitting))
             return chosen[0]
-    raise RuntimeError(_refusal("Arguments types did not match for", name, resolved, fitting))
+    raise RuntimeError(_refusal("Arguments types did not match for", name, resolved, overloads))
 
 
 def _full_names(method: MetaMethod) -> tuple[str, str]:
@@ -181,5 +184,8 @@ def _takes(method: MetaMethod, count: int) -> bool:
 
 
 def _refusal(what: str, name: str, resolved: str, candidates: Sequence[MetaMethod]) -> str:
-    listed = ", ".join([f"{method.name}::{method.parameters}" for method in candidates])
-    return f"{what} {name} (resolved to '{resolved}'): Candidates: {listed}"
+    text = f"{what} {name} (resolved to '{resolved}')"
+    if not candidates:
+        return text
+    listed = [f"  {method.name}::{method.parameters}" for method in candidates]
+    return "\n".join([f"{text}:", "  Candidates:" if len(listed) > 1 else "  Candidate:", *listed])

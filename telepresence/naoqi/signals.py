@@ -12,7 +12,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from .future import Future, describe
+from .conversion import convert
+from .future import Future, describe, failed
 from .log import logger
 from .signature import WireError, parse
 from .workers import Strand
@@ -205,16 +206,12 @@ class Property:
 
     def setValue(self, value: Any, _async: bool = False) -> Any:
         """Set the value and call the callbacks with it. RuntimeError: it is not of the type."""
-        from .conversion import convert
-
         try:
             converted = convert(value, self._signature) if self._signature != "m" else value
         except RuntimeError as error:
             if not _async:
                 raise
-            failed = Future()
-            failed.finish_with_error(error)
-            return failed
+            return failed(error)
         with self._lock:
             self._value = converted
         self._subscriptions.run((converted,))
