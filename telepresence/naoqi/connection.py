@@ -414,7 +414,8 @@ def split_url(url: str) -> tuple[bool, str, int]:
 
 def _local_host(stream: socket.socket) -> str:
     try:
-        return str(stream.getsockname()[0])
+        name = stream.getsockname()
+        return str(name[0]) if isinstance(name, tuple) else ""  # a pair of sockets inside a process has no host
     except OSError:
         return ""
 

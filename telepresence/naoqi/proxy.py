@@ -77,6 +77,13 @@ class Proxy:
         self._remote = RemoteObject(connection, service, object, meta, reference=reference, lost_text=lost_text)
         self.uid = uid
 
+    @classmethod
+    def of(cls, remote: RemoteObject) -> Proxy:
+        """Return a proxy of a remote object that is known already."""
+        proxy = cls.__new__(cls)
+        proxy._remote, proxy.uid = remote, b""
+        return proxy
+
     def __getattr__(self, name: str) -> Any:
         # Called once for each name: what is found becomes an attribute. The members hold the remote object, not this
         # proxy, so that there is no cycle to keep a passed object alive.
