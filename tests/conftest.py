@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import pytest
 import naoqi_clients
+import pytest
 import vendors_qi
 from free_ports import free_port
 from hypothesis import HealthCheck, settings

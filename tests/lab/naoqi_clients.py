@@ -1,4 +1,4 @@
-"""What the tests of a NAOqi server connect with; the fixture `qi` of the simulated Pepper's tests takes it from here."""
+"""What the tests of a NAOqi server connect with; the fixture `qi` of the simulated Pepper's tests has it from here."""
 
 import importlib
 from types import ModuleType
