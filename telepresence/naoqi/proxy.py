@@ -129,7 +129,7 @@ class Proxy:
         """Return what serves this object to somebody else: calls are passed on."""
         from .relay import Relay  # which imports the served objects
 
-        return Relay(self._remote, self.uid)
+        return Relay(self._remote, self._remote.uid)
 
     def isValid(self) -> bool:
         """Whether this stands for an object: always. Calls tell whether it can still be reached."""
