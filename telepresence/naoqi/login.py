@@ -12,7 +12,8 @@ import hmac
 import logging
 import threading
 import time
-from typing import Any, Callable, Mapping, Protocol
+from collections.abc import Mapping
+from typing import Any, Callable, Protocol
 
 from .codec import decode, encode
 from .connection import CONNECT_S, LOST, Connection
