@@ -33,6 +33,8 @@ _BACKLOG = 4096
 _ACCEPTED_AT_ONCE = 64
 _PAUSE_S = 0.1
 """Without descriptors or memory no connection is accepted for this time [s]."""
+_WARN_S = 10.0
+"""Between two warnings of the same kind [s]."""
 _EVICTED_AT_ONCE = 16
 _CHECK_S = 1.0
 _EXHAUSTED = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
@@ -76,6 +78,7 @@ class Server:
         self._address: tuple[str, int] | None = None
         self._timer: Timer | None = None
         self._closed = False
+        self._warned = -_WARN_S
         self._directory = Directory(
             release.service_info_signature, machine_id or this_machine(), self._listed
         )
@@ -199,7 +202,9 @@ class Server:
     def _pause(self, error: OSError) -> None:
         """Accept nothing for a moment: the descriptors are used up, or the network is away."""
         assert self._listener is not None
-        log.warning("no connection can be accepted: %s", error.strerror or error)
+        if time.monotonic() - self._warned > _WARN_S:
+            self._warned = time.monotonic()
+            log.warning("no connection can be accepted: %s", error.strerror or error)
         if error.errno in _EXHAUSTED and self._arriving:
             for _ in range(min(len(self._arriving), _EVICTED_AT_ONCE)):
                 self._evict("it had not logged in when the descriptors were used up")
@@ -261,7 +266,7 @@ class Server:
         if service == SERVICE_ID:
             return self._directory
         entry = self._directory.at(service)
-        return entry.served if entry is not None else None
+        return (entry.served or entry.relay) if entry is not None else None
 
     def _listed(self, connection: Connection | None) -> list[str]:
         """Return where the server listens, as the peer of `connection` should hear of it."""

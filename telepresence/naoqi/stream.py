@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import collections
 import logging
+import select
 import socket
 import ssl
 import threading
@@ -30,6 +31,8 @@ _SHORT = 16 * 1024
 """Pieces below this are queued together [bytes]."""
 _LINGER_S = 1.0
 """So long a finished connection waits for the peer to close, or the last words could be lost [s]."""
+_HANG_UP = getattr(select, "POLLRDHUP", 0)
+"""Linux reports it beside POLLHUP and POLLERR, which are always reported."""
 _AGAIN = (BlockingIOError, InterruptedError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 
 
@@ -326,6 +329,8 @@ class Stream:
             self.end(f"the peer has read nothing for {patience:g} s")
         elif not self._reader.idle and not self._paused and now - self._read_at > patience:
             self.end(f"half a message, and nothing more for {patience:g} s")
+        elif self._paused and not self._ended and _hung_up(self._socket):
+            self.end("the peer closed the connection")  # which reading would have told
 
     def _close(self) -> None:
         self._reactor.unwatch(self._socket)
@@ -351,6 +356,12 @@ class Stream:
         if mask != self._mask:
             self._mask = mask
             self._reactor.change(self._socket, mask, self._ready)
+
+
+def _hung_up(stream: socket.socket) -> bool:
+    poller = select.poll()
+    poller.register(stream, _HANG_UP)
+    return bool(poller.poll(0))
 
 
 def _why(error: OSError) -> str:
