@@ -125,12 +125,6 @@ class Proxy:
         """Return the members as the vendor's package does: methods, signals, properties by number, description."""
         return members_of(self._remote.meta)
 
-    def served(self) -> Any:
-        """Return what serves this object to somebody else: calls are passed on."""
-        from .relay import Relay  # which imports the served objects
-
-        return Relay(self._remote, self.uid)
-
     def isValid(self) -> bool:
         """Whether this stands for an object: always. Calls tell whether it can still be reached."""
         return True
