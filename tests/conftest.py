@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import vendors_qi
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
 
@@ -104,6 +105,7 @@ worker gets the processors, the less they cost."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(vendors_qi)
     if hasattr(config, "workerinput"):
         config.stash[TURNS] = Turns()
         if config.workerinput["workerid"] != FIRST_WORKER:

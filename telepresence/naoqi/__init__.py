@@ -1,0 +1,1 @@
+"""NAOqi's messaging in plain Python."""
