@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from . import workers
 from .codec import decode, encode
-from .dynamics import PYTHON, Dialect
+from .dynamics import PYTHON, Dialect, Typed
 from .limits import Limits
 from .message import (
     CALL,
@@ -304,7 +304,7 @@ class Connection:
         if served is not None:
             served.handle(self, header, payload)
         elif (header.service, header.object, header.action) == (0, 0, _AUTHENTICATE) and not self.dialled:
-            self.reply(header, encode("{sm}", {"__qi_auth_state": 3}))
+            self.reply(header, encode("{sm}", {"__qi_auth_state": Typed("I", 3)}))
         else:
             self.error(header, "The call request could not be handled.")
 

@@ -23,6 +23,8 @@ from .signature import (
 
 MAX_ELEMENTS = 1 << 22
 """Of all lists and maps of one payload together: each costs more memory here than on the wire."""
+_NOTHING_COST = 512
+"""An element that takes no bytes, as in [v] or [()], costs as much as so many others."""
 _SIGNATURE_COST = 8
 """A character of a signature that was not met before costs as much as so many elements."""
 
@@ -166,7 +168,7 @@ def _count(reader: Reader, at: int, min_size: int, width: int) -> int:
     left = reader.size - at - 4
     if count * min_size > left:
         raise WireError(f"{count} elements are announced, {left} bytes are left")
-    reader.charge(count * width)
+    reader.charge(count * width * (1 if min_size else _NOTHING_COST))
     return count
 
 

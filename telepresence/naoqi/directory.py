@@ -15,10 +15,14 @@ import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
-from .metaobject import MetaObject
-from .served_object import ServedObject
+from .codec import decode, encode
+from .future import Future
+from .message import REPLY
+from .metaobject import METAOBJECT, MetaObject
+from .served_object import META_OBJECT, ServedObject
 from .signals import Signal
 from .signature import WireError
+from .workers import submit
 
 if TYPE_CHECKING:
     from .connection import Connection
@@ -46,6 +50,7 @@ class Entry:
         owner: The connection through which a client has registered it; None: it is the server's own.
         served: The server's own object.
         meta: What a client's service offers, once it was asked.
+        relay: Passes calls on to a client that does not listen.
     """
 
     def __init__(
@@ -55,6 +60,7 @@ class Entry:
         self.owner, self.served = owner, served
         self.ready = False
         self.meta: MetaObject | None = None
+        self.relay: ServedObject | None = None
 
 
 class Directory(ServedObject):
@@ -176,11 +182,39 @@ class Directory(ServedObject):
             raise WireError(f"Unregister Service: service #{number} belongs to somebody else")
         self.unregister(number)
 
-    def _ready_remote(self, connection: Connection, number: int) -> None:
+    def _ready_remote(self, connection: Connection, number: int) -> Any:
         entry = self._entries.get(number)
-        if entry is None or entry.owner is not connection:
+        if entry is None or entry.owner is not connection or entry.ready:
             raise WireError(f"Can't find pending service #{number}")
-        self.ready(number)
+        if entry.info.get("endpoints"):
+            return self.ready(number)
+        return self._relayed(entry)
+
+    def _relayed(self, entry: Entry) -> Future:
+        """Make a service of a client that does not listen reachable through this server, and then ready."""
+        done = Future()
+
+        def described(kind: int, _flags: int, payload: Any) -> None:
+            submit(finish, kind, payload)
+
+        def finish(kind: int, payload: Any) -> None:
+            from .relay import Relay  # which imports the client's side
+            from .remote_object import RemoteObject
+
+            try:
+                if kind != REPLY or entry.owner is None:
+                    raise WireError(f"service #{entry.number} does not describe itself")
+                entry.meta = MetaObject.from_value(decode(METAOBJECT, payload))
+                entry.relay = Relay(RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta))
+                self.ready(entry.number)
+            except RuntimeError as error:
+                done.finish_with_error(str(error))
+            else:
+                done.finish_with_value(None)
+
+        assert entry.owner is not None
+        entry.owner.start_call(entry.number, MAIN_OBJECT, META_OBJECT, encode("I", 0), 0, described)
+        return done
 
     def _update(self, connection: Connection, info: dict[str, Any]) -> None:
         entry = self._entries.get(info["serviceId"])
@@ -210,8 +244,8 @@ class Directory(ServedObject):
         if entry.served is not None:
             return self._own_info(entry.name, entry.number, entry.served.uid, connection)
         info = {**entry.info, "serviceId": entry.number}
-        if connection is not None and not info.get("endpoints"):
-            info["endpoints"] = self._listed(connection)  # it does not listen: the server passes calls on
+        if entry.relay is not None:  # the server is where it can be reached
+            info.update(machineId=self.machine_id, endpoints=self._listed(connection))
         return info
 
     def _own_info(self, name: str, number: int, uid: bytes, connection: Connection | None) -> dict[str, Any]:

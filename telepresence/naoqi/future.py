@@ -69,13 +69,15 @@ class Future:
 
     # What completes it. True: this call did it; False: it was complete.
 
-    def _finish(self, state: int, result: Any) -> bool:
+    def _finish(self, state: int, result: Any, decode: Callable[[Any], Any] | None = None) -> bool:
         with self._lock:
             if self._state != _RUNNING:
                 return False
             self._result = result
             self._state = state
             self._on_cancel = None
+            if decode is not None:
+                self._decode = decode
             waiters = self._waiters
             callbacks = self._callbacks
             direct = self._direct
@@ -87,7 +89,7 @@ class Future:
         for callback in direct:
             callback(self)
         for callback in callbacks:
-            submit(callback, self)
+            submit(_run_callback, callback, self)
         return True
 
     def finish_with_value(self, value: Any) -> bool:
@@ -101,6 +103,12 @@ class Future:
     def finish_canceled(self) -> bool:
         """Complete as cancelled."""
         return self._finish(_CANCELED, None)
+
+    def set_on_cancel(self, on_cancel: Callable[[], Any] | None) -> None:
+        """Set what `cancel` calls from now on."""
+        with self._lock:
+            if self._state == _RUNNING:
+                self._on_cancel = on_cancel
 
     # What waits for it.
 
@@ -215,7 +223,7 @@ class Future:
             if self._state == _RUNNING:
                 self._callbacks.append(callback)
                 return
-        submit(callback, self)
+        submit(_run_callback, callback, self)
 
     def when_done(self, callback: Callable[[Future], Any]) -> None:
         """Call `callback(future)` in the thread that completes this, or now: for short functions of this package."""
@@ -262,7 +270,7 @@ class Future:
                 forward(finished, result)
             elif isinstance(finished._result, Future):
                 inner = finished._result
-                result._on_cancel = inner.cancel
+                result.set_on_cancel(inner.cancel)
                 inner.addCallback(lambda done: forward(done, result))
             else:
                 result.finish_with_error(
@@ -284,7 +292,7 @@ class Promise:
                 if (promise := me()) is not None:
                     on_cancel(promise)
 
-            self._future._on_cancel = cancel
+            self._future.set_on_cancel(cancel)
 
     def __del__(self) -> None:
         if (future := getattr(self, "_future", None)) is not None and future._state == _RUNNING:
@@ -309,6 +317,13 @@ class Promise:
     def isCancelRequested(self) -> bool:
         """Whether the future's holder asked for a cancel."""
         return self._future.cancel_requested
+
+
+def _run_callback(callback: Callable[[Future], Any], future: Future) -> None:
+    try:
+        callback(future)
+    except Exception as error:
+        _log.warning("Exception in a callback of a future: %s", describe(error))
 
 
 def _check(done: bool) -> None:

@@ -40,5 +40,5 @@ class Limits:
     pending_calls: int = 512
     pending_bytes: int = 128 * 1024 * 1024
     references: int = 10_000
-    subscriptions: int = 10_000
+    subscriptions: int = 1000
     services: int = 256

@@ -95,8 +95,9 @@ def _answered(connection: Connection, kind: int, payload: Any, older_ends: bool)
     if kind == LOST:
         raise RuntimeError(f"Authentication failed: {payload}")
     if kind == ERROR:
-        if not older_ends:
-            raise RuntimeError(str(decode("m", payload)))
+        text = str(decode("m", payload))
+        if not older_ends or text.startswith("Authentication failed"):
+            raise RuntimeError(text)
         connection.trust()  # it is older than authentication
         connection.send(CAPABILITY, 0, 0, 0, encode("{sm}", dict(connection.local)))
         return None
@@ -183,7 +184,7 @@ class ServerLogin:
             raise WireError(f"a login with {len(data)} entries")
         connection.learn({name: value for name, value in data.items() if not name.startswith(("__qi", PREFIX))})
         if self._users is not None and not self._known(data.get(PREFIX + "user"), data.get(PREFIX + "token")):
-            log.warning("%s: wrong user or password", connection.peer)
+            log.info("%s: wrong user or password", connection.peer)
             connection.error(header, f"Authentication failed: wrong user or password {_VERSION}")
             return connection.finish("wrong user or password")
         answer: dict[str, Any] = {STATE: Typed("I", DONE)}

@@ -74,15 +74,13 @@ class Proxy:
         lost_text: str = DISCONNECTED,
         uid: bytes = b"",
     ) -> None:
-        self._remote = RemoteObject(connection, service, object, meta, reference=reference, lost_text=lost_text)
-        self.uid = uid
+        remote = RemoteObject(connection, service, object, meta, reference=reference, lost_text=lost_text, uid=uid)
+        self._stand_for(remote)
 
-    @classmethod
-    def of(cls, remote: RemoteObject) -> Proxy:
-        """Return a proxy of a remote object that is known already."""
-        proxy = cls.__new__(cls)
-        proxy._remote, proxy.uid = remote, b""
-        return proxy
+    def _stand_for(self, remote: RemoteObject) -> None:
+        self._remote = remote
+        if remote.meta.methods_named("post"):  # a member of that name is what the caller means
+            self.__dict__["post"] = RemoteMethod(remote, "post")
 
     def __getattr__(self, name: str) -> Any:
         # Called once for each name: what is found becomes an attribute. The members hold the remote object, not this
@@ -133,6 +131,13 @@ class Proxy:
 
 
 setattr(Proxy, "async", Proxy.async_)
+
+
+def proxy_of(remote: RemoteObject) -> Proxy:
+    """Return a proxy of a remote object that is known already."""
+    proxy = Proxy.__new__(Proxy)
+    proxy._stand_for(remote)
+    return proxy
 
 
 def _member(remote: RemoteObject, name: str) -> Any:

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from typing import Any
 
 from .future import describe
+from .proxy import Proxy
+from .relay import Relay
 from .served_object import ServedObject
 from .signals import Property, Signal
 from .signature import WireError
@@ -30,9 +32,8 @@ def served(value: Any) -> ServedObject:
     """
     if isinstance(value, ServedObject):
         return value
-    relay = getattr(type(value), "served", None)
-    if relay is not None and type(value).__module__ == __package__ + ".proxy":
-        return relay(value)
+    if isinstance(value, Proxy):  # an object of somebody else: calls are passed on
+        return Relay(value._remote, value._remote.uid)
     if not hasattr(value, "__dict__") or isinstance(value, type):
         raise WireError(f"a value of type {type(value).__name__} cannot be sent")
     with _lock:

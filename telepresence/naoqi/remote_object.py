@@ -39,11 +39,9 @@ class Reply(Future):
         self._remote.pending.pop(self, None)
         if kind == REPLY:
             self._flags = flags
-            self._decode = _lazily
-            self.finish_with_value(payload)
+            self._finish(_VALUE_STATE, payload, _lazily)
         elif kind == ERROR:
-            self._decode = _lazily
-            self.finish_with_error(payload)
+            self._finish(_ERROR_STATE, payload, _lazily)
         elif kind == CANCELED:
             self.finish_canceled()
         elif kind == LOST:
@@ -88,6 +86,7 @@ class RemoteObject:
         service, object: Its numbers there.
         meta: Its members.
         reference: It was passed by reference: the other end is told when nobody here holds it any more.
+        uid: Its identity, if known.
         lost_text: What its pending calls fail with when the connection ends.
     """
 
@@ -100,6 +99,7 @@ class RemoteObject:
         *,
         reference: bool = False,
         lost_text: str = DISCONNECTED,
+        uid: bytes = b"",
     ) -> None:
         self.connection = connection
         self.service = service
@@ -107,6 +107,7 @@ class RemoteObject:
         self.meta = meta
         self.reference = reference
         self.lost_text = lost_text
+        self.uid = uid
         self.objects = connection.objects(service)
         self.pending: dict[Reply, None] = {}
         self.removed = False

@@ -21,6 +21,7 @@ from .dynamics import Typed
 from .future import Future
 from .message import CALL, CANCELED, DYNAMIC_PAYLOAD, ERROR, POST, REPLY, RETURN_TYPE, Header
 from .metaobject import BUILT_IN, METAOBJECT, MetaMethod, MetaObject, MetaProperty, MetaSignal
+from .reactor import reactor
 from .signature import WireError
 
 if TYPE_CHECKING:
@@ -400,9 +401,15 @@ class Call:
         if canceled:
             future.cancel()
         if isinstance(future, Future):
-            future.when_done(lambda done: self._ended(done, wanted))
+            future.when_done(lambda done: self._completed(done, wanted))
         else:
-            future.add_done_callback(lambda done: self._ended(done, wanted))
+            future.add_done_callback(lambda done: self._completed(done, wanted))
+
+    def _completed(self, future: Any, wanted: str) -> None:
+        if reactor().inside():  # the answer of somebody else, which is to be decoded
+            workers.submit(self._ended, future, wanted)
+        else:
+            self._ended(future, wanted)
 
     def _ended(self, future: Any, wanted: str) -> None:
         try:

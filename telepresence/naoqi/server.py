@@ -9,7 +9,7 @@ import ssl
 import struct
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from .codec import decode, encode
@@ -30,9 +30,12 @@ from .workers import blocking
 log = logging.getLogger(__name__)
 
 _BACKLOG = 4096
-_ACCEPTED_AT_ONCE = 256
+_ACCEPTED_AT_ONCE = 64
 _PAUSE_S = 0.1
 """Without descriptors or memory no connection is accepted for this time [s]."""
+_WARN_S = 10.0
+"""Between two warnings of the same kind [s]."""
+_EVICTED_AT_ONCE = 16
 _CHECK_S = 1.0
 _EXHAUSTED = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 _ASK_S = 10.0
@@ -49,6 +52,8 @@ class Server:
         tls: Certificate and key, needed for tcps.
         dialect: How numbers are sent inside dynamics.
         machine_id: What machineId() answers; clients on the same machine compare it.
+        lookup: (service, object) -> object or None, asked before the directory: what a session offers under numbers
+            that another directory has given.
     """
 
     def __init__(
@@ -61,9 +66,11 @@ class Server:
         limits: Limits = Limits(),  # noqa: B008 -- frozen
         dialect: Dialect = ROBOT,
         machine_id: str = "",
+        lookup: Callable[[int, int], ServedObject | None] | None = None,
     ) -> None:
         self._url, self._release, self._login, self._tls = url, release, login, tls
         self._limits, self._dialect = limits, dialect
+        self._other_objects = lookup
         self._reactor = reactor()
         self._listener: socket.socket | None = None
         self._connections: set[Connection] = set()
@@ -71,6 +78,7 @@ class Server:
         self._address: tuple[str, int] | None = None
         self._timer: Timer | None = None
         self._closed = False
+        self._warned = -_WARN_S
         self._directory = Directory(
             release.service_info_signature, machine_id or this_machine(), self._listed
         )
@@ -186,20 +194,32 @@ class Server:
                 if error.errno == errno.ECONNABORTED:
                     continue
                 return self._pause(error)
-            self._welcome(stream, address)
+            if _still_there(stream):
+                self._welcome(stream, address)
+            else:
+                stream.close()
 
     def _pause(self, error: OSError) -> None:
         """Accept nothing for a moment: the descriptors are used up, or the network is away."""
         assert self._listener is not None
-        log.warning("no connection can be accepted: %s", error.strerror or error)
+        if time.monotonic() - self._warned > _WARN_S:
+            self._warned = time.monotonic()
+            log.warning("no connection can be accepted: %s", error.strerror or error)
         if error.errno in _EXHAUSTED and self._arriving:
-            next(iter(self._arriving)).close("it had not logged in when the descriptors were used up")
+            for _ in range(min(len(self._arriving), _EVICTED_AT_ONCE)):
+                self._evict("it had not logged in when the descriptors were used up")
         self._reactor.change(self._listener, 0, self._accept)
         self._reactor.call_later(_PAUSE_S, self._go_on)
 
     def _go_on(self) -> None:
         if not self._closed and self._listener is not None:
             self._reactor.change(self._listener, READ, self._accept)
+
+    def _evict(self, reason: str) -> None:
+        """Close the connection that has been waiting longest without a login."""
+        oldest = next(iter(self._arriving))
+        self._gone(oldest)
+        oldest.close(reason)
 
     def _welcome(self, stream: socket.socket, address: Any) -> None:
         """Make a connection of an accepted socket, or close it."""
@@ -208,7 +228,7 @@ class Server:
                 log.warning("%s is refused: there are %d connections", address[0], len(self._connections))
                 stream.close()
                 return
-            next(iter(self._arriving)).close(f"there are {self._limits.connections} connections, and it is not logged in")
+            self._evict(f"there are {self._limits.connections} connections, and it is not logged in")
         try:
             prepare(stream)
             if self._tls is not None:
@@ -238,12 +258,15 @@ class Server:
         self._directory.connection_ended(connection)
 
     def _lookup(self, service: int, number: int) -> ServedObject | None:
+        found = self._other_objects(service, number) if self._other_objects is not None else None
+        if found is not None:
+            return found
         if number != MAIN_OBJECT:
             return None
         if service == SERVICE_ID:
             return self._directory
         entry = self._directory.at(service)
-        return entry.served if entry is not None else None
+        return (entry.served or entry.relay) if entry is not None else None
 
     def _listed(self, connection: Connection | None) -> list[str]:
         """Return where the server listens, as the peer of `connection` should hear of it."""
@@ -276,6 +299,17 @@ def interface_addresses() -> list[str]:
                 continue  # an interface without an address
             found.add(socket.inet_ntoa(answer[20:24]))
     return sorted(found)
+
+
+def _still_there(stream: socket.socket) -> bool:
+    """Whether an accepted socket was not reset in the meantime: asking is cheaper than making a connection of it."""
+    try:
+        stream.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+    except (BlockingIOError, InterruptedError):
+        return True
+    except OSError:
+        return False
+    return True
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -20,7 +20,7 @@ from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
 from .login import log_in
 from .metaobject import METAOBJECT, MetaObject, choose_overload
-from .proxy import Proxy
+from .proxy import Proxy, proxy_of
 from .python_object import served
 from .releases import CLIENT_CAPABILITIES
 from .remote_object import RemoteObject
@@ -145,7 +145,7 @@ class Session:
     def _begin(self, link: _Link) -> None:
         """Get to know the directory, and follow what it reports."""
         link.directory = RemoteObject(link.connection, 1, 1, _describe(link.connection, 1), lost_text=SESSION_CLOSED)
-        directory = Proxy.of(link.directory)
+        directory = proxy_of(link.directory)
         added = directory.serviceAdded.connect(self._service_added, _async=True)
         removed = directory.serviceRemoved.connect(self._service_removed, _async=True)
         for registered in (added, removed):
@@ -220,14 +220,14 @@ class Session:
         for number, (own_name, _) in list(link.own.items()):
             if own_name == name:
                 connection = self._local(link)
-                return Proxy.of(RemoteObject(connection, number, 1, _describe(connection, number)))
+                return proxy_of(RemoteObject(connection, number, 1, _describe(connection, number)))
         remote = link.remotes.get(name)
         if remote is None or not remote.alive:
             info = self._ask(link, "service", name)
             remote = self._reach(link, info)
             with self._lock:
                 link.remotes[name] = remote
-        return Proxy.of(remote)
+        return proxy_of(remote)
 
     def _reach(self, link: _Link, info: Any) -> RemoteObject:
         number, endpoints = info["serviceId"], list(info["endpoints"])

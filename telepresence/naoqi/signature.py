@@ -100,6 +100,7 @@ class SignatureCache(dict):
 
 
 _PARSED = SignatureCache()
+_SPLIT = SignatureCache()
 
 
 def parse(text: str) -> Kind:
@@ -124,7 +125,11 @@ def split(text: str) -> tuple[str, ...]:
     Raises:
         WireError: As of `parse`.
     """
-    return tuple([kind.full for kind in _parse_all(text)])
+    types: tuple[str, ...] | None = _SPLIT.get(text)
+    if types is None:
+        types = tuple([kind.full for kind in _parse_all(text)])
+        _SPLIT.keep(text, types)
+    return types
 
 
 def split_method(text: str) -> tuple[str, str, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import collections
 import logging
+import select
 import socket
 import ssl
 import threading
@@ -26,8 +27,12 @@ _BUFFERS_AT_ONCE = 512
 """Fewer than any system's IOV_MAX."""
 _TURN_BYTES = 4 * 1024 * 1024
 """Read from one connection before the others have their turn [bytes]."""
+_SHORT = 16 * 1024
+"""Pieces below this are queued together [bytes]."""
 _LINGER_S = 1.0
 """So long a finished connection waits for the peer to close, or the last words could be lost [s]."""
+_HANG_UP = getattr(select, "POLLRDHUP", 0)
+"""Linux reports it beside POLLHUP and POLLERR, which are always reported."""
 _AGAIN = (BlockingIOError, InterruptedError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 
 
@@ -71,6 +76,7 @@ class Stream:
         self._on_message, self._on_end = on_message, on_end
         self._lock = threading.Lock()
         self._queue: collections.deque[memoryview] = collections.deque()
+        self._tail = bytearray()  # short pieces behind the queue: one by one they would take ten times the memory
         self._reader = MessageReader(limits.first_payload)
         self._mask = 0
         self._paused = self._ended = self._finishing = False
@@ -96,7 +102,7 @@ class Stream:
         with self._lock:
             if self._ended or self._finishing:
                 return False
-            if self._queue or self._handshake:
+            if self.queued or self._handshake:
                 if droppable and self.queued > self.limits.queue_bytes:
                     self.dropped += 1
                     return False
@@ -108,7 +114,7 @@ class Stream:
             else:
                 error = self._write_now(buffers)
                 if error is None:
-                    if self._queue:
+                    if self.queued:
                         self._reactor.call_soon(self._update)
                     return True
                 reason = _why(error)
@@ -137,6 +143,7 @@ class Stream:
         return None
 
     def _keep(self, buffers: Sequence[Any], skip: int = 0) -> None:
+        """Queue what is left of a message after `skip` bytes. The lock is held."""
         for piece in buffers:
             size = len(piece)
             if skip >= size:
@@ -144,13 +151,24 @@ class Stream:
                 continue
             view = memoryview(piece)[skip:]
             skip = 0
-            if not isinstance(piece, bytes):
-                view = memoryview(bytes(view))  # its owner may change it after the call
-            self._queue.append(view)
             self.queued += len(view)
+            if len(view) < _SHORT:
+                self._tail += view
+                continue
+            self._seal()
+            # Its owner may change it after the call.
+            self._queue.append(view if isinstance(piece, bytes) else memoryview(bytes(view)))
+        if len(self._tail) >= _SHORT:
+            self._seal()
+
+    def _seal(self) -> None:
+        if self._tail:
+            self._queue.append(memoryview(self._tail))
+            self._tail = bytearray()
 
     def _flush(self) -> OSError | None:
         """Write what waits. The lock is held."""
+        self._seal()
         queue = self._queue
         try:
             while queue:
@@ -194,10 +212,10 @@ class Stream:
             return
         if mask & WRITE or self._tls:
             with self._lock:
-                error = self._flush() if self._queue else None
+                error = self._flush() if self.queued else None
             if error is not None:
                 return self.end(_why(error))
-            if not self._queue:
+            if not self.queued:
                 self._update()
                 if self._finishing:
                     self._half_close()
@@ -283,6 +301,7 @@ class Stream:
                 return
             self._ended = True
             self._queue.clear()
+            self._tail = bytearray()
             self.queued = 0
         self._reactor.call_soon(self._close)
         self._on_end(reason)
@@ -292,7 +311,7 @@ class Stream:
         with self._lock:
             self._finishing = True
         self._reactor.call_later(_LINGER_S, self.end, reason)
-        if not self._queue:
+        if not self.queued:
             self._reactor.call_soon(self._half_close)
 
     def _half_close(self) -> None:
@@ -306,10 +325,12 @@ class Stream:
     def check(self, now: float) -> None:
         """Cut off a peer that has taken nothing, or stopped in the middle of a message, for too long."""
         patience = self.limits.stalled_s
-        if self._queue and now - self._moved > patience:
+        if self.queued and now - self._moved > patience:
             self.end(f"the peer has read nothing for {patience:g} s")
         elif not self._reader.idle and not self._paused and now - self._read_at > patience:
             self.end(f"half a message, and nothing more for {patience:g} s")
+        elif self._paused and not self._ended and _hung_up(self._socket):
+            self.end("the peer closed the connection")  # which reading would have told
 
     def _close(self) -> None:
         self._reactor.unwatch(self._socket)
@@ -327,7 +348,7 @@ class Stream:
 
     def _update(self) -> None:
         if not self._ended and not self._handshake:
-            self._watch((0 if self._paused else READ) | (WRITE if self._queue else 0))
+            self._watch((0 if self._paused else READ) | (WRITE if self.queued else 0))
         elif self._handshake and not self._ended:
             self._watch(READ | WRITE)
 
@@ -335,6 +356,12 @@ class Stream:
         if mask != self._mask:
             self._mask = mask
             self._reactor.change(self._socket, mask, self._ready)
+
+
+def _hung_up(stream: socket.socket) -> bool:
+    poller = select.poll()
+    poller.register(stream, _HANG_UP)
+    return bool(poller.poll(0))
 
 
 def _why(error: OSError) -> str:

@@ -87,7 +87,7 @@ class Workers:
                 self._watched = False
                 return
             if self._begun == begun:
-                start = max(0, min(self._waiting - self._idle, max(1, self._threads // 4), MOST - self._threads))
+                start = max(0, min(self._waiting - self._idle, self._threads, MOST - self._threads))
                 self._threads += start
         self._act(start, True)
 
