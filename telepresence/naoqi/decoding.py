@@ -60,7 +60,7 @@ class Reader:
         try:
             return decoder(self, at)
         except (struct.error, IndexError):
-            raise WireError(f"the payload of {self.size} bytes ends within a value") from None
+            raise WireError(f"Read Past End: the payload of {self.size} bytes ends within a value") from None
 
     def charge(self, elements: int) -> None:
         """Count elements that are about to be made."""

@@ -12,7 +12,8 @@ import hmac
 import logging
 import threading
 import time
-from typing import Any, Callable, Mapping, Protocol
+from collections.abc import Mapping
+from typing import Any, Callable, Protocol
 
 from .codec import decode, encode
 from .connection import CONNECT_S, LOST, Connection
@@ -168,11 +169,13 @@ class ServerLogin:
         at_server = header.service == 0 and header.object == 0
         if header.kind == CALL and at_server and header.action == AUTHENTICATE and self._release.authentication:
             self._authenticate(header, payload)
-        elif self._users is None and (at_server or self._release.version in ("2.1", "2.5")):
+        elif self._users is None and at_server and header.action != AUTHENTICATE:
+            self._admit_silently()  # older than authentication; what it asked is not answered
+        elif self._users is None and self._release.version in ("2.1", "2.5"):
             self._admit_silently()
-            if not (at_server and header.action == AUTHENTICATE):
-                return connection.message(header, payload)
-            connection.error(header, "can't find service, address: 0.0.8")
+            if at_server:
+                return connection.error(header, "can't find service, address: 0.0.8")
+            connection.message(header, payload)
         elif at_server:
             text = f"service #{header.service}, type #{header.kind}, action #{header.action}"
             connection.error(

@@ -115,9 +115,12 @@ class RawPeer:
         return Message(kind, service, obj, action, self._exactly(size), identity, flag, version)
 
     def answer(self, message: Message | bytes, *kinds: int) -> Message:
-        """Send a message; the next one of these kinds, by default REPLY, ERROR or CANCELED, passing over others."""
+        """Send a message; the next one of these kinds, by default what ends this call, passing over others."""
         self.send(message)
-        return self.next(*kinds)
+        while True:
+            answer = self.next(*kinds)
+            if kinds or not isinstance(message, Message) or message.kind != CALL or answer.identity == message.identity:
+                return answer
 
     def next(self, *kinds: int) -> Message:
         while (message := self.receive()).kind not in (kinds or (REPLY, ERROR, CANCELED)):
