@@ -1,4 +1,4 @@
-"""`import qi` where the vendor's package is not installed: `telepresence.naoqi` under that name."""
+"""The name `qi`, where the vendor's package is not installed: it is `telepresence.naoqi`."""
 
 import sys
 
