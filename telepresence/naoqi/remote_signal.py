@@ -18,7 +18,7 @@ from .connection import Connection
 from .future import Future, describe, failed
 from .log import logger
 from .remote_object import RemoteObject
-from .signals import strand_for
+from .signals import own_strand
 from .workers import Strand
 
 REGISTER, UNREGISTER = 0, 1
@@ -77,7 +77,7 @@ class Registration:
             # Links need only differ per object; this is the form libqi uses.
             link = (self._uid << 32) | (next(_links) & 0xFFFFFFFF)
             first = not self._callbacks
-            self._callbacks[link] = (callback, strand_for(callback))
+            self._callbacks[link] = (callback, own_strand(callback))
             if first:
                 remote.connection.on_event(self._service, self._object, self._uid, self._arrived)
                 self._link = link
