@@ -14,7 +14,6 @@ from collections.abc import Callable
 from typing import Any
 
 from .codec import decode_arguments
-from .connection import Connection
 from .future import Future, describe, failed
 from .log import logger
 from .remote_object import RemoteObject
@@ -31,7 +30,6 @@ MAX_WAITING_EVENTS = 100_000
 
 _log = logger("signal")
 _links = itertools.count(1)
-_tables_lock = threading.Lock()
 
 
 class _Event:
@@ -135,22 +133,8 @@ class Registration:
 def registration(remote: RemoteObject, uid: int, signature: str) -> Registration:
     """Return the registration of a signal, shared by all proxies of the object on this connection."""
     key = (remote.service, remote.object, uid)
-    with _tables_lock:
-        table = remote.connection.registrations
-        if key not in table:
-            table[key] = Registration(remote, uid, signature)
-        return table[key]
-
-
-def forget_object(connection: Connection, service: int, object: int) -> None:
-    """Drop the registrations of an object that has ended."""
-    with _tables_lock:
-        table = connection.registrations
-        gone = [key for key in table if key[:2] == (service, object)]
-        for key in gone:
-            del table[key]
-    for key in gone:
-        connection.off_event(*key)
+    table = remote.connection.registrations
+    return table.get(key) or table.setdefault(key, Registration(remote, uid, signature))
 
 
 class RemoteSignal:
