@@ -101,6 +101,7 @@ class Connection:
         self.running: dict[int, Any] = {}  # calls of the peer that are not answered, by id
         self.running_bytes = 0
         self.subscribed: dict[ServedObject, int] = {}  # how many links it has to which object
+        self.registrations: dict[tuple[int, int, int], Any] = {}  # this end's subscriptions, see `remote_signal.py`
         self._socket = stream
         self._identities = itertools.count(1)
         self._calls: dict[int, Done] = {}
