@@ -25,20 +25,30 @@ LOCKS = [STACK, ROBOT, *TOOLS]
 RENEW = "run:  ./stack lock"
 
 
-def locked(path: Path) -> dict[str, tuple[str, set[str]]]:
-    """Name of each package of a lock -> its version and the hashes of its files."""
+def locked(path: Path, here: bool = False) -> dict[str, tuple[str, set[str]]]:
+    """Name of each package of a lock -> its version and the hashes of its files; `here`: of those for this machine."""
     found = {}
-    for line in path.read_text().replace("\\\n", "").splitlines():
-        if line and not line.startswith("#"):
-            name, version = re.match(r"([a-z0-9.-]+)==(\S+)", line).groups()
-            assert name not in found, f"{name} stands twice in {path.name}"
-            found[name] = version, set(re.findall(r"--hash=sha256:([0-9a-f]{64})(?=\s|$)", line))
+    for line in _lines(path):
+        package = _requirement(line)
+        assert package.name not in found, f"{package.name} stands twice in {path.name}"
+        if not here or package.marker is None or package.marker.evaluate():
+            version = str(package.specifier).removeprefix("==")
+            found[package.name] = version, set(re.findall(r"--hash=sha256:([0-9a-f]{64})(?=\s|$)", line))
     return found
+
+
+def _lines(path: Path) -> list[str]:
+    lines = path.read_text().replace("\\\n", "").splitlines()
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def _requirement(line: str) -> Requirement:
+    return Requirement(line.partition("--hash")[0])
 
 
 def asked(path: Path) -> list[Requirement]:
     """What a file of requirements asks for."""
-    return [Requirement(line) for line in path.read_text().splitlines() if line and not line.startswith("#")]
+    return list(map(Requirement, _lines(path)))
 
 
 def pinned(requirements: list[Requirement]) -> dict[str, str]:
@@ -52,11 +62,17 @@ def pinned(requirements: list[Requirement]) -> dict[str, str]:
 
 
 @pytest.fixture
-def ours(monkeypatch: pytest.MonkeyPatch) -> list[Requirement]:
-    """Everything that setup.py and pyproject.toml ask for."""
-    given: dict = {}
-    monkeypatch.setattr(setuptools, "setup", given.update)
+def given(monkeypatch: pytest.MonkeyPatch) -> dict:
+    """The arguments of setup() in setup.py."""
+    arguments: dict = {}
+    monkeypatch.setattr(setuptools, "setup", arguments.update)
     runpy.run_path(str(ROOT / "setup.py"))
+    return arguments
+
+
+@pytest.fixture
+def ours(given: dict) -> list[Requirement]:
+    """Everything that setup.py and pyproject.toml ask for."""
     lines = [*given["install_requires"], *itertools.chain(*given["extras_require"].values())]
     lines += tomllib.loads((ROOT / "pyproject.toml").read_text())["build-system"]["requires"]
     return list(map(Requirement, lines))
@@ -89,9 +105,31 @@ def test_the_lock_has_what_setup_py_asks_for(ours):
 
 
 def test_the_lock_has_what_those_need_and_that_is_installed(ours):
-    lock = {name: version for name, (version, _) in locked(STACK).items()}
+    lock = {name: version for name, (version, _) in locked(STACK, here=True).items()}
+    ours = [each for each in ours if each.marker is None or each.marker.evaluate()]
     assert needed(ours) <= set(lock), RENEW  # Debian leaves out that its dateutil needs six
     assert lock == {name: metadata.version(name) for name in lock}
+
+
+def test_only_the_tests_need_the_vendors_library(given: dict):
+    extras = {
+        name for name, lines in given["extras_require"].items() for line in lines if Requirement(line).name == "qi"
+    }
+    assert extras == {"dev"}
+
+
+@pytest.mark.parametrize(
+    "other, missing",
+    [
+        ({"platform_machine": "aarch64"}, {"qi", "pyqt5", "pyqt5-qt5", "pyqt5-sip"}),
+        ({"platform_machine": "x86_64", "python_version": "3.13", "python_full_version": "3.13.0"}, {"qi"}),
+    ],
+    ids=["arm64", "Python 3.13"],
+)
+def test_another_machine_does_without_few_packages(other: dict[str, str], missing: set[str]):
+    markers = {package.name: package.marker for package in map(_requirement, _lines(STACK)) if package.marker}
+    windows = {"colorama"}
+    assert {name for name, marker in markers.items() if not marker.evaluate(other)} == missing | windows
 
 
 def test_the_robots_packages_are_those_tested_here():

@@ -78,14 +78,18 @@ READERS: dict[str, Callable[[], str]] = {
     "FreeType in Matplotlib": of_module("matplotlib.ft2font", "__freetype_version__"),
     "Qt in PyQt5": in_file("PyQt5/Qt5/lib/libQt5Core*", r"Qt (5\.\d+\.\d+) \("),
     "libjpeg-turbo in Qt": in_file("PyQt5/Qt5/plugins/imageformats/libqjpeg*", r"libjpeg-turbo version (\d+\.\d+\.\d)"),
-    "OpenSSL in qi": in_file("qi.libs/libcrypto*", OPENSSL),
 }
+OF_QT = {"Qt in PyQt5", "libjpeg-turbo in Qt"}
+"""What is Debian's, and looked after by Debian, where there is no wheel of PyQt5: on arm64."""
 
 
 def versions() -> dict[str, str | None]:
-    """Return the version of each library; None if it is not installed or does not tell."""
+    """Return the version of each library that a wheel brought; None if it is not installed or does not tell."""
     found: dict[str, str | None] = {}
+    from_debian = set() if (SITE / "PyQt5").is_dir() else OF_QT
     for name, read in READERS.items():
+        if name in from_debian:
+            continue
         try:
             found[name] = read().partition("-")[0]
         except (ImportError, LookupError, OSError, AttributeError):

@@ -85,7 +85,7 @@ def system() -> Iterator[Finding]:
     release = dict(line.split("=", 1) for line in Path("/etc/os-release").read_text().splitlines() if "=" in line)
     name = release.get("PRETTY_NAME", "?").strip('"')
     supported = release.get("ID") == "debian" and release.get("VERSION_ID", "").strip('"') == "12"
-    yield supported, f"operating system: {name}", "use Debian 12: the only one with both rospy and qi for its Python"
+    yield supported, f"operating system: {name}", "use Debian 12: the last one with ROS 1 in its archive"
 
 
 def programs() -> Iterator[Finding]:
@@ -98,7 +98,7 @@ def environment() -> Iterator[Finding]:
     if not python.exists():
         yield False, "virtual environment .venv", "run:  ./stack build"
         return
-    for module in ("rospy", "numpy", "mujoco", "qi", "cv2", "flask", "gevent", "PyQt5.QtWidgets"):
+    for module in ("rospy", "numpy", "mujoco", "cv2", "flask", "gevent", "PyQt5.QtWidgets"):
         answer = subprocess.run([python, "-c", f"import {module}"], capture_output=True, text=True, timeout=120)
         reason = (answer.stderr.strip().splitlines() or [""])[-1]
         yield answer.returncode == 0, f"Python module {module}", f"{reason}; run:  rm -r .venv; ./stack build"

@@ -35,8 +35,9 @@ BENCHMARKS = {
 PROGRAMS = {
     "faults": "kills and freezes every process while it drives, cuts the link: rest, told, back, stale motion",
     "soak": "hours of driving, restarts, cuts and viewers: what grows, and which tracebacks come",
+    "naoqi": "NAOqi's messaging, ours and libqi's at each end: calls, pictures, lists, events, 50 clients; resets",
 }
-"""Benchmarks with a command line of their own, which take hours and are never among all."""
+"""Benchmarks with a command line of their own, never among all: they take hours, or need `qi` and the processors."""
 
 DRAWS = {"control", "safety"}
 """Benchmarks that can write a record and pictures into a folder."""

@@ -1,0 +1,174 @@
+"""`./stack bench naoqi [--rounds N] [--json FILE] [--resets]`: NAOqi's messaging, ours and the vendor's at each end.
+
+Four pairs, each client and each server in a process of its own, in turn round after round; the figures are medians of
+the rounds, so that a busy moment of the machine does not fall on one pair. The reference is libqi at both ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from messaging.resets import reset_rounds
+from report import Row, percentile, table
+
+from telepresence.station import processes
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+VENDOR, OURS = "qi", "telepresence.naoqi"
+LABELS = {VENDOR: "libqi", OURS: "ours"}
+PAIRS = [(VENDOR, VENDOR), (OURS, OURS), (VENDOR, OURS), (OURS, VENDOR)]
+"""Client and server; the first is the reference."""
+REFERENCE = "libqi to libqi"
+PATIENCE = 300.0
+METRICS = {
+    "bare call, p50": ("call", 50, 1e3, "ms"),
+    "bare call, p99": ("call", 99, 1e3, "ms"),
+    "time per 640x480 picture": ("pictures", None, -1e3, "ms"),
+    "processor per picture, client": ("picture_client", None, 1e3, "ms"),
+    "processor per picture, server": ("picture_server", None, 1e3, "ms"),
+    "getListData of 500 keys, p50": ("list", 50, 1e3, "ms"),
+    "getListData of 500 keys, p99": ("list", 99, 1e3, "ms"),
+    "time per event": ("events", None, -1e6, "us"),
+    "50 clients polling, p50": ("poll", 50, 1e3, "ms"),
+    "50 clients polling, p99": ("poll", 99, 1e3, "ms"),
+    "processor per poll, both ends": ("poll_client+poll_server", None, 1e3, "ms"),
+}
+"""Metric -> the client's figure, percentile, factor (negative: of the inverse) and unit. Less is better in each."""
+
+
+def main(options: Sequence[str]) -> int:
+    """Measure, print the table, and write it; 1 when resets were asked for and one round failed."""
+    arguments = parse(options)
+    processes.adopt_orphans()
+    try:
+        if arguments.resets:
+            return resets(arguments)
+        rows = measure(arguments.rounds, arguments.scale)
+    finally:
+        processes.end_descendants()
+    print(table(rows))
+    if arguments.json:
+        write(arguments.json, {"naoqi": [row.as_dict() for row in rows]})
+    return 0
+
+
+def parse(options: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="./stack bench naoqi", description=__doc__.split("\n\n", 1)[1])
+    parser.add_argument("--rounds", type=int, default=5, help="of all four pairs (default: %(default)s, two minutes)")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="X", help="X times as many calls in a round (default: %(default)s)"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
+    parser.add_argument(
+        "--resets",
+        action="store_true",
+        help="instead: ten thousand connections reset before they are accepted, then how soon a new client is served; "
+        "a hundred times in a row",
+    )
+    parser.add_argument("--times", type=int, default=100, help="with --resets: how often (default: %(default)s)")
+    parser.add_argument("--count", type=int, default=10_000, help="with --resets: connections (default: %(default)s)")
+    return parser.parse_args(options)
+
+
+def measure(rounds: int, scale: float) -> list[Row]:
+    figures: dict[tuple[str, str], list[dict]] = {pair: [] for pair in PAIRS}
+    for number in range(rounds):
+        for client, server in PAIRS:
+            print(
+                f"round {number + 1} of {rounds}: {LABELS[client]} to {LABELS[server]} ...", file=sys.stderr, flush=True
+            )
+            figures[client, server].append(one(client, server, scale))
+    return [
+        Row(
+            f"{metric}: {LABELS[pair[0]]} to {LABELS[pair[1]]}",
+            figure(metric, figures[pair]),
+            figure(metric, figures[PAIRS[0]]),
+            METRICS[metric][3],
+            REFERENCE,
+        )
+        for metric in METRICS
+        for pair in PAIRS[1:]
+    ]
+
+
+def figure(metric: str, rounds: Sequence[dict]) -> float:
+    """The median of the rounds."""
+    names, percent, factor, _unit = METRICS[metric]
+    values = []
+    for each in rounds:
+        value = sum(percentile(each[name], percent) if percent else each[name] for name in names.split("+"))
+        values.append(value * factor if factor > 0 else -factor / value)
+    return statistics.median(values)
+
+
+def one(client: str, server: str, scale: float) -> dict:
+    """What a client of one library measures at a server of another."""
+    with serving(server) as (url, process):
+        command = [sys.executable, HERE / "messaging" / "client.py", client, url, str(process.pid), str(scale)]
+        ended = subprocess.run(
+            command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=PATIENCE
+        )
+    lines = ended.stdout.splitlines()
+    if ended.returncode or not lines:
+        raise RuntimeError(f"{LABELS[client]} to {LABELS[server]}: {ended.stderr.strip()[-2000:]}")
+    return json.loads(lines[-1])
+
+
+@contextmanager
+def serving(library: str) -> Iterator[tuple[str, subprocess.Popen]]:
+    """A server of this library: its address and its process."""
+    process = processes.start(
+        [sys.executable, str(HERE / "messaging" / "server.py"), library],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(),
+    )  # fmt: skip
+    try:
+        for line in process.stdout:
+            if line.startswith("tcp://"):
+                break
+        else:
+            raise RuntimeError(f"the server of {LABELS[library]} did not start")
+        yield line.strip(), process
+    finally:
+        process.stdin.close()  # it ends with its input
+        processes.end(process)
+        process.stdout.close()
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def resets(arguments: argparse.Namespace) -> int:
+    """Reset connections, our server in a process of its own, and print and write what came of it."""
+    begin = time.monotonic()
+    with serving(OURS) as (url, process):
+        figures = reset_rounds(url, process.pid, arguments.times, arguments.count)
+    rows = [
+        Row("connected and reset", sum(figures.connected), arguments.times * arguments.count, "", "asked for"),
+        Row("served within a second", figures.in_time, arguments.times, "rounds", "rounds"),
+        Row("new client served, p50", percentile(figures.seconds, 50), 1.0, "s", "limit"),
+        Row("new client served, longest", max(figures.seconds), 1.0, "s", "limit"),
+        Row("memory after, against after the first round", figures.memory[-1], figures.memory[0], "MB", "first round"),
+        Row("descriptors after", figures.descriptors[-1], figures.descriptors[0], "", "first round"),
+        Row("threads after", figures.threads[-1], figures.threads[0], "", "first round"),
+    ]
+    print(table(rows))
+    print(f"{arguments.times * arguments.count:,} resets in {time.monotonic() - begin:.0f} s")
+    if arguments.json:
+        write(arguments.json, {"naoqi resets": [row.as_dict() for row in rows]})
+    return 0 if figures.in_time == arguments.times else 1
+
+
+def write(path: Path, rows: dict) -> None:
+    path.write_text(json.dumps(rows, indent=2) + "\n")
+    print(f"written to {path}")
