@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pepper_sim.body.description import HEADS
 from pepper_sim.models import PREFIX, pepper_model
-from pepper_sim.naoqi.port_probe import PortProbe
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound.loudspeaker_output import LoudspeakerOutput
@@ -60,7 +59,6 @@ class SimulatedPepper(SimulatedRobot):
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
-        self._port_probe: PortProbe | None = None
 
     @property
     def model(self) -> RobotModel:
@@ -77,7 +75,6 @@ class SimulatedPepper(SimulatedRobot):
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
         for package in self._packages:
             self.server.catalogue.packages.install(package)
-        self._port_probe = PortProbe(self.urls[0])
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
@@ -85,10 +82,6 @@ class SimulatedPepper(SimulatedRobot):
     @property
     def urls(self) -> list[str]:
         return self.server.endpoints if self.server else []
-
-    @property
-    def failure(self) -> str:
-        return f"{self.urls[0]} accepts no clients any more" if self._port_probe and self._port_probe.stuck else ""
 
     @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
@@ -100,7 +93,7 @@ class SimulatedPepper(SimulatedRobot):
             self.room_sounds.say(text)
 
     def close(self) -> None:
-        for part in (self._port_probe, self.output, self.room_sounds, self.server, self.tablet):
+        for part in (self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
 

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import naoqi_clients
 import pytest
 import vendors_qi
 from free_ports import free_port
@@ -21,7 +22,9 @@ from telepresence.station.ros_master import master_answers
 
 # Containers run the tests as root; a station of a test must end with the test, whoever runs it.
 os.environ.setdefault("TELEPRESENCE_AS_ROOT", "1")
-# As pepper_sim.naoqi has it: libqi reads it when it is loaded, which may be before that.
+# The vendor's library, the stranger of many tests, reads these when it is loaded: its log 1 is for fatal errors alone;
+# its threads stay, because it ends idle ones with an exception that aborts the process once a server has been closed.
+os.environ.setdefault("QI_LOG_LEVEL", "1")
 os.environ.setdefault("QI_EVENTLOOP_THREAD_MAX_IDLE_DURATION", "1000000000")
 
 # A test says what must hold, not how fast this machine finds examples of it.
@@ -102,6 +105,15 @@ TURNS = pytest.StashKey[Turns]()
 FIRST_WORKER, BEHIND = "gw0", 5
 """The worker that has the stations, and the niceness of the others. Stations run in real time, so the sooner this
 worker gets the processors, the less they cost."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--naoqi-client",
+        choices=[*naoqi_clients.MODULES],
+        default=naoqi_clients.DEFAULT,
+        help="what the tests of the simulated Pepper connect with: the vendor's library or ours",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:

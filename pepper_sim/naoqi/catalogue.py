@@ -13,8 +13,6 @@ import inspect
 import pkgutil
 from typing import Any
 
-import qi
-
 from pepper_sim import services
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.body_events import BodyEvents
@@ -33,6 +31,7 @@ from pepper_sim.services.al_motion import ALMotion
 from pepper_sim.sound.room import Loudspeaker, Room
 from pepper_sim.sound.speech import Voice
 from pepper_sim.tablet.tablet import Tablet
+from telepresence.naoqi.server import Server
 
 LAST_SPOKEN = "/home/nao/last_spoken.wav"
 """Where the robot's disk holds what was said last."""
@@ -42,6 +41,7 @@ class Catalogue:
     """All services of one robot.
 
     Args:
+        server: The server that will offer them; its clients' services are called over it.
         tablet: The tablet behind ALTabletService; without it there is no such service.
         seed: Seed of the microphones' noise.
     Attributes:
@@ -55,13 +55,13 @@ class Catalogue:
         TypeError: The constructor of a service needs something that no robot has.
     """
 
-    def __init__(self, robot: Pepper, session: qi.Session, tablet: Tablet | None, seed: int = 0) -> None:
+    def __init__(self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0) -> None:
         self.disk = RobotDisk()
         self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
-        self.clients = ClientServices(session)
         self._workers = Workers()
         self._alarm = Alarm()
+        self.clients = ClientServices(server, self._alarm)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients)

@@ -1,7 +1,8 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-Looking up a client's service opens a connection and may take long when the client is gone, so it happens on threads of
-this module and never on libqi's event loop.
+They go over the connection that the client opened, so no client needs an address that the robot can reach. The first
+call to a service asks the client what the service looks like and may take long when the client hangs, so it waits on a
+thread of this module. Later ones wait on no thread at all, and arrive in their order.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ import concurrent.futures
 import threading
 from typing import Any
 
-import qi
+from pepper_sim.naoqi.tasks import Alarm
+from telepresence.naoqi.future import Future
+from telepresence.naoqi.server import Server
 
 MAX_FAILURES = 3
 """A subscriber whose calls fail this many times in a row is dropped."""
@@ -20,28 +23,26 @@ CALL_TIMEOUT = 5.0
 
 
 class ClientServices:
-    """Services of clients, by name.
+    """Services of clients, by name."""
 
-    Args:
-        session: The session of the robot's service directory.
-    """
-
-    def __init__(self, session: qi.Session) -> None:
-        self._session = session
+    def __init__(self, server: Server, alarm: Alarm) -> None:
+        self._server = server
+        self._alarm = alarm
         self._own: frozenset[str] = frozenset()
         self._proxies: dict[str, Any] = {}
         self._lock = threading.Lock()
-        self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-call")
-        session.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
+        self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-lookup")
+        server.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
 
     @property
     def url(self) -> str:
         """Where a program on the robot's own machine connects."""
-        return str(self._session.endpoints()[0]).replace("//0.0.0.0:", "//127.0.0.1:")
+        urls = self._server.endpoints
+        return next((url for url in urls if "//127." in url), urls[0])
 
     def names(self) -> list[str]:
         """List all services that are registered now, the robot's own included."""
-        return [info["name"] for info in self._session.services()]
+        return [info["name"] for info in self._server.services()]
 
     def exists(self, name: str) -> bool:
         """Whether a service of this name is registered now."""
@@ -55,40 +56,73 @@ class ClientServices:
         """Regard the services that are registered now as the robot's own."""
         self._own = frozenset(self.names())
 
-    def endpoints(self, name: str) -> list[tuple[int, str]]:
-        """List (number of the service, tcp address) in its owner's order; no loopback addresses of other machines."""
-        infos = self._session.services()
-        here = next((info["machineId"] for info in infos if info["name"] == "ServiceDirectory"), "")
-        return [
-            (info["serviceId"], endpoint)
-            for info in infos
-            if info["name"] == name
-            for endpoint in info["endpoints"]
-            if endpoint.startswith("tcp://") and (info["machineId"] == here or "//127." not in endpoint)
-        ]
-
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
-        return self._pool.submit(self._call, name, method, arguments)
+        done: concurrent.futures.Future = concurrent.futures.Future()
+        if name in self._proxies:
+            self._start(done, name, method, arguments)
+        else:
+            self._pool.submit(self._start, done, name, method, arguments)
+        return done
 
-    def close(self) -> None:
-        self._pool.shutdown(wait=False, cancel_futures=True)
+    def post(self, name: str, method: str, *arguments: Any) -> None:
+        """Call `name`.`method` without waiting for an answer; only the first call may wait, for CALL_TIMEOUT.
 
-    def _call(self, name: str, method: str, arguments: tuple) -> Any:
-        with self._lock:
-            proxy = self._proxies.get(name)
+        Raises: RuntimeError: There is no such service or method, or it does not take these arguments.
+        """
         try:
-            if proxy is None:
-                proxy = self._session.service(name)
-                with self._lock:
-                    self._proxies[name] = proxy
-            return getattr(proxy, method)(*arguments, _async=True).value(int(CALL_TIMEOUT * 1000))
+            self._proxy(name).post(method, *arguments)
         except AttributeError:
-            raise RuntimeError(f"service '{name}' has no method '{method}'") from None
+            raise _no_method(name, method) from None
         except RuntimeError:
             self._forget(name)
             raise
 
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _start(self, done: concurrent.futures.Future, name: str, method: str, arguments: tuple) -> None:
+        """Send a call; `done` ends with its answer, or when the client has not answered in time."""
+        try:
+            answer = getattr(self._proxy(name), method)(*arguments, _async=True)
+        except AttributeError:
+            return done.set_exception(_no_method(name, method))
+        except RuntimeError as error:
+            self._forget(name)
+            return done.set_exception(error)
+        late = self._alarm.after(CALL_TIMEOUT)
+
+        def answered(answer: Future) -> None:
+            if not late.cancel():
+                return
+            if answer.hasError():
+                self._forget(name)
+                done.set_exception(RuntimeError(answer.error()))
+            else:
+                done.set_result(answer.value())
+
+        def give_up(timer: concurrent.futures.Future) -> None:
+            if not timer.cancelled():
+                self._forget(name)
+                answer.cancel()
+                done.set_exception(TimeoutError(f"service '{name}' has not answered within {CALL_TIMEOUT:g} s"))
+
+        late.add_done_callback(give_up)
+        answer.addCallback(answered)
+
+    def _proxy(self, name: str) -> Any:
+        with self._lock:
+            proxy = self._proxies.get(name)
+        if proxy is None:
+            proxy = self._server.remote(name)
+            with self._lock:
+                self._proxies[name] = proxy
+        return proxy
+
     def _forget(self, name: str) -> None:
         with self._lock:
             self._proxies.pop(name, None)
+
+
+def _no_method(name: str, method: str) -> RuntimeError:
+    return RuntimeError(f"service '{name}' has no method '{method}'")

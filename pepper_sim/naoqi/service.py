@@ -8,15 +8,13 @@ A service is a plain object whose remote methods carry the signatures of the rea
         @remote("i()")
         def getBatteryCharge(self): ...
 
-Methods run on libqi's event loop, whose pool starts with two threads, so they must return at once. One that takes time
+Methods run on the server's pool of threads, which all clients share, so they must return at once. One that takes time
 returns a `concurrent.futures.Future`; the client's call ends when the future does, and cancelling the call cancels it.
 """
 
 from __future__ import annotations
 
-import ast
 import concurrent.futures
-import contextlib
 import inspect
 import logging
 import math
@@ -24,9 +22,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
-import qi
-
-from pepper_sim.naoqi.codec import split_signature
+from telepresence.naoqi.signals import Property, Signal
+from telepresence.naoqi.signature import split
 
 log = logging.getLogger(__name__)
 
@@ -90,8 +87,8 @@ class Binding:
     @classmethod
     def make(cls, service: str, signature: str, function: _Remote) -> Binding:
         """Bind the overload `signature`, such as "b(fff)", of a method marked with `remote`."""
-        returns, parameters = split_signature(signature)
-        kinds = split_signature(parameters[1:-1])
+        returns, parameters = split(signature)
+        kinds = split(parameters[1:-1])
         names = tuple(inspect.signature(function).parameters)
         if len(names) < len(kinds):
             raise TypeError(f"{service}.{function.__name__} takes fewer arguments than {signature}")
@@ -122,11 +119,9 @@ class Service:
 
     Attributes:
         name: What clients ask for.
-        raw_in_lists: A method answers raw data or int32 inside a list, which only `raw_server.RawServer` can send.
     """
 
     name: ClassVar[str]
-    raw_in_lists: ClassVar[bool] = False
 
     def parts(self) -> tuple[Any, ...]:
         """Return the objects that hold the remote methods and the signals."""
@@ -146,7 +141,7 @@ class Service:
             attribute: value
             for part in self.parts()
             for attribute, value in vars(part).items()
-            if not attribute.startswith("_") and isinstance(value, qi.Signal | qi.Property)
+            if not attribute.startswith("_") and isinstance(value, Signal | Property)
         }
 
     def close(self) -> None:
@@ -220,7 +215,7 @@ class Module(Service):
 def check_argument(kind: str, value: Any, argument: str) -> Any:
     """Return `value` as the Python type of qi's type `kind`: f float, i int, s str, b bool, r bytes, [x] list, m any.
 
-    libqi converts what it can and passes on the rest as it came, NaN included.
+    What could be converted has been; the rest is passed on as it came, NaN included.
 
     Raises:
         ServiceError: It is not of that type, or a number is not finite; the text names `argument`.
@@ -258,9 +253,8 @@ def check_argument(kind: str, value: Any, argument: str) -> Any:
 def octets(value: Any, argument: str) -> bytes | bytearray:
     """Return the bytes of an argument that is declared as a dynamic value, "m".
 
-    Raw data arrives as it is. A Python client sends `bytes` as a string, which libqi's Python binding decodes if it is
-    valid UTF-8, and otherwise replaces by the text of `repr(bytes)` (libqi-python 3.1.5, measured); both are undone
-    here.
+    Raw data arrives as it is. The vendor's Python binding sends `bytes` as a string, which arrives as text if it is
+    valid UTF-8.
 
     Raises: ServiceError: It holds no bytes; the text names `argument`.
     """
@@ -268,9 +262,6 @@ def octets(value: Any, argument: str) -> bytes | bytearray:
         return value
     if not isinstance(value, str):
         raise ServiceError(f"{argument} must be a buffer, got {shown(value)}")
-    if value[:2] in ("b'", 'b"'):
-        with contextlib.suppress(ValueError, SyntaxError):
-            return ast.literal_eval(value)
     return value.encode()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import importlib.util
 import logging
 import os
 import shlex
@@ -13,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pepper_sim import robot_python
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.installed_packages import InstalledPackages, ServiceProgram
 
@@ -22,6 +24,17 @@ KILL_AFTER = 15.0
 """Seconds between SIGTERM and SIGKILL, as on the robot."""
 CLOSE_TIMEOUT = 3.0
 """Seconds that the programs have when the robot is switched off."""
+
+
+def environment(url: str) -> dict[str, str]:
+    """Return the environment of a program on the robot, which finds NAOqi at `url`.
+
+    It imports the vendor's `qi` if that is installed, and ours under the same name if not.
+    """
+    found = {**os.environ, "QI_URL": url}
+    if importlib.util.find_spec("qi") is None:
+        found["PYTHONPATH"] = os.pathsep.join([*robot_python.__path__, *filter(None, [os.environ.get("PYTHONPATH")])])
+    return found
 
 
 class ServicePrograms:
@@ -56,7 +69,7 @@ class ServicePrograms:
                 process = subprocess.Popen(
                     words,
                     cwd=program.folder,
-                    env={**os.environ, "QI_URL": self._clients.url},
+                    env=environment(self._clients.url),
                     stdin=subprocess.DEVNULL,
                     start_new_session=True,
                 )

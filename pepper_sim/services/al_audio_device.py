@@ -15,7 +15,6 @@ import time
 from typing import Any
 
 import numpy as np
-import qi
 
 from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.disk import RobotDisk
@@ -25,6 +24,7 @@ from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.service import Module, ServiceError, octets, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Alarm, chained
 from pepper_sim.sound.room import FULL_SCALE, Room, Stream, sine
+from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ class ALAudioDevice(Module):
         self._waiting = 0
         self._energy = False
         self._closing = threading.Event()
-        self.speakersPlaying = qi.Signal("(b)")
+        self.speakersPlaying = Signal("(b)")
         self._thread = threading.Thread(target=self._report_playing, name="speakers-playing", daemon=True)
         self._thread.start()
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 import concurrent.futures
 import threading
 
-import qi
-
 from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from telepresence.naoqi.signals import Signal
 
 
 class ALBehaviorManager(Module):
@@ -24,10 +23,10 @@ class ALBehaviorManager(Module):
         self._packages = packages
         self._lock = threading.Lock()
         self._running: dict[str, concurrent.futures.Future | None] = {}
-        self.behaviorStarted = qi.Signal("(s)")
-        self.behaviorStopped = qi.Signal("(s)")
-        self.behaviorsAdded = qi.Signal("([s])")
-        self.behaviorsRemoved = qi.Signal("([s])")
+        self.behaviorStarted = Signal("(s)")
+        self.behaviorStopped = Signal("(s)")
+        self.behaviorsAdded = Signal("([s])")
+        self.behaviorsRemoved = Signal("([s])")
 
     @remote("[s]()")
     def getInstalledBehaviors(self) -> list[str]:

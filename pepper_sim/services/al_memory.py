@@ -9,6 +9,7 @@ Source: NAOqi 2.8 documentation, ALMemory; behaviour of missing keys as naoqi_dr
 from __future__ import annotations
 
 import concurrent.futures
+import functools
 import logging
 import threading
 import time
@@ -17,12 +18,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-import qi
-
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
+from telepresence.naoqi.served_object import ServedObject
+from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
 
@@ -32,10 +33,16 @@ _MAX_KEYS = 100_000
 
 
 class _Event:
-    """What `subscriber` returns: an object whose `signal` fires with the value."""
+    """An event's signal, which fires with each value, and the object that brings it to clients."""
 
     def __init__(self) -> None:
-        self.signal = qi.Signal("(m)")
+        self.signal = Signal("(m)")
+
+    @functools.cached_property
+    def subscriber(self) -> ServedObject:
+        served = ServedObject()
+        served.add_signal("signal", self.signal)
+        return served
 
 
 @dataclass
@@ -228,7 +235,7 @@ class ALMemory(Module):
         """Returns an object whose signal `signal` fires with each value."""
         with self._lock:
             self._make_room(eventName)
-            return self._topics.setdefault(eventName, _Topic()).event
+            return self._topics.setdefault(eventName, _Topic()).event.subscriber
 
     @remote("v(sss)")
     def subscribeToEvent(self, name: str, callbackModule: str, callbackMethod: str) -> None:

@@ -10,12 +10,11 @@ import concurrent.futures
 import threading
 from typing import Any
 
-import qi
-
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.service import Service, ServiceError, remote, shown
 from pepper_sim.naoqi.service_programs import ServicePrograms
+from telepresence.naoqi.signals import Signal
 
 _STOPPED_BY_REQUEST, _CRASHED = 0, 1
 """ServiceEventReason; the numbers are not documented."""
@@ -32,10 +31,10 @@ class ALServiceManager(Service):
         self._programs = ServicePrograms(packages, clients, self._ended)
         self._lock = threading.Lock()
         self._stopped: set[str] = set()
-        self.serviceStarted = qi.Signal("(si)")
-        self.serviceStopped = qi.Signal("(si)")
-        self.serviceAdded = qi.Signal("(s)")
-        self.serviceRemoved = qi.Signal("(s)")
+        self.serviceStarted = Signal("(si)")
+        self.serviceStopped = Signal("(si)")
+        self.serviceAdded = Signal("(s)")
+        self.serviceRemoved = Signal("(s)")
 
     @remote("v(s)")
     def start(self, name: str) -> None:

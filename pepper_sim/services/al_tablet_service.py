@@ -11,10 +11,9 @@ import logging
 import re
 from typing import Any
 
-import qi
-
 from pepper_sim.naoqi.service import NAOQI_VERSION, Service, one_of, remote, within
 from pepper_sim.tablet.tablet import Tablet
+from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
 
@@ -36,21 +35,21 @@ class ALTabletService(Service):
         self._scale = _DEFAULT_SCALE
         self._brightness = 1.0
         self._wifi = True
-        self.onTouch = qi.Signal("(ff)")
-        self.onTouchDown = qi.Signal("(ff)")
-        self.onTouchDownRatio = qi.Signal("(ffs)")
-        self.onTouchMove = qi.Signal("(ff)")
-        self.onTouchUp = qi.Signal("(ff)")
-        self.onJSEvent = qi.Signal("(s)")
-        self.onConsoleMessage = qi.Signal("(s)")
-        self.onPageStarted = qi.Signal("()")
-        self.onPageFinished = qi.Signal("()")
-        self.onLoadPageError = qi.Signal("(iss)")
-        self.onImageLoaded = qi.Signal("()")
-        self.onInputText = qi.Signal("(is)")
-        self.onWifiStatusChange = qi.Signal("(s)")
-        self.videoStarted = qi.Signal("()")
-        self.videoFinished = qi.Signal("()")
+        self.onTouch = Signal("(ff)")
+        self.onTouchDown = Signal("(ff)")
+        self.onTouchDownRatio = Signal("(ffs)")
+        self.onTouchMove = Signal("(ff)")
+        self.onTouchUp = Signal("(ff)")
+        self.onJSEvent = Signal("(s)")
+        self.onConsoleMessage = Signal("(s)")
+        self.onPageStarted = Signal("()")
+        self.onPageFinished = Signal("()")
+        self.onLoadPageError = Signal("(iss)")
+        self.onImageLoaded = Signal("()")
+        self.onInputText = Signal("(is)")
+        self.onWifiStatusChange = Signal("(s)")
+        self.videoStarted = Signal("()")
+        self.videoFinished = Signal("()")
         tablet.on_page_started = lambda: self.onPageStarted()
         tablet.on_page_finished = lambda: self.onPageFinished()
         tablet.on_load_error = lambda code, text, url: self.onLoadPageError(code, text, url)

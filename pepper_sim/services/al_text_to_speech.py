@@ -14,8 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import qi
-
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, within
 from pepper_sim.naoqi.speech_languages import LANGUAGES
@@ -23,6 +21,7 @@ from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import write_wave
 from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SPEAKER, SpeechStyle, Voice, synthesise
+from telepresence.naoqi.signals import Signal
 
 MAX_TEXT, MAX_QUEUE = 20_000, 50
 _TAG = re.compile(r"\\+\s*([A-Za-z]+)\s*(?:=\s*([^\\]*))?\\+")
@@ -65,8 +64,8 @@ class ALTextToSpeech(Module):
         self._parameters = {name: default for name, (_, _, default) in _PARAMETERS.items()}
         self._numbers = itertools.count(1)
         self._number = 0
-        self.synchroTTS = qi.Signal("(m)")
-        self.languageTTS = qi.Signal("(s)")
+        self.synchroTTS = Signal("(m)")
+        self.languageTTS = Signal("(s)")
         memory.declare((f"ALTextToSpeech/{event}" for event in _INITIAL_VALUES), self.name)
         for event, value in _INITIAL_VALUES.items():
             memory.store(f"ALTextToSpeech/{event}", value)

@@ -9,12 +9,11 @@ Each call waits for a picture that this subscriber has not received yet, at most
 time at which it was taken. A client that dies leaves its subscription behind, as on the robot; it ends after five
 minutes without a call. Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as
 ros-naoqi/naoqi_driver checks them.
-
-The service runs on `raw_server.RawServer`, which can send a list that holds raw data and int32; its methods may block.
 """
 
 from __future__ import annotations
 
+import concurrent.futures
 import logging
 import threading
 import time
@@ -30,6 +29,8 @@ from pepper_sim.robot import Pepper
 
 log = logging.getLogger(__name__)
 
+MAX_WAITING = 64
+"""This many calls may wait for a picture at once; more wait for their turn."""
 MAX_INSTANCES = 8
 """Subscriptions that may share a name; the next one is refused."""
 FORGET_AFTER = 300.0
@@ -60,13 +61,13 @@ class ALVideoDevice(Module):
     """Pictures of the robot's cameras for any number of clients."""
 
     name = "ALVideoDevice"
-    raw_in_lists = True
 
     def __init__(self, robot: Pepper) -> None:
         self.settings = VideoSettings(robot, self._camera_of)
         self._streams = Streams(robot)
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
+        self._pool = concurrent.futures.ThreadPoolExecutor(MAX_WAITING, thread_name_prefix="picture-call")
         self._closing = threading.Event()
         self._cleanup = threading.Thread(target=self._end_unused, name="video-cleanup", daemon=True)
         self._cleanup.start()
@@ -77,6 +78,7 @@ class ALVideoDevice(Module):
     def close(self) -> None:
         self._closing.set()
         self._cleanup.join(timeout=2.0)
+        self._pool.shutdown(wait=False, cancel_futures=True)
         self._streams.close()
 
     # --- subscriptions -----------------------------------------------------------------------------------------------
@@ -124,19 +126,23 @@ class ALVideoDevice(Module):
     # --- pictures ----------------------------------------------------------------------------------------------------
 
     @remote("m(s)")
-    def getImageRemote(self, name: str) -> list | None:
+    def getImageRemote(self, name: str) -> concurrent.futures.Future | None:
         """Returns the next picture of a subscription; None for an unknown handle or a closed camera."""
         subscription = self._use(name)
-        return self._image(subscription, subscription.views[0]) if subscription is not None else None
+        if subscription is None:
+            return None
+        return self._pool.submit(self._image, subscription, subscription.views[0])
 
     @remote("m(s)")
-    def getImagesRemote(self, name: str) -> list | None:
+    def getImagesRemote(self, name: str) -> concurrent.futures.Future | None:
         """Returns the next picture of each camera of a subscription."""
         subscription = self._use(name)
-        return [self._image(subscription, view) for view in subscription.views] if subscription is not None else None
+        if subscription is None:
+            return None
+        return self._pool.submit(lambda: [self._image(subscription, view) for view in subscription.views])
 
     @remote("m(s)")
-    def getDirectRawImageRemote(self, name: str) -> list | None:
+    def getDirectRawImageRemote(self, name: str) -> concurrent.futures.Future | None:
         """Returns the next picture in the camera's native format; here in the subscription's format."""
         return self.getImageRemote(name)
 

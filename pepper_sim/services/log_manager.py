@@ -12,10 +12,10 @@ import os
 import threading
 from typing import Any
 
-import qi
-
 from pepper_sim.naoqi.service import Service, remote, within
 from pepper_sim.naoqi.time_stamp import split_stamp
+from telepresence.naoqi.served_object import ServedObject
+from telepresence.naoqi.signals import Signal
 
 _MESSAGE = (
     "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"
@@ -27,36 +27,31 @@ _INFO = 4
 _LOGGER = "pepper_sim"
 
 
-@qi.multiThreaded()
 class _Listener:
-    """What getListener returns; its signals fire with every message up to its level."""
+    """What getListener returns is its `served`, whose signals fire with every message up to a level.
+
+    Filters are ignored: every category is sent.
+    """
 
     def __init__(self) -> None:
         self._level = _INFO
-        self.onLogMessage = qi.Signal(f"({_MESSAGE})")
-        self.onLogMessages = qi.Signal(f"([{_MESSAGE}])")
+        self._message = Signal(f"({_MESSAGE})")
+        self._messages = Signal(f"([{_MESSAGE}])")
+        self.served = ServedObject()
+        self.served.add_method("setLevel", "v", "(i)", self._set_level)
+        self.served.add_method("setVerbosity", "v", "(m)", self._set_level)
+        self.served.add_method("addFilter", "v", "(si)", lambda category, level: None)
+        self.served.add_method("clearFilters", "v", "()", lambda: None)
+        self.served.add_signal("onLogMessage", self._message)
+        self.served.add_signal("onLogMessages", self._messages)
 
-    @qi.bind(qi.Void, (qi.Int32,))
-    def setLevel(self, level: int) -> None:
-        self._level = level if isinstance(level, int) else _INFO
-
-    @qi.bind(qi.Void, (qi.Dynamic,), "setVerbosity")
-    def set_verbosity(self, level: Any) -> None:
-        self._level = level if isinstance(level, int) else _INFO
-
-    @qi.bind(qi.Void, (qi.String, qi.Int32))
-    def addFilter(self, category: str, level: int) -> None:
-        """Ignored: every category is sent."""
-
-    @qi.bind(qi.Void, ())
-    def clearFilters(self) -> None:
-        """Ignored: there are no filters."""
-
-    @qi.nobind
     def report(self, message: tuple) -> None:
         if message[1] <= self._level:
-            self.onLogMessage(message)
-            self.onLogMessages([message])
+            self._message(message)
+            self._messages([message])
+
+    def _set_level(self, level: Any) -> None:
+        self._level = level if isinstance(level, int) else _INFO
 
 
 class _Handler(logging.Handler):
@@ -109,7 +104,7 @@ class LogManager(Service):
         listener = _Listener()
         with self._lock:
             self._listeners = [*self._listeners[-99:], listener]
-        return listener
+        return listener.served
 
     @remote("o()")
     def createListener(self) -> Any:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import qi
-
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.installed_packages import InstalledPackages, Package
 from pepper_sim.naoqi.service import Service, ServiceError, remote, shown
+from telepresence.naoqi.signals import Signal
 
 
 class PackageManager(Service):
@@ -19,8 +18,8 @@ class PackageManager(Service):
     def __init__(self, packages: InstalledPackages, disk: RobotDisk) -> None:
         self._packages = packages
         self._disk = disk
-        self.onPackageInstalled = qi.Signal("(m)")
-        self.onPackageRemoved = qi.Signal("(m)")
+        self.onPackageInstalled = Signal("(m)")
+        self.onPackageRemoved = Signal("(m)")
 
     @remote("b(s)")
     def install(self, path: str) -> bool:

@@ -31,7 +31,6 @@ MAX_WAITING_EVENTS = 100_000
 
 _log = logger("signal")
 _links = itertools.count(1)
-_tables: weakref.WeakKeyDictionary[Connection, dict[tuple[int, int, int], Registration]] = weakref.WeakKeyDictionary()
 _tables_lock = threading.Lock()
 
 
@@ -137,7 +136,7 @@ def registration(remote: RemoteObject, uid: int, signature: str) -> Registration
     """Return the registration of a signal, shared by all proxies of the object on this connection."""
     key = (remote.service, remote.object, uid)
     with _tables_lock:
-        table = _tables.setdefault(remote.connection, {})
+        table = remote.connection.registrations
         if key not in table:
             table[key] = Registration(remote, uid, signature)
         return table[key]
@@ -146,7 +145,7 @@ def registration(remote: RemoteObject, uid: int, signature: str) -> Registration
 def forget_object(connection: Connection, service: int, object: int) -> None:
     """Drop the registrations of an object that has ended."""
     with _tables_lock:
-        table = _tables.get(connection, {})
+        table = connection.registrations
         gone = [key for key in table if key[:2] == (service, object)]
         for key in gone:
             del table[key]

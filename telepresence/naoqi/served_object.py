@@ -41,6 +41,7 @@ class Method(NamedTuple):
 
     inline: It returns at once and may run on the reactor's thread.
     connection_first: It gets the caller's Connection before the arguments.
+    strict: See `ServedObject`.
     """
 
     uid: int
@@ -50,6 +51,7 @@ class Method(NamedTuple):
     function: Callable[..., Any]
     inline: bool = False
     connection_first: bool = False
+    strict: bool = True
 
 
 class Subscription(NamedTuple):
@@ -69,11 +71,20 @@ class ServedObject:
         description: What the metaobject says about it.
         parallel: Calls run side by side; otherwise one at a time in order of arrival, as libqi does by default.
         strand: What such an object shares with others, so that one runs at a time among all of them.
+        strict: Arguments that cannot be converted are refused; otherwise the function gets them as they came and
+            refuses them in its own words, as Python methods do behind libqi.
     """
 
-    def __init__(self, description: str = "", parallel: bool = True, strand: workers.Strand | None = None) -> None:
+    def __init__(
+        self,
+        description: str = "",
+        parallel: bool = True,
+        strand: workers.Strand | None = None,
+        strict: bool = True,
+    ) -> None:
         self.uid = os.urandom(UID_BYTES)
         self.description = description
+        self.strict = strict
         self._strand = None if parallel else strand or workers.Strand()
         self._methods: dict[int, Method] = {}
         self._signals: dict[int, Any] = {}
@@ -119,7 +130,9 @@ class ServedObject:
                 what it raises is sent to the caller as str(error).
         """
         number = self._take(uid)
-        self._methods[number] = Method(number, returns, name, parameters, function, inline, connection_first)
+        self._methods[number] = Method(
+            number, returns, name, parameters, function, inline, connection_first, self.strict
+        )
         self._meta.methods[number] = MetaMethod(number, returns, name, parameters, description)
         return number
 
@@ -390,7 +403,11 @@ class Call:
         objects = self.connection.objects(self.header.service)
         arguments, end = decode_arguments(parameters, self.payload, flags, objects=objects)
         if flags & DYNAMIC_PAYLOAD and parameters != "m":
-            arguments = convert(arguments, parameters)
+            try:
+                arguments = convert(arguments, parameters)
+            except WireError:
+                if self._method.strict:
+                    raise
         wanted = decode_from("s", self.payload, end, objects=objects)[0] if flags & RETURN_TYPE else ""
         return arguments, wanted
 

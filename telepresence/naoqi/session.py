@@ -15,7 +15,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import Connection, connect
+from .connection import Connection, connect, split_url
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
 from .login import log_in
@@ -25,7 +25,7 @@ from .python_object import served
 from .releases import CLIENT_CAPABILITIES
 from .remote_object import RemoteObject
 from .remote_signal import forget_object
-from .routing import candidates, is_loopback, normal, stays
+from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
 from .server import Server
 from .signals import Signal
@@ -247,6 +247,10 @@ class Session:
                 if known is not None and not known.closed:
                     return known
             here = machine == machine_id() or (machine == link.machine_id and is_loopback(normal(link.url)))
+            if split_url(link.url)[0]:  # every connection gets the login data: what began encrypted goes on encrypted
+                endpoints = [url for url in dialable(endpoints) if split_url(url)[0]]
+                if not endpoints:
+                    raise RuntimeError("The service can be reached only by connections that are not encrypted")
             connection = self._dial(candidates(endpoints, here), link.tls)
             with self._lock:
                 for endpoint in endpoints:

@@ -14,7 +14,8 @@ import socket
 import ssl
 import threading
 import time
-from typing import Any, Callable, Sequence
+from collections.abc import Sequence
+from typing import Any, Callable
 
 from .limits import Limits
 from .message import Header, MessageReader

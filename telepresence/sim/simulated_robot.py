@@ -104,11 +104,6 @@ class SimulatedRobot(ABC):
         return []
 
     @property
-    def failure(self) -> str:
-        """Why its wire no longer accepts clients; "" while it does."""
-        return ""
-
-    @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}

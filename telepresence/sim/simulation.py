@@ -131,9 +131,7 @@ class Simulation:
     @property
     def failure(self) -> str:
         """Why the simulation cannot continue and has to be restarted; "" while it runs."""
-        if not self.world.running:
-            return "the simulated world has stopped"
-        return next((f"{name}: {robot.failure}" for name, robot in self.robots.items() if robot.failure), "")
+        return "" if self.world.running else "the simulated world has stopped"
 
     def truth(self, name: str) -> BodyState:
         """Return the true pose and velocity of the robot called `name`.

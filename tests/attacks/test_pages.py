@@ -20,8 +20,7 @@ from pathlib import Path
 import pytest
 from attacked_pages import ROOT, Attacker, Browser, Program
 
-from pepper_sim.naoqi.codec import CodecError
-from pepper_sim.naoqi.raw_client import probe
+from telepresence.naoqi.session import Session
 from telepresence.station.virtual_display import VirtualDisplay
 
 pytestmark = [pytest.mark.browser, pytest.mark.x11]
@@ -394,8 +393,8 @@ def greeting() -> bytes:
 
 
 def _greet(endpoint: str) -> None:
-    with contextlib.suppress(OSError, CodecError):  # nobody answers
-        probe(endpoint, 5.0)
+    with contextlib.suppress(RuntimeError):  # nobody answers
+        Session().connect(endpoint)
 
 
 def test_a_post_from_a_page_makes_naoqi_calls(tmp_path):

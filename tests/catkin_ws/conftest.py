@@ -22,6 +22,8 @@ import qi
 from endings import end_together
 from free_ports import free_port
 
+from telepresence.naoqi.served_object import ServedObject
+from telepresence.naoqi.server import Server
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
@@ -34,15 +36,27 @@ class Naoqi:
     """A qi service directory on a free port with the services a test registers."""
 
     def __init__(self) -> None:
+        self._behind: list[Any] = []
         self.session = qi.Session()
         self.session.listenStandalone("tcp://127.0.0.1:0")
         self.port = int(self.session.endpoints()[0].rpartition(":")[2])
 
     def register(self, name: str, service: object) -> None:
+        """Add a service: a Python object, or one of the simulated robot's, which stay behind a server of ours."""
+        if isinstance(service, ServedObject):
+            server = Server("tcp://127.0.0.1:0")
+            server.register(name, service)
+            server.start()
+            way = qi.Session()
+            way.connect(server.endpoints[0])
+            service = way.service(name)
+            self._behind += [way, server]
         self.session.registerService(name, service)
 
     def close(self) -> None:
         self.session.close()
+        for part in self._behind:
+            part.close()
 
 
 class RobotConnection:

@@ -1,16 +1,20 @@
-"""One simulated robot behind a real qi socket, shared by the tests; each test finds it at the start and awake."""
+"""One simulated robot behind a real socket, shared by the tests; each test finds it at the start and awake.
+
+`qi` is what clients are made of: the vendor's library, or ours with `--naoqi-client=ours` and where there is no other.
+A module that is to run with both is marked `naoqi_clients.with_both_clients`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import pytest
+from naoqi_clients import client_library
 
 from pepper_sim.simulation import Simulation
-
-import qi  # isort: skip  -- after pepper_sim, which sets libqi's log level
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,7 @@ class Naoqi:
     """A client's view of the robot, and the robot itself for what only a person could do."""
 
     simulation: Simulation
-    session: qi.Session
+    session: Any
 
     def __getattr__(self, service: str) -> Any:
         return self.session.service(service)
@@ -35,7 +39,12 @@ def simulation() -> Iterator[Simulation]:
 
 
 @pytest.fixture(scope="session")
-def session(simulation: Simulation) -> Iterator[qi.Session]:
+def qi(request: pytest.FixtureRequest) -> ModuleType:
+    return client_library(getattr(request, "param", request.config.getoption("--naoqi-client")))
+
+
+@pytest.fixture(scope="session")
+def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
     client = qi.Session()
     client.connect(simulation.url)
     yield client
@@ -43,17 +52,17 @@ def session(simulation: Simulation) -> Iterator[qi.Session]:
 
 
 @pytest.fixture
-def naoqi(simulation: Simulation, session: qi.Session) -> Naoqi:
+def naoqi(simulation: Simulation, session: Any) -> Naoqi:
     simulation.restart()
     return Naoqi(simulation, session)
 
 
 @pytest.fixture
-def connect(simulation: Simulation) -> Iterator[Callable[[], qi.Session]]:
+def connect(simulation: Simulation, qi: ModuleType) -> Iterator[Callable[[], Any]]:
     """Further clients, closed after the test."""
     clients = []
 
-    def make() -> qi.Session:
+    def make() -> Any:
         client = qi.Session()
         client.connect(simulation.url)
         clients.append(client)

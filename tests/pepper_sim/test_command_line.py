@@ -13,8 +13,6 @@ import pytest
 
 from pepper_sim.__main__ import main
 
-import qi  # isort: skip
-
 pytestmark = pytest.mark.slow
 
 COMMAND = (sys.executable, "-m", "pepper_sim", "--scene", "empty")
@@ -37,7 +35,7 @@ def run_here(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
-def test_it_tells_its_address_serves_and_ends(run_program, number):
+def test_it_tells_its_address_serves_and_ends(qi, run_program, number):
     program = run_program(*COMMAND, "--port", "0", stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     line = program.stdout.readline()
     url = re.fullmatch(r"listening on (tcp://127\.0\.0\.1:\d+)\n", line).group(1)
@@ -74,7 +72,7 @@ def test_the_viewer_needs_a_display(run_here, monkeypatch):
 
 
 @pytest.mark.x11
-def test_the_viewer_opens_and_the_robot_answers(run_program):
+def test_the_viewer_opens_and_the_robot_answers(qi, run_program):
     read_end, write_end = os.pipe()
     run_program(
         "Xvfb", "-displayfd", str(write_end), "-nolisten", "tcp", pass_fds=(write_end,), stderr=subprocess.DEVNULL

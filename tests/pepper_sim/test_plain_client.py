@@ -6,8 +6,9 @@ import threading
 import time
 
 import pytest
+from naoqi_clients import with_both_clients
 
-import qi  # isort: skip
+pytestmark = with_both_clients
 
 TOP, DEPTH = 0, 2
 VGA, QVGA = 2, 1
@@ -15,7 +16,7 @@ YUV422, RGB, DISTANCE = 9, 11, 17
 
 
 @pytest.fixture
-def robot(naoqi):
+def robot(qi, naoqi):
     """A fresh connection, as the program itself would make it."""
     session = qi.Session()
     session.connect(naoqi.simulation.url)

@@ -14,8 +14,6 @@ import pytest
 
 from pepper_sim.server import CannotListen, NaoqiServer
 
-import qi  # isort: skip
-
 HEADER = struct.Struct("<IIIHBBIII")
 MAGIC = 0x42ADDE42
 MINIMUM = """
@@ -177,7 +175,8 @@ def _resident():
 
 
 KILLED = """
-import sys, time, qi
+import importlib, sys, time
+qi = importlib.import_module(sys.argv[2])
 session = qi.Session(); session.connect(sys.argv[1])
 motion = session.service("ALMotion"); video = session.service("ALVideoDevice"); memory = session.service("ALMemory")
 handle = video.subscribeCamera("killed", 0, 2, 11, 30)
@@ -188,8 +187,9 @@ time.sleep(60)
 """
 
 
-def test_a_client_killed_in_the_middle_of_everything(naoqi, connect, simulation):
-    with subprocess.Popen([sys.executable, "-c", KILLED, simulation.url], stdout=subprocess.PIPE, text=True) as client:
+def test_a_client_killed_in_the_middle_of_everything(qi, naoqi, connect, simulation):
+    command = [sys.executable, "-c", KILLED, simulation.url, qi.__name__]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
         assert client.stdout.readline().strip() == "busy"
         client.kill()
     for _ in range(3):
@@ -202,7 +202,7 @@ def test_a_client_killed_in_the_middle_of_everything(naoqi, connect, simulation)
 
 
 def test_stop_does_not_wait_for_long_calls(naoqi, connect):
-    """The event loop starts with two threads; long calls must not occupy them."""
+    """All clients share the server's threads; long calls must not occupy them."""
     busy = connect()
     calls = [busy.service("ALMotion").angleInterpolation("HeadYaw", 0.5, 20.0, True, _async=True) for _ in range(3)]
     calls += [busy.service("ALTextToSpeech").say("a very long sentence " * 20, _async=True) for _ in range(5)]
@@ -247,7 +247,7 @@ def test_a_taken_port_is_reported_plainly(simulation):
         NaoqiServer(simulation.robot, simulation.url)
 
 
-def test_a_server_closes_and_its_clients_notice(simulation, wait_until):
+def test_a_server_closes_and_its_clients_notice(qi, simulation, wait_until):
     server = NaoqiServer(simulation.robot, "tcp://127.0.0.1:0")
     client = qi.Session()
     client.connect(server.endpoints[0])

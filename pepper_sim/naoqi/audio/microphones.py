@@ -2,9 +2,9 @@
 
     processRemote(channels, samples per channel, [seconds, microseconds], buffer of int16)
 
-The buffer is sent as raw data if the client's endpoint can be reached; otherwise libqi sends it as a string of the same
-bytes. A client whose service is gone, or fails three times in a row, is dropped. Sources: NAOqi 2.8 documentation,
-ALAudioDevice; block length as naoqi_driver's users see it (85 ms).
+Nobody waits for the client's answer, and a client that does not read misses blocks. One whose service is gone, or
+cannot be called three times in a row, is dropped. Sources: NAOqi 2.8 documentation, ALAudioDevice; block length as
+naoqi_driver's users see it (85 ms).
 """
 
 from __future__ import annotations
@@ -13,14 +13,11 @@ import logging
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from pepper_sim.body.description import MICROPHONES, SOUND_RATE, VOICE_RATE
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
-from pepper_sim.naoqi.codec import CodecError
-from pepper_sim.naoqi.raw_client import RawClient
 from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.sound.room import Room
 
@@ -77,7 +74,6 @@ class MicrophoneStream:
             self._thread.join(timeout=3.0)
 
     def _run(self) -> None:
-        client = self._open()
         rate, count = self._preferences.rate, BLOCK[self._preferences.rate]
         start = time.monotonic()
         try:
@@ -87,7 +83,7 @@ class MicrophoneStream:
                     return
                 block = self._preferences.cut(self._room.listen(start, count, rate))
                 stamp = split_stamp(time.time() - (time.monotonic() - start))
-                if self._deliver(client, count, stamp, block):
+                if self._deliver(count, stamp, block):
                     self._failures = 0
                 elif not self._clients.exists(self.name):
                     break
@@ -98,27 +94,11 @@ class MicrophoneStream:
             log.warning("'%s' gets no more sound: its service is gone or fails", self.name)
         except Exception:  # top of a thread; one client's stream must not end without a trace
             log.exception("the microphones failed for '%s'", self.name)
-        finally:
-            if client is not None:
-                client.close()
 
-    def _open(self) -> RawClient | None:
-        """Connect to the client's service, so that buffers arrive as raw; None if no endpoint can be reached."""
-        for number, endpoint in self._clients.endpoints(self.name):
-            try:
-                return RawClient(endpoint, number, METHOD, arity=4)
-            except (OSError, CodecError, ValueError) as error:
-                log.info("'%s' cannot be called at %s: %s", self.name, endpoint, error)
-        return None
-
-    def _deliver(self, client: RawClient | None, count: int, stamp: list[int], block: np.ndarray) -> bool:
-        channels = self._preferences.count
-        if client is not None:
-            try:
-                client.post(channels, count, stamp, block)
-                return True
-            except (OSError, CodecError):
-                return False
-        arguments: list[Any] = [channels, count, stamp, block.tobytes()]
-        call = self._clients.call(self.name, METHOD, *arguments)
-        return call.exception(timeout=6.0) is None
+    def _deliver(self, count: int, stamp: list[int], block: np.ndarray) -> bool:
+        try:
+            self._clients.post(self.name, METHOD, self._preferences.count, count, stamp, block)
+        except RuntimeError as error:
+            log.info("'%s' cannot be called: %s", self.name, error)
+            return False
+        return True

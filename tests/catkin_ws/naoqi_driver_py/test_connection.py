@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
 import threading
 import time
+from pathlib import Path
+from typing import Any
 
 import pytest
 import qi
@@ -138,8 +142,41 @@ def test_close_does_not_wait_for_a_silent_robot(naoqi, make_connection):
     assert time.monotonic() - began < 1.0
 
 
-def test_user_and_password_are_what_libqi_asks_an_authenticator_for():
-    assert Login("nao", "secret").newAuthenticator().initialAuthData() == {"user": "nao", "token": "secret"}
+def test_user_and_password_are_what_the_library_asks_an_authenticator_for():
+    login = Login("nao", "secret").newAuthenticator()
+    assert login.initialAuthData() == {"user": "nao", "token": "secret"} == login._processAuth({"newToken": "other"})
+
+
+class Ears:
+    def __init__(self) -> None:
+        self.heard: list[tuple] = []
+
+    def processRemote(self, channels: int, count: int, stamp: Any, sound: Any) -> None:
+        self.heard.append((channels, count, stamp, bytes(sound)))
+
+
+def listening() -> set[str]:
+    """Local addresses on which this process listens."""
+    held = set()
+    for path in Path("/proc/self/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            held.add(os.readlink(path))
+    rows = [line.split() for name in ("tcp", "tcp6") for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]]
+    return {row[1] for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in held}
+
+
+def test_the_robot_calls_our_service_over_our_connection_and_nothing_listens(naoqi, wait_until):
+    ears, before = Ears(), listening()
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        assert link.wait_connected(10)
+        link.register_service("PilotsEars", ears)
+        remote = naoqi.session.service("PilotsEars")
+        remote.processRemote(1, 2, [3, 4], b"\xff\0ab")
+        assert listening() == before
+    wait_until(lambda: ears.heard == [(1, 2, [3, 4], b"\xff\0ab")], "heard")
+    wait_until(
+        lambda: "PilotsEars" not in [each["name"] for each in naoqi.session.services()], "it goes with the connection"
+    )
 
 
 def test_callbacks_tell_of_gain_and_loss(naoqi, wait_until):

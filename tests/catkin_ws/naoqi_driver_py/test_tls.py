@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import socket
+import os
 import stat
-import struct
 
 import pytest
+import qi
 from naoqi_driver.certificate_pin import CertificatePin, CertificateRefused, path_of
-from naoqi_driver.connection import Address, Connection
-from naoqi_driver.tls_relay import NotAMessage, without_addresses
+from naoqi_driver.connection import Address, Connection, RobotError
 from tls_front import TlsFront, make_certificate
 
 SECRET = "correct horse"
@@ -44,7 +43,7 @@ def test_the_password_goes_to_the_robot_whose_certificate_is_known(front, wait_u
         wait_until(lambda: link.connected, "connected")
         assert link.call("ALMotion", "move", 1.0, 2.0, 3.0) == 6.0
     assert SECRET.encode() in front.received
-    assert front.connections == 1, "libqi left the relay"
+    assert front.connections == 1, "one connection leads to all services of the robot"
     told = [record.getMessage() for record in caplog.records if "trusted from now on" in record.getMessage()]
     path = path_of("127.0.0.1", front.port)
     assert len(told) == 1 and path.read_text().strip() in told[0]
@@ -65,6 +64,29 @@ def test_another_certificate_is_refused_with_the_remedy(front, certificates, wai
         assert not front.received, "somebody else was spoken to"
         path.unlink()
         wait_until(lambda: link.connected, "accepted by hand")
+
+
+@pytest.mark.parametrize("scheme", ["tcps", "tcp"])
+def test_an_address_that_the_directory_names_gets_nothing_unless_it_is_the_robots(
+    front, certificates, naoqi, wait_until, scheme
+):
+    """A second connection is checked like the first, and what began encrypted does not go on in the clear."""
+    thief = TlsFront(naoqi.port, certificates[1] if scheme == "tcps" else None)
+    directory = qi.Session()
+    directory.connect(f"tcp://127.0.0.1:{naoqi.port}")
+    service = directory.service("ServiceDirectory")
+    place = [f"{scheme}://127.0.0.1:{thief.port}"]
+    service.serviceReady(service.registerService(("ALTablet", 0, "another", os.getpid(), place, "session", "")))
+    try:
+        with connect(front) as link:
+            wait_until(lambda: link.connected, "connected")
+            with pytest.raises(RobotError, match="certificate" if scheme == "tcps" else "encrypted"):
+                link.call("ALTablet", "move", 1.0, 2.0, 3.0)
+            assert link.connected
+        assert not thief.received
+    finally:
+        thief.close()
+        directory.close()
 
 
 def test_over_plain_tcp_no_password_is_sent(front, wait_until):
@@ -97,36 +119,3 @@ def test_a_pin_that_others_may_have_changed_is_not_believed(harm, tmp_path, monk
         pin.path.write_text("?")
     with pytest.raises(CertificateRefused, match="sha256"):
         pin.check(b"certificate")
-
-
-def service(name: bytes, *endpoints: bytes, last: tuple[bytes, ...] = (b"session", b"uid")) -> bytes:
-    def text(data: bytes) -> bytes:
-        return struct.pack("<I", len(data)) + data
-
-    listed = struct.pack("<I", len(endpoints)) + b"".join(map(text, endpoints))
-    return text(name) + b"\x02\0\0\0" + text(b"machine") + b"\x07\0\0\0" + listed + b"".join(map(text, last))
-
-
-@pytest.mark.parametrize("last", [(b"session", b"uid"), (b"session",)], ids=["since 2020", "before"])
-def test_no_address_of_the_directory_reaches_libqi(last):
-    hostile = service(b"ALMotion", b"tcp://10.0.0.66:9559", b"tcps://mallory:1", last=last)
-    here = service(b"ALMotion", b"qi:ServiceDirectory", last=last)
-    assert without_addresses(hostile, several=False) == here
-    two = struct.pack("<I", 2)
-    assert without_addresses(two + hostile + hostile, several=True) == two + here + here
-
-
-@pytest.mark.parametrize("payload", [b"", b"\xff" * 40, service(b"A", b"tcp://x")[:-1], service(b"A") + b"more"])
-def test_what_is_no_list_of_services_ends_the_connection(payload):
-    for several in (False, True):
-        with pytest.raises(NotAMessage):
-            without_addresses(payload, several)
-
-
-def test_the_relay_is_gone_with_its_connection(front, wait_until):
-    with connect(front) as link:
-        wait_until(lambda: link.connected, "connected")
-        relay = link._relay
-    port = int(relay.url.rpartition(":")[2])
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection(("127.0.0.1", port), timeout=5.0)

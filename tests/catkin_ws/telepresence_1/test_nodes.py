@@ -16,7 +16,7 @@ import pytest
 import qi
 from telepresence_1.page import KEY_VARIABLE
 
-from pepper_sim.naoqi.publish import qi_object
+from pepper_sim.naoqi.publish import served_object
 from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.station.virtual_display import VirtualDisplay, grab
@@ -39,7 +39,7 @@ def source(tmp_path: Path) -> str:
 @pytest.fixture
 def tablet(naoqi) -> Iterator[Tablet]:
     with Tablet() as tablet:
-        naoqi.register("ALTabletService", qi_object(ALTabletService(tablet)))
+        naoqi.register("ALTabletService", served_object(ALTabletService(tablet)))
         yield tablet
 
 

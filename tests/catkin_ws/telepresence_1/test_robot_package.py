@@ -46,6 +46,7 @@ def test_the_package_holds_what_its_manifest_names(tmp_path: Path) -> None:
     assert service.get("execStart").split() == ["/usr/bin/python", "scripts/robotvideo.py"]
     named = {element.get("src") for element in project.iter("File")} | {"scripts/robotvideo.py"}
     named |= {element.get("path") for element in root.iterfind("executableFiles/file")}
+    named |= {"scripts/telepresence/__init__.py", "scripts/telepresence/robot_side/naoqi_client.py"}
     assert named | {"manifest.xml", "robotvideo.pml", "behaviour/behavior.xar"} <= names
     script = next(element.text for element in behaviour.iter() if "startService" in (element.text or ""))
     compile(script, "behavior.xar", "exec")
@@ -53,8 +54,13 @@ def test_the_package_holds_what_its_manifest_names(tmp_path: Path) -> None:
     assert build(tmp_path, "--url", "http://10.0.0.10:10002/").read_bytes() == data, "the same every time"
 
 
-def test_the_service_keeps_to_python_2() -> None:
-    assert_python_2(ROBOT / "robotvideo" / "scripts" / "robotvideo.py")
+def test_the_service_keeps_to_python_2(tmp_path: Path) -> None:
+    with zipfile.ZipFile(build(tmp_path)) as package:
+        package.extractall(tmp_path)
+    programs = sorted((tmp_path / "scripts").rglob("*.py"))
+    assert tmp_path / "scripts" / "robotvideo.py" in programs
+    for program in programs:
+        assert_python_2(program)
 
 
 @pytest.fixture

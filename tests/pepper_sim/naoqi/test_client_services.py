@@ -1,44 +1,109 @@
 """Services of clients as the robot sees them."""
 
+from __future__ import annotations
+
+import threading
+
 import pytest
+from naoqi_clients import with_both_clients
 
+from pepper_sim.naoqi import client_services
 from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.tasks import Alarm
+from telepresence.naoqi.served_object import ServedObject
+from telepresence.naoqi.server import Server
+
+pytestmark = with_both_clients
 
 
-class _Signal:
-    def connect(self, _):
-        """Nothing happens here."""
+class _Ears:
+    """A client's service. `hang` waits until the test ends."""
+
+    def __init__(self):
+        self.received = []
+        self.waiting = threading.Event()
+
+    def take(self, *values):
+        self.received.append(values)
+        return len(self.received)
+
+    def fail(self):
+        raise ValueError("no")
+
+    def hang(self):
+        self.waiting.wait(30)
 
 
-class _Session:
-    serviceUnregistered = _Signal()
-
-    def services(self):
-        def info(name, machine, *endpoints):
-            return {"name": name, "serviceId": len(name), "machineId": machine, "endpoints": list(endpoints)}
-
-        return [
-            info("ServiceDirectory", "here", "tcp://127.0.0.1:9559"),
-            info("Near", "here", "qi:Near", "tcp://127.0.0.1:1"),
-            info("Far", "there", "tcp://127.0.0.1:2", "tcp://192.0.2.1:3"),
-        ]
-
-    def service(self, name):
-        raise RuntimeError(f"Cannot find service '{name}' in index")
+@pytest.fixture
+def alarm():
+    alarm = Alarm()
+    yield alarm
+    alarm.close()
 
 
-def test_only_addresses_that_lead_to_the_service():
-    clients = ClientServices(_Session())
-    assert clients.endpoints("Near") == [(4, "tcp://127.0.0.1:1")]
-    assert clients.endpoints("Far") == [(3, "tcp://192.0.2.1:3")], "another machine's loopback is not ours"
-    assert clients.endpoints("None") == []
-    clients.close()
-
-
-def test_own_services_and_failed_calls():
-    clients = ClientServices(_Session())
+@pytest.fixture
+def clients(alarm):
+    server = Server("tcp://127.0.0.1:0")
+    server.register("ALOwn", ServedObject())
+    server.start()
+    clients = ClientServices(server, alarm)
     clients.remember_own()
-    assert clients.is_own("Near") and clients.exists("Far") and not clients.exists("Else")
-    with pytest.raises(RuntimeError, match="Cannot find"):
-        clients.call("Near", "hello").result(5)
+    yield clients
     clients.close()
+    server.close()
+
+
+@pytest.fixture
+def ears(qi, clients):
+    ears = _Ears()
+    session = qi.Session()
+    session.connect(clients.url)
+    session.registerService("Ears", ears)
+    ears.session = session
+    yield ears
+    ears.waiting.set()
+    session.close()
+
+
+def test_clients_services_beside_the_robots_own(clients, ears):
+    assert clients.is_own("ALOwn") and not clients.is_own("Ears")
+    assert clients.exists("ALOwn") and clients.exists("Ears") and not clients.exists("Else")
+    assert {"ALOwn", "Ears"} <= set(clients.names())
+
+
+def test_calls_arrive_in_order_and_answers_come_back(clients, ears):
+    assert clients.call("Ears", "take", 0).result(30) == 1
+    calls = [clients.call("Ears", "take", number) for number in range(1, 30)]
+    assert [call.result(30) for call in calls] == list(range(2, 31))
+    assert ears.received == [(number,) for number in range(30)]
+
+
+def test_a_post_waits_for_nobody(clients, ears, wait_until):
+    clients.post("Ears", "hang")
+    clients.post("Ears", "take", b"\0\xff")
+    ears.waiting.set()
+    wait_until(lambda: ears.received, "it arrived")
+    assert bytes(ears.received[0][0]) == b"\0\xff"
+
+
+def test_what_cannot_be_called_is_an_error(clients, ears, wait_until):
+    for name, method, text in (("Else", "take", "Cannot find service"), ("Ears", "smell", "has no method 'smell'")):
+        with pytest.raises(RuntimeError, match=text):
+            clients.call(name, method).result(30)
+        with pytest.raises(RuntimeError, match=text):
+            clients.post(name, method)
+    with pytest.raises(RuntimeError, match="no"):
+        clients.call("Ears", "fail").result(30)
+    ears.session.close()
+    wait_until(lambda: not clients.exists("Ears"), "it is gone")
+    with pytest.raises(RuntimeError):
+        clients.call("Ears", "take").result(30)
+    with pytest.raises(RuntimeError):
+        clients.post("Ears", "take")
+
+
+def test_a_client_that_does_not_answer_has_failed(clients, ears, monkeypatch):
+    clients.call("Ears", "take", 1).result(30)
+    monkeypatch.setattr(client_services, "CALL_TIMEOUT", 0.2)
+    with pytest.raises(TimeoutError, match="'Ears' has not answered"):
+        clients.call("Ears", "hang").result(30)

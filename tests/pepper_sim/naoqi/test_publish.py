@@ -1,15 +1,18 @@
-"""Services as libqi offers them: signatures, errors, long calls, cancel."""
+"""Services as the server offers them: signatures, errors, long calls, cancel."""
 
 import concurrent.futures
 import threading
 import time
 
 import pytest
+from naoqi_clients import with_both_clients
 
-from pepper_sim.naoqi.publish import qi_object
+from pepper_sim.naoqi.publish import served_object
 from pepper_sim.naoqi.service import Service, ServiceError, remote
+from telepresence.naoqi.server import Server
+from telepresence.naoqi.signals import Signal
 
-import qi  # isort: skip
+pytestmark = with_both_clients
 
 
 class _Slow(Service):
@@ -17,8 +20,8 @@ class _Slow(Service):
 
     def __init__(self):
         self.pending: list[concurrent.futures.Future] = []
-        self.changed = qi.Signal("(s)")
-        self._hidden = qi.Signal("(s)")
+        self.changed = Signal("(s)")
+        self._hidden = Signal("(s)")
 
     @remote("b(f)")
     def drive(self, x: float) -> concurrent.futures.Future:
@@ -42,14 +45,13 @@ class _Slow(Service):
 
 
 @pytest.fixture
-def slow():
+def slow(qi):
     service = _Slow()
-    server = qi.Session()
-    server.listenStandalone("tcp://127.0.0.1:0")
-    published = qi_object(service)
-    server.registerService("Slow", published)
+    server = Server("tcp://127.0.0.1:0")
+    server.register("Slow", served_object(service))
+    server.start()
     client = qi.Session()
-    client.connect(server.endpoints()[0])
+    client.connect(server.endpoints[-1])
     yield service, client.service("Slow")
     client.close()
     server.close()
@@ -95,7 +97,7 @@ def test_cancelling_a_call_cancels_the_work(slow, wait_until):
 
 
 def test_finished_calls_are_forgotten(slow):
-    """Neither libqi nor the future keeps the other alive."""
+    """Neither the server nor the future keeps the other alive."""
     import gc
     import weakref
 

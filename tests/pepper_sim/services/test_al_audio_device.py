@@ -6,8 +6,6 @@ import wave
 import numpy as np
 import pytest
 
-import qi  # isort: skip
-
 RATE, FRAMES = 48000, 4096
 
 
@@ -99,7 +97,7 @@ def test_microphone_blocks_are_raw_and_in_real_time(listen, wait_until):
     assert np.median(np.diff(starts)) == pytest.approx(FRAMES / RATE, abs=0.02)
 
 
-def test_one_channel_at_16_khz_and_a_declared_callback(listen, wait_until):
+def test_one_channel_at_16_khz_and_a_declared_callback(qi, listen, wait_until):
     class Declared(_Listener):
         @qi.bind(qi.Void, (qi.Int32, qi.Int32, qi.Dynamic, qi.Buffer))
         def processRemote(self, channels, count, stamp, buffer):

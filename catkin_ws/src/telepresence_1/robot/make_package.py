@@ -4,7 +4,8 @@
     catkin_ws/src/telepresence_1/robot/make_package.py [--url http://10.0.0.10:10002/] [--output robotvideo.pkg]
 
 A package is a zip file with manifest.xml at its root (NAOqi 2.8 documentation, PackageManager). This one has the
-activity robotvideo/behaviour, which the robot's focus needs, and the service robotvideo.main.
+activity robotvideo/behaviour, which the robot's focus needs, and the service robotvideo.main, with those modules of
+ours beside it that it needs.
 """
 
 from __future__ import annotations
@@ -15,7 +16,12 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parents[4]
+sys.path.insert(0, str(ROOT))
+from telepresence.station.robot_bundle import imports, modules  # noqa: E402
+
 SOURCE = Path(__file__).resolve().parent / "robotvideo"
+SCRIPT = SOURCE / "scripts" / "robotvideo.py"
 PAGE_FILE = "page_url"
 STAMP = (2020, 1, 1, 0, 0, 0)
 """Of every file, so that the same sources give the same package."""
@@ -35,10 +41,12 @@ def build(output: Path, url: str = "") -> None:
         for path in sorted(SOURCE.rglob("*"))
         if path.is_file() and path.suffix in (".xml", ".pml", ".xar", ".py")
     }
+    for path in modules(list(imports(SCRIPT.stem, SCRIPT)), [ROOT]).values():
+        contents[f"scripts/{path.relative_to(ROOT).as_posix()}"] = path.read_bytes()
     if url:
         contents[PAGE_FILE] = f"{url}\n".encode()
     with zipfile.ZipFile(output, "w", zipfile.ZIP_DEFLATED) as package:
-        for name, data in contents.items():
+        for name, data in sorted(contents.items()):
             info = zipfile.ZipInfo(name, STAMP)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.external_attr = (0o755 if name.endswith(".py") else 0o644) << 16

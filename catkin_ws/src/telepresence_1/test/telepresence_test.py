@@ -10,14 +10,14 @@ import urllib.request
 
 import cv2
 import numpy as np
-import qi
 import rospy
 import rostest
 from telepresence_ros.launch_test import LaunchTest
 
-from pepper_sim.naoqi.publish import qi_object
+from pepper_sim.naoqi.publish import served_object
 from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
+from telepresence.naoqi.server import Server
 
 ORANGE = (230, 130, 20)
 
@@ -33,10 +33,10 @@ class Telepresence(LaunchTest):
         cv2.imwrite(source, np.full((480, 640, 3), ORANGE[::-1], np.uint8))
         self.addCleanup(os.unlink, source)
         self.tablet = self.enterContext(Tablet())
-        robot = qi.Session()
-        robot.listenStandalone(f"tcp://{rospy.get_param('~address')}:9559")
+        robot = Server(f"tcp://{rospy.get_param('~address')}:9559")
         self.addCleanup(robot.close)
-        robot.registerService("ALTabletService", qi_object(ALTabletService(self.tablet)))
+        robot.register("ALTabletService", served_object(ALTabletService(self.tablet)))
+        robot.start()
 
     def test_the_pilot_comes_to_the_tablet_and_the_robots_picture_to_a_page(self):
         self.until(self.tablet_is_orange, "the pilot's picture is on the tablet")

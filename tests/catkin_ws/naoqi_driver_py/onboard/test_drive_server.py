@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import qi
-from naoqi_driver.onboard.naoqi_link import Wire, is_near
+from naoqi_driver.onboard.naoqi_link import is_near
 from naoqi_driver.onboard.pepper_base import FAR_SPEED, far_motion, far_velocity
 from python2_syntax import assert_python_2
 
@@ -94,9 +94,9 @@ def motion(naoqi) -> Motion:
 class Server:
     def __init__(self, folder: Path, url: str, *options: str, **environment: str) -> None:
         program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", url, "--port", "0", *options]
-        path = str(Path(qi.__file__).resolve().parents[1])  # and nothing of ours
+        # Neither the vendor's packages nor ours beside it: all that it needs is in the file.
         self.process = subprocess.Popen(
-            program, env={**os.environ, "PYTHONPATH": path, **environment}, stdout=subprocess.PIPE, text=True
+            program, env={**os.environ, "PYTHONPATH": "", **environment}, stdout=subprocess.PIPE, text=True
         )
         self.port = int(self.process.stdout.readline().rpartition(":")[2])
 
@@ -293,30 +293,6 @@ def test_without_a_key_it_listens_on_loopback_only(folder, tmp_path):
     )
     assert refused.returncode == 1
     assert "without a key nothing listens on 0.0.0.0" in refused.stderr
-
-
-def test_an_aborted_wire_delivers_nothing_more():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        sender = socket.create_connection(listener.getsockname())
-        receiver, _ = listener.accept()
-    with sender, receiver:
-        sender.setblocking(False)
-        sent = 0
-        while sent < 1 << 22:
-            try:
-                sent += sender.send(b"x" * 65536)
-            except BlockingIOError:
-                break
-        wire = Wire(sender.fileno())
-        assert wire.waiting() > 0
-        wire.abort()
-        wire.close()
-        received = 0
-        with pytest.raises(ConnectionResetError):
-            while data := receiver.recv(65536):
-                received += len(data)
-        assert received < sent
 
 
 @pytest.mark.parametrize(("url", "near"), [("tcp://127.0.0.1:9559", True), ("tcp://10.0.0.7:9559", False)])

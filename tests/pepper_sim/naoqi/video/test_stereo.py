@@ -10,8 +10,6 @@ import pytest
 
 from pepper_sim.simulation import Simulation
 
-import qi  # isort: skip
-
 DEPTH, STEREO = 2, 3
 K720P, K720P_X2 = 5, 13
 YUV422, RGB, MILLIMETRES = 9, 11, 17
@@ -21,7 +19,7 @@ BASELINE = 2 * 0.039
 
 
 @pytest.fixture(scope="module")
-def session():
+def session(qi):
     with Simulation(scene="apartment", port=0, head="1.8") as running:
         client = qi.Session()
         client.connect(running.url)

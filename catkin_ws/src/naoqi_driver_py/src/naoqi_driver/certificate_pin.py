@@ -13,6 +13,7 @@ import ipaddress
 import logging
 import os
 import re
+import ssl
 import stat
 from pathlib import Path
 
@@ -21,7 +22,7 @@ log = logging.getLogger(__name__)
 _FINGERPRINT = re.compile(r"(?:[0-9A-F]{2}:){31}[0-9A-F]{2}")
 
 
-class CertificateRefused(Exception):
+class CertificateRefused(OSError):
     """The certificate is not the one that was trusted, or it cannot be known; the text has the remedy."""
 
 
@@ -51,6 +52,8 @@ class CertificatePin:
             trusted = self._read()
             if trusted is None:
                 trusted = self._write(shown)
+        except CertificateRefused:
+            raise
         except OSError as error:
             raise CertificateRefused(f"the robot's certificate cannot be kept at {self.path}: {error}") from None
         if shown != trusted:
@@ -93,6 +96,26 @@ class CertificatePin:
         finally:
             new.unlink()
         return shown
+
+
+def tls_context(pin: CertificatePin) -> ssl.SSLContext:
+    """Return the TLS that a client of the robot uses, for all of its connections.
+
+    A handshake ends with the check of the certificate, or with `CertificateRefused`: what is checked is what is used, and
+    nothing is sent to, or read from, somebody else.
+    """
+
+    class Checked(ssl.SSLSocket):
+        def do_handshake(self, block: bool = False) -> None:
+            super().do_handshake(block)
+            pin.check(self.getpeercert(binary_form=True) or b"")
+
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    # A robot signs its certificate itself: there is no authority to ask. The pin says whose it is.
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    context.sslsocket_class = Checked
+    return context
 
 
 def fingerprint(certificate: bytes) -> str:

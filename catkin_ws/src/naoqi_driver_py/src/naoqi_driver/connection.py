@@ -1,9 +1,9 @@
 """A link to NAOqi that reconnects automatically.
 
-Wire: qi messaging (libqi) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login; `tcps://ip:9503` from 2.9, with
-user and password (ros-naoqi/libqi-python, issues 7 and 22), which go through `tls_relay` to the robot whose certificate
-is pinned, and nowhere else. A request names a service, a method and its arguments; the
-reply is a value or an error text. libqi itself never gives up waiting, so every wait here has an end.
+Wire: NAOqi's messaging (`telepresence.naoqi`) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login;
+`tcps://ip:9503` from 2.9, with user and password (ros-naoqi/libqi-python, issues 7 and 22), which go to the robot whose
+certificate is pinned (`certificate_pin`), and nowhere else. A request names a service, a method and its arguments; the
+reply is a value or an error text. Nothing here listens: the robot calls our services over our connection.
 
 Whatever the other side sends, a caller gets a value of bounded size, whose types the functions of `replies` check, or a
 `RobotError` whose text is one short line.
@@ -19,17 +19,12 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import qi
-
-from naoqi_driver.callback_port import close_to_strangers, end_stuck
-from naoqi_driver.certificate_pin import CertificatePin
+from naoqi_driver.certificate_pin import CertificatePin, tls_context
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
+from telepresence import naoqi
 from telepresence.security.outside_text import LONGEST, clean
-
-if TYPE_CHECKING:
-    from naoqi_driver.tls_relay import TlsRelay
 
 log = logging.getLogger(__name__)
 
@@ -45,9 +40,6 @@ EAGER_TIME = 10.0
 REPORT_AFTER = 2.0
 """Seconds without a link before it is reported: robot and drivers are often started together."""
 CALL_TIMEOUT = 1.0
-
-# libqi's own messages repeat what is reported here, and its retries would flood the terminal.
-qi.logging.setLevel(qi.logging.FATAL)
 
 
 class RobotUnreachable(RobotError):
@@ -94,7 +86,7 @@ class Address:
 class PendingCall:
     """A request that is on its way."""
 
-    def __init__(self, connection: Connection, future: qi.Future, name: str) -> None:
+    def __init__(self, connection: Connection, future: naoqi.Future, name: str) -> None:
         self._connection = connection
         self._future = future
         self._name = name
@@ -113,10 +105,10 @@ class PendingCall:
         """
         try:
             value = self._future.value(round(timeout * 1000))
+        except naoqi.WireError as error:
+            raise UnexpectedReply(f"{self._name}: {_first_line(error)}") from None
         except RuntimeError as error:
             raise self._connection.translate(error, self._name, self._future.isRunning(), timeout) from None
-        except Exception as error:  # of any kind: libqi makes Python values of what the robot sent
-            raise UnexpectedReply(f"{self._name}: the reply is none: {type(error).__name__}") from None
         return bounded(value, self._name)
 
     def cancel(self) -> None:
@@ -146,8 +138,7 @@ class Connection:
         self._on_connected = on_connected or (lambda: None)
         self._on_lost = on_lost or (lambda _cause: None)
         self._problem = "not connected yet"
-        self._relay: TlsRelay | None = None
-        self._session: qi.Session | None = None
+        self._session: naoqi.Session | None = None
         self._services: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._up = threading.Event()
@@ -172,8 +163,6 @@ class Connection:
         self._wake.set()
         if self._thread.ident is not None:
             self._thread.join(timeout=1.0)
-        if self._relay is not None:
-            self._relay.close()
 
     @property
     def connected(self) -> bool:
@@ -213,7 +202,7 @@ class Connection:
         return PendingCall(self, future, name)
 
     def subscribe(self, service: str, signal: str, callback: Callable[..., None]) -> None:
-        """Have `callback` called with what the service's signal carries, on a thread of libqi, until the link is lost.
+        """Have `callback` called on another thread with what the service's signal carries, until the link is lost.
 
         Raises:
             RobotUnreachable: No link, or no answer in time.
@@ -231,44 +220,40 @@ class Connection:
             raise self.translate(error, name, False, 0.0) from None
         PendingCall(self, future, name).result()
 
-    def register_service(self, name: str, service: object, listen: str | None = None) -> None:
+    def register_service(self, name: str, service: object) -> None:
         """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
 
-        Args:
-            listen: Where the robot reaches this machine, for example tcp://192.168.1.5:0 (port 0: any free one);
-                loopback is enough for a simulated robot. Nobody but the robot gets through: see `callback_port`.
+        The robot calls it over this connection. Where its service directory and the service that calls are programs of
+        their own, without the gateway of NAOqi 2.5 between, it cannot.
 
         Raises:
             RobotUnreachable: No link, or no answer in time.
-            CallRefused: The name is taken, `listen` is no address of this machine, or strangers cannot be kept out.
+            CallRefused: The name is taken.
         """
         session = self._session
         if session is None:
             raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
         try:
-            if not session.endpoints() or end_stuck(session.endpoints()):
-                session.listen(listen or "tcp://127.0.0.1:0")
-            close_to_strangers(session.endpoints(), self.address.url)
             future = session.registerService(name, service, _async=True)
         except RuntimeError as error:
             raise self.translate(error, name, False, 0.0) from None
-        except OSError as error:
-            raise CallRefused(f"{name}: strangers cannot be kept out: {error}") from None
         PendingCall(self, future, f"registering {name}").result()
 
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
-        """What an error of libqi means to the caller of `name`."""
+        """What an error of the library means to the caller of `name`."""
         if unanswered:
             self._wake.set()
             return RobotUnreachable(f"{name}: no reply from {self.address} within {timeout:g} s")
         cause = _first_line(error)
         session = self._session
         if session is None or not session.isConnected() or cause in _BROKEN_LINK:
+            with self._lock:
+                self._services.clear()  # one of a program that has ended may be there again
             self._wake.set()
             return RobotUnreachable(f"{name}: the link to {self.address} broke: {cause}")
         return CallRefused(f"{name}: {cause}")
 
-    def _service(self, session: qi.Session, name: str) -> Any:
+    def _service(self, session: naoqi.Session, name: str) -> Any:
         with self._lock:
             proxy = self._services.get(name)
         if proxy is None:
@@ -307,28 +292,21 @@ class Connection:
             pause, reported = FIRST_PAUSE, None
             failing_since = time.monotonic()
 
-    def _connect(self) -> qi.Session:
+    def _connect(self) -> naoqi.Session:
         """A new session. Raises RuntimeError with the cause."""
-        session, url = qi.Session(), self.address.url
+        session, tls = naoqi.Session(), None
         if self.address.encrypted:
-            from naoqi_driver.tls_relay import TlsRelay  # with asyncio, which others need not wait for
-
-            # One relay for as long as this lives: its port is never free for others while libqi may call it.
-            self._relay = self._relay or TlsRelay(*self.address.place, CertificatePin(*self.address.place))
-            self._relay.problem, url = "", self._relay.url
+            tls = tls_context(CertificatePin(*self.address.place))
             if self.address.user or self.address.password:
                 session.setClientAuthenticatorFactory(Login(self.address.user or "nao", self.address.password or ""))
-        future = session.connect(url, _async=True)
-        answered = self._answered(future, CONNECT_TIMEOUT)
-        if self._relay is not None and self._relay.problem:
-            raise RuntimeError(self._relay.problem)
-        if not answered:
-            future.cancel()
+        future = session.connect(self.address.url, tls=tls, timeout=CONNECT_TIMEOUT, _async=True)
+        if not self._answered(future, CONNECT_TIMEOUT):
+            future.addCallback(lambda _: session.close())  # if it is connected after all
             raise RuntimeError(f"no answer within {CONNECT_TIMEOUT:g} s")
         future.value(0)
         return session
 
-    def _answered(self, future: qi.Future, timeout: float) -> bool:
+    def _answered(self, future: naoqi.Future, timeout: float) -> bool:
         """Wait for the future, at most `timeout` seconds, and no longer than the connection is wanted."""
         deadline = time.monotonic() + timeout
         future.addCallback(lambda _: self._wake.set())
@@ -337,7 +315,7 @@ class Connection:
             self._wake.clear()
         return not future.isRunning()
 
-    def _serve(self, session: qi.Session) -> None:
+    def _serve(self, session: naoqi.Session) -> None:
         """Keep the session until the robot stops answering or the connection is closed."""
         session.disconnected.connect(lambda *_: self._wake.set())
         with self._lock:
@@ -362,7 +340,7 @@ class Connection:
             log.warning("lost the robot at %s: %s; connecting again", self.address, cause)
             self._report(self._on_lost, cause)
 
-    def _probe(self, session: qi.Session) -> str | None:
+    def _probe(self, session: naoqi.Session) -> str | None:
         """Why the robot counts as lost, or None when it answers."""
         try:
             future = self._service(session, "ServiceDirectory").call("machineId", _async=True)
@@ -382,8 +360,8 @@ class Connection:
             log.exception("a callback of the link to %s failed", self.address)
 
 
-_BROKEN_LINK = ("Socket is not connected", "Session closed", "Endpoint disconnected", "Endpoint closed")
-"""Texts of libqi 4.0.3 for a request that a dying link swallowed (read from its answers)."""
+_BROKEN_LINK = ("Socket is not connected", "Session closed", "Session not connected.", "Socket Disconnected")
+"""Texts for a request that a dying link swallowed."""
 
 
 def _first_line(error: Exception) -> str:
@@ -392,8 +370,7 @@ def _first_line(error: Exception) -> str:
 
 
 class Login:
-    """Hands user and password to libqi, in the two steps its authenticator interface asks for; the method names are
-    its."""
+    """Hands user and password to the library, in the steps its authenticator interface asks for; the names are its."""
 
     def __init__(self, user: str, password: str) -> None:
         self._answer = {"user": user, "token": password}
@@ -402,4 +379,7 @@ class Login:
         return self
 
     def initialAuthData(self) -> dict[str, str]:
+        return self._answer
+
+    def _processAuth(self, _asked: object) -> dict[str, str]:
         return self._answer

@@ -3,8 +3,10 @@
 Wire: a service registered by this side with a method `processRemote(channels, samples per channel, [s, µs], buffer)`;
 `ALAudioDevice.setClientPreferences(name, rate, channels, deinterleaved)`, `subscribe(name)`, `unsubscribe(name)`.
 Buffers are int16 little-endian: 48000 Hz with four microphones, or 16000 Hz with one. A block is 85 to 170 ms long,
-which is the larger part of the delay. The robot opens a connection to this machine for it; where a firewall forbids
-that, no call ever comes, which is noticed here. Source: NAOqi 2.8 documentation, ALAudioDevice.
+which is the larger part of the delay. The robot calls over the connection that we opened: nothing listens here, and no
+firewall is in the way. A robot whose ALAudioDevice and service directory are programs of their own, without the gateway
+of NAOqi 2.5 between, would have to open a connection to this machine; no call ever comes from it, which is noticed
+here. Source: NAOqi 2.8 documentation, ALAudioDevice.
 """
 
 from __future__ import annotations
@@ -17,9 +19,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import qi
 from naoqi_driver.connection import Connection, RobotError
 
+from telepresence import naoqi
 from telepresence.security.change_log import ChangeLog
 
 log = logging.getLogger(__name__)
@@ -41,10 +43,9 @@ class MicrophoneStream:
     """Listens while `wanted` and connected, from `start` to `close`.
 
     Args:
-        on_block: Gets every block: (n, channels) int16, samples per second, arrival [s, monotonic]; on libqi's thread.
+        on_block: Gets every block: (n, channels) int16, samples per second, arrival [s, monotonic]; on another thread.
         microphones: "stereo": the two in front at 48 kHz, 3 Mbit/s on the robot's Wi-Fi. "front": one at 16 kHz,
             a twelfth of that.
-        listen: Where the robot reaches this machine; see `Connection.register_service`.
     """
 
     def __init__(
@@ -52,7 +53,6 @@ class MicrophoneStream:
         connection: Connection,
         on_block: Callable[[np.ndarray, int, float], None],
         microphones: str = "stereo",
-        listen: str | None = None,
     ) -> None:
         if microphones not in MICROPHONES:
             raise ValueError(f"microphones are {' or '.join(MICROPHONES)}, not {microphones!r}")
@@ -66,7 +66,6 @@ class MicrophoneStream:
         self._preferences = MICROPHONES[microphones]
         self._connection = connection
         self._on_block = on_block
-        self._listen = listen
         self._link = -1  # number of the link on which the subscription was made
         self._last_block = self._asked = 0.0
         self._credit = BURST
@@ -114,17 +113,14 @@ class MicrophoneStream:
         if not subscribed:
             self._subscribe(now)
         elif now - max(self._last_block, self._asked) > SILENT_AFTER:
-            self._report(
-                "the robot's microphones send nothing: can the robot open connections to this machine "
-                f"({self._listen or 'loopback'})? A firewall may be in the way"
-            )
+            self._report("the robot's microphones send nothing: this robot does not call back over our connection")
             self._leave()
 
     def _subscribe(self, now: float) -> None:
         link = self._connection.connections
         call = self._connection.call
         self._name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
-        self._connection.register_service(self._name, _listener(self._received), self._listen)
+        self._connection.register_service(self._name, _listener(self._received))
         call(_DEVICE, "setClientPreferences", self._name, *self._preferences)
         call(_DEVICE, "subscribe", self._name, timeout=3.0)
         self._link, self._asked = link, now
@@ -168,14 +164,14 @@ class MicrophoneStream:
 
 
 def _listener(on_sound: Callable[[int, int, Any], None]) -> object:
-    """The service that the robot calls. libqi shows every attribute to clients, so it has none."""
+    """The service that the robot calls. Every attribute is shown to the robot, so it has none."""
 
     class Listener:
-        @qi.bind(qi.Void, (qi.Int32, qi.Int32, qi.Dynamic, qi.Buffer))
+        @naoqi.bind(naoqi.Void, (naoqi.Int32, naoqi.Int32, naoqi.Dynamic, naoqi.Buffer))
         def processRemote(self, nbOfChannels: int, nbOfSamplesByChannel: int, timeStamp: Any, buffer: Any) -> None:
             try:
                 on_sound(nbOfChannels, nbOfSamplesByChannel, buffer)
-            except Exception:  # libqi would send it back to the robot, which has no use for it
+            except Exception:  # it would be sent back to the robot, which has no use for it
                 log.exception("a block of the robot's microphones is lost")
 
     return Listener()

@@ -11,7 +11,6 @@ Parameters:
     ~robot_microphones ("stereo")
                              stereo: 48 kHz, 3 Mbit/s on the robot's Wi-Fi; front: one microphone, 16 kHz, 0.3 Mbit/s
     ~robot_rate (0)          what the robot's loudspeaker plays [Hz]: 16000, 22050, 44100, 48000; 0 leaves it as it is
-    ~own_address ("")        this machine as the robot sees it; found out when empty
     ~rtp_host ("127.0.0.1"), ~rtp_port (10001)
                              where the robot's sound is sent by RTP; at 127.0.0.1 this node plays it, and nobody
                              else's packets; elsewhere run `play_rtp`
@@ -29,7 +28,7 @@ from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
 from telepresence_1.microphone_stream import MicrophoneStream
-from telepresence_1.network import NoRoute, choose_address, is_loopback
+from telepresence_1.network import NoRoute, is_loopback
 from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
 from telepresence_1.speaker_stream import SpeakerStream
 
@@ -66,7 +65,6 @@ class Voice:
             connection,
             lambda block, _rate, arrival: self._sender.push(block, arrival),
             str(rospy.get_param("~robot_microphones", "stereo")),
-            self._own_url(),
         )
         channels = (self._microphone_stream.rate, self._microphone_stream.channels)
         self._sender = RtpSender(*channels, host, port, codec, self._levels[1].put, patience)
@@ -101,12 +99,6 @@ class Voice:
             ):
                 if part is not None:
                     part.close()
-
-    def _own_url(self) -> str | None:
-        """Where the robot shall call us; None for loopback."""
-        own = str(rospy.get_param("~own_address", ""))
-        address = choose_address("", own, str(self._node.connection.address))
-        return None if is_loopback(address) else f"tcp://{address}:0"
 
     def _speaker_changed(self, problem: str | None) -> None:
         self._microphone_stream.wanted = problem is None

@@ -105,9 +105,9 @@ def _call(link, name, log):
         log("%s cannot be called: %s" % (name, link.problem))
         return
     try:
-        future = getattr(motion, name)(_async=True)
+        answer = motion.send(name)
         if name == "killMove":
-            future.wait(500)  # the last word of this process; it must have left
+            answer.wait(0.5)  # the last word of this process; it must have left
     except RuntimeError as error:
         log("%s: %s" % (name, first_line(error)))
 

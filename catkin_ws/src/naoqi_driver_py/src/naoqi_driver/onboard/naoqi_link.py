@@ -7,21 +7,19 @@ robot has not taken is known to the kernel, and a link on which it takes nothing
 still waits in it, instead of being drained when the network is back.
 """
 
-import ctypes
-import fcntl
-import os
 import socket
-import struct
-import termios
 import threading
 
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import INFINITY
+from telepresence.robot_side.naoqi_client import Client, place_of
 from telepresence.security.shared_key import is_loopback
 
 MYPY = False
 if MYPY:
-    from typing import Any, Callable, List, Optional  # noqa: F401, UP035
+    from typing import Callable, Optional  # noqa: F401, UP035
+
+    from telepresence.robot_side.naoqi_client import Service  # noqa: F401
 
 CONNECT_TIMEOUT = 1.5
 """Seconds for each step of a connection."""
@@ -33,11 +31,6 @@ WATCH_PERIOD = 0.05
 """Seconds between two looks at the link."""
 STALL = 0.4
 """Seconds for which the robot may take nothing of what was sent to it over a network."""
-TCP_USER_TIMEOUT = 18
-"""Linux's number; Python 2.7 does not name it."""
-
-# libqi's own messages repeat what is reported here.
-os.environ.setdefault("QI_LOG_LEVEL", "1")
 
 
 class NaoqiLink(object):
@@ -60,9 +53,8 @@ class NaoqiLink(object):
         self.url, self._log = url, log
         self.near = is_near(url) and not far
         self.connections, self.problem = 0, "not connected yet"
-        self._motion = None  # type: Any
-        self._session = None  # type: Any
-        self._wires = []  # type: List[Wire]
+        self._motion = None  # type: Optional[Service]
+        self._client = None  # type: Optional[Client]
         self._drop = ""
         self._stop = threading.Event()
         self._wake = threading.Event()
@@ -71,22 +63,24 @@ class NaoqiLink(object):
         self._thread.start()
 
     def motion(self):
-        # type: () -> Any
+        # type: () -> Optional[Service]
         """ALMotion; None without a link."""
         return self._motion
 
     def waiting(self):
         # type: () -> bool
         """Whether something that was sent has not reached the robot yet; beside it, never."""
-        return any(wire.waiting() for wire in self._wires)
+        client = self._client
+        return not self.near and client is not None and any(wire.waiting() for wire in client.wires)
 
     def drop(self, reason):
         # type: (str) -> None
         """Tear the link down, with what waits in it, and connect again."""
         self._drop = self._drop or reason
         self._motion = None
-        for wire in self._wires:
-            wire.abort()
+        client = self._client
+        for wire in client.wires if client is not None else ():
+            wire.abort(self._drop)
         self._wake.set()
 
     def close(self):
@@ -117,25 +111,13 @@ class NaoqiLink(object):
 
     def _connect(self):
         # type: () -> None
-        import qi
-
         self._drop = ""
-        self._session = qi.Session()
-        self._answer(self._session.connect(self.url, _async=True))
-        motion = self._answer(self._session.service("ALMotion", _async=True))
+        client = self._client = Client(self.url, CONNECT_TIMEOUT)
+        motion = client.service("ALMotion")
         if not self.near:
-            self._wires = wires()
+            for wire in client.wires:
+                wire.limit(STALL)
         self.connections, self.problem, self._motion = self.connections + 1, "", motion
-
-    def _answer(self, future):
-        # type: (Any) -> Any
-        """What a qi future brings. Raises RuntimeError with the robot's text, or after `CONNECT_TIMEOUT`."""
-        end = monotonic() + CONNECT_TIMEOUT
-        while future.isRunning() and not self._stop.is_set():
-            if monotonic() >= end:
-                raise RuntimeError("no answer within %g s" % CONNECT_TIMEOUT)
-            self._stop.wait(0.01)
-        return future.value(0)
 
     def _watch(self):
         # type: () -> None
@@ -150,76 +132,19 @@ class NaoqiLink(object):
                 self.drop("it took nothing for %g s" % STALL)
             if self._drop:
                 raise RuntimeError(self._drop)
-            if not self._session.isConnected():
-                raise RuntimeError("it closed the connection")
+            for wire in self._client.wires if self._client is not None else ():
+                if wire.problem:
+                    raise RuntimeError(wire.problem)
 
     def _close(self):
         # type: () -> None
         self._motion = None
         self.problem = self.problem or "closed"
-        session, self._session = self._session, None
-        left, self._wires = self._wires, []
-        for wire in left:
-            wire.abort()
-        if session is not None:
-            try:
-                session.close()
-            except RuntimeError:  # it is closed already
-                pass
-        for wire in left:
+        client, self._client = self._client, None
+        for wire in client.wires if client is not None else ():
+            if not self.near:
+                wire.abort()
             wire.close()
-
-
-class Wire(object):
-    """A TCP connection that somebody else in this program, libqi, made.
-
-    Args:
-        descriptor: Its number there.
-    Raises:
-        socket.error: It is no TCP connection.
-    """
-
-    def __init__(self, descriptor):
-        # type: (int) -> None
-        self._socket = socket.fromfd(descriptor, socket.AF_INET, socket.SOCK_STREAM)
-        try:
-            self._socket.getpeername()
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._socket.setsockopt(socket.IPPROTO_TCP, TCP_USER_TIMEOUT, int(STALL * 1000))
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        except socket.error:
-            self._socket.close()
-            raise
-
-    def waiting(self):
-        # type: () -> int
-        """Bytes that were sent and that the other side has not confirmed (tcp(7), SIOCOUTQ)."""
-        try:
-            return int(struct.unpack("i", fcntl.ioctl(self._socket.fileno(), termios.TIOCOUTQ, b"\0" * 4))[0])
-        except EnvironmentError:  # closed: nothing will arrive
-            return 0
-
-    def abort(self):
-        # type: () -> None
-        """End the connection at once; what waits in it is thrown away (connect(2), AF_UNSPEC)."""
-        ctypes.CDLL(None, use_errno=True).connect(self._socket.fileno(), b"\0" * 16, 16)
-
-    def close(self):
-        # type: () -> None
-        self._socket.close()
-
-
-def wires():
-    # type: () -> List[Wire]
-    """The TCP connections of this program, which has none but libqi's."""
-    found = []
-    for name in os.listdir("/proc/self/fd"):
-        try:
-            if os.readlink("/proc/self/fd/" + name).startswith("socket:"):
-                found.append(Wire(int(name)))
-        except EnvironmentError:  # another kind of socket, or closed meanwhile
-            continue
-    return found
 
 
 def is_near(url):
@@ -229,12 +154,9 @@ def is_near(url):
     Raises:
         ValueError: The address is none.
     """
-    scheme, _, rest = url.partition("://")
-    host, _, port = rest.rpartition(":")
-    if scheme not in ("tcp", "tcps") or not host or not port.isdigit():
-        raise ValueError("not the address of NAOqi: %r; wanted is tcp://HOST:9559" % url)
+    host = place_of(url)[1][0]
     try:
-        return is_loopback(host.strip("[]")) or is_own(host.strip("[]"))
+        return is_loopback(host) or is_own(host)
     except EnvironmentError:  # a name without an address, now
         return False
 

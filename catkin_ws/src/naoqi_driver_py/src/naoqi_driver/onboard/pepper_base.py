@@ -17,6 +17,7 @@ from naoqi_driver.onboard.naoqi_link import STALL, first_line
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import ENDED, INFINITY, REACHED
 from telepresence.drive.server import AT_REST, CLEAR, FAULT, NO_COMMAND, STOPPED, Outcome, Robot
+from telepresence.robot_side.naoqi_values import NaoqiError
 
 MYPY = False
 if MYPY:
@@ -26,6 +27,7 @@ if MYPY:
     from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
     from telepresence.drive.datagram import Goal, Vector  # noqa: F401
     from telepresence.drive.pilots import Command, Pilots  # noqa: F401
+    from telepresence.robot_side.naoqi_client import Answer, Service  # noqa: F401
 
 BRAKING_TIME = 0.1
 """Seconds of gentle braking that a robot gets whose pilot fell silent; then `killMove`. Gently alone, ALMotion needs
@@ -116,7 +118,7 @@ class PepperBase(Robot):
             else:
                 self._rest(motion, now, BRAKING_TIME if pilots.cut else RELEASE_TIME)
             self._probe(motion, now)
-        except (RuntimeError, AttributeError) as error:  # libqi: the link is just breaking; there is no such method
+        except NaoqiError as error:  # the link is just breaking; there is no such method
             self._refuse(first_line(error), now)
         if self._last_stop is not None:
             self._last_stop.note(self._moving, now)
@@ -135,14 +137,14 @@ class PepperBase(Robot):
         try:
             self._brake(motion, monotonic(), RELEASE_TIME)
             if self._stop is not None:
-                self._stop.future.wait(int(RELEASE_TIME * 1000))
-        except (RuntimeError, AttributeError):  # the link breaks; nothing more can be done from here
+                self._stop.answer.wait(RELEASE_TIME)
+        except NaoqiError:  # the link breaks; nothing more can be done from here
             pass
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _drive(self, motion, now, command):
-        # type: (Any, float, Command) -> Vector
+        # type: (Service, float, Command) -> Vector
         """Command a velocity, unless the last one is still on its way; what the base is to do now."""
         velocity = command[:3]
         if velocity == AT_REST and (not self._moving or not self._link.near):
@@ -152,12 +154,12 @@ class PepperBase(Robot):
             return velocity
         self._begin()
         if self._link.near:
-            self._move = Call("move", motion.move(*velocity, _async=True), now)
+            self._move = Call("move", motion.send("move", *velocity), now)
         else:
             velocity = far_velocity(velocity)
-            self._far = Call("moveTo", motion.moveTo(*far_motion(velocity), _async=True), now)
+            self._far = Call("moveTo", motion.send("moveTo", *far_motion(velocity)), now)
             # moveTo is answered when it has ended; this, when it has arrived.
-            self._move = Call("moveIsActive", motion.moveIsActive(_async=True), now)
+            self._move = Call("moveIsActive", motion.send("moveIsActive"), now)
         return velocity
 
     def _begin(self):
@@ -167,60 +169,60 @@ class PepperBase(Robot):
         self._moving, self._killed = True, False
 
     def _follow(self, motion, now, goal, pilots):
-        # type: (Any, float, Goal, Pilots) -> None
+        # type: (Service, float, Goal, Pilots) -> None
         if not self._link.near:
             self._refuse("the goal: over a network it would go on when nobody wants it any more", now)
             pilots.end_goal()
             return
         if self._goal is None or self._goal[0] is not goal:
             self._begin()
-            self._goal = (goal, Call("moveTo", motion.moveTo(*goal.pose, _async=True), now))
+            self._goal = (goal, Call("moveTo", motion.send("moveTo", *goal.pose), now))
             return
-        future = self._goal[1].future
-        if future.isRunning():
+        answer = self._goal[1].answer
+        if answer.running():
             return
         self._goal = None
         try:
-            reached = future.value(0) is not False
-        except RuntimeError as error:
+            reached = answer.value() is not False
+        except NaoqiError as error:
             reached = False
             self._refuse("moveTo: " + first_line(error), now)
         pilots.end_goal(REACHED if reached else ENDED)
 
     def _rest(self, motion, now, patience):
-        # type: (Any, float, float) -> None
+        # type: (Service, float, float) -> None
         """Brake if the base moves because of us."""
         if now >= self._kill_at:
             self._kill_at, self._killed = INFINITY, True
-            self._kill = Call("killMove", motion.killMove(_async=True), now)
+            self._kill = Call("killMove", motion.send("killMove"), now)
         elif self._moving and self._stop is None and self._kill is None:
             self._brake(motion, now, patience)
         elif self._stop is not None and not self._killed:
             self._kill_at = min(self._kill_at, self._stop.sent + patience)
 
     def _brake(self, motion, now, patience):
-        # type: (Any, float, float) -> None
+        # type: (Service, float, float) -> None
         self._begin()
-        self._stop = Call("stopMove", motion.stopMove(_async=True), now)
+        self._stop = Call("stopMove", motion.send("stopMove"), now)
         self._kill_at = now + patience
 
     def _probe(self, motion, now):
-        # type: (Any, float) -> None
+        # type: (Optional[Service], float) -> None
         """See whether ALMotion answers when nothing else shows it."""
         if motion is not None and self._asked is None and now - self._probed >= PROBE_PERIOD:
             self._probed = now
-            self._asked = Call("moveIsActive", motion.moveIsActive(_async=True), now)
+            self._asked = Call("moveIsActive", motion.send("moveIsActive"), now)
 
     def _look(self, now):
         # type: (float) -> None
         """See which answers have come."""
         for call in (self._move, self._asked, self._far, self._stop, self._kill):
-            if call is None or call.future.isRunning():
+            if call is None or call.answer.running():
                 continue
             refused = ""
             try:
-                call.future.value(0)
-            except RuntimeError as error:
+                call.answer.value()
+            except NaoqiError as error:
                 refused = "%s: %s" % (call.name, first_line(error))
                 self._refuse(refused, now)
             if call is self._stop:
@@ -259,11 +261,11 @@ class PepperBase(Robot):
 
 
 class Call(object):
-    """A call that was sent at `sent` [s], and what libqi has of its answer."""
+    """A call that was sent at `sent` [s], and what has come of its answer."""
 
-    def __init__(self, name, future, sent):
-        # type: (str, Any, float) -> None
-        self.name, self.future, self.sent = name, future, sent
+    def __init__(self, name, answer, sent):
+        # type: (str, Answer, float) -> None
+        self.name, self.answer, self.sent = name, answer, sent
 
 
 def far_velocity(velocity):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python
 # Runs on the robot's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
-# ruff: noqa: UP004, UP010, UP031
+# ruff: noqa: UP004, UP010, UP024, UP031
 """The service robotvideo.main of robotvideo.pkg: keeps the robot's focus, and a page on the tablet if it was given one.
 
 ALServiceManager starts it (execStart in manifest.xml) and ends it by SIGTERM; it then takes the page away and gives the
@@ -19,7 +19,7 @@ import signal
 import sys
 import time
 
-import qi
+from telepresence.robot_side.naoqi_client import Client, NaoqiError  # scripts/telepresence in the package
 
 ACTIVITY = "robotvideo/behaviour"
 PAGE_FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "page_url")
@@ -27,6 +27,7 @@ CHECK_PERIOD = 1.0
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
 CALM = 60.0
 OTHER_VIEWS_SCALE = 1.0
+ANSWER_TIMEOUT = 5.0
 
 
 class Retry(object):
@@ -50,10 +51,10 @@ class Retry(object):
 class RobotVideo(object):
     """Keeps focus and page until `stop`; `url` is "" when the page is somebody else's."""
 
-    def __init__(self, session, url):
-        self._session = session
-        self._life = session.service("ALAutonomousLife")
-        self._tablet = session.service("ALTabletService") if url else None
+    def __init__(self, client, url):
+        self._client = client
+        for name in ("ALAutonomousLife", "ALTabletService") if url else ("ALAutonomousLife",):
+            client.service(name)  # or NaoqiError
         self._url = url
         self._stopped = False
         self._loaded = False
@@ -67,38 +68,44 @@ class RobotVideo(object):
     def run(self):
         """Return after `stop`, with page and focus given back, or when NAOqi is gone."""
         due = 0.0
-        while not self._stopped and self._session.isConnected():
+        while not self._stopped and self._client.connected():
             now = time.time()
             if now >= due or due - now > CHECK_PERIOD:
                 due = now + CHECK_PERIOD
                 self._attempt("focus", self._keep_focus)
-                if self._tablet is not None:
+                if self._url:
                     self._attempt("tablet", self._keep_page)
             time.sleep(0.05)
-        if not self._session.isConnected():
+        if not self._client.connected():
             return
         if self._loaded:
-            self._attempt("tablet", self._tablet.hideWebview)
+            self._attempt("tablet", lambda: self._tablet("hideWebview"))
         self._attempt("focus", self._give_back)
 
     def _attempt(self, what, action):
         try:
             action()
             problem = ""
-        except RuntimeError as error:
+        except (NaoqiError, EnvironmentError) as error:
             problem = str(error).strip().split("\n")[0]
         if problem and problem != self._problems.get(what):
             print("%s: %s; trying again" % (what, problem))
             sys.stdout.flush()
         self._problems[what] = problem
 
+    def _life(self, method, *arguments):
+        return self._client.service("ALAutonomousLife").send(method, *arguments).value(ANSWER_TIMEOUT)
+
+    def _tablet(self, method, *arguments):
+        return self._client.service("ALTabletService").send(method, *arguments).value(ANSWER_TIMEOUT)
+
     def _keep_focus(self):
-        if self._life.focusedActivity() != ACTIVITY and self._focus_retry.due(time.time()):
-            self._life.switchFocus(ACTIVITY)
+        if self._life("focusedActivity") != ACTIVITY and self._focus_retry.due(time.time()):
+            self._life("switchFocus", ACTIVITY)
 
     def _give_back(self):
-        if self._life.focusedActivity() == ACTIVITY:
-            self._life.stopFocus()
+        if self._life("focusedActivity") == ACTIVITY:
+            self._life("stopFocus")
 
     def _keep_page(self):
         now = time.time()
@@ -107,14 +114,14 @@ class RobotVideo(object):
         if self._page_retry.due(now):
             if not self._loaded:
                 changing = "%s%st=%d" % (self._url, "&" if "?" in self._url else "?", now)  # the web view caches
-                if not self._tablet.loadUrl(changing):
-                    raise RuntimeError("the tablet is not ready")
-            self._tablet.showWebview()
+                if not self._tablet("loadUrl", changing):
+                    raise NaoqiError("the tablet is not ready")
+            self._tablet("showWebview")
             self._loaded = True
 
     def _displayed(self):
         """Whether the tablet says that the web view is on its screen."""
-        return self._tablet.getOnTouchScaleFactor() != OTHER_VIEWS_SCALE
+        return self._tablet("getOnTouchScaleFactor") != OTHER_VIEWS_SCALE
 
 
 def page_url():
@@ -131,16 +138,16 @@ def main():
     parser.add_argument("--qi-url", default=os.environ.get("QI_URL") or "tcp://127.0.0.1:9559", help="the robot")
     parser.add_argument("--url", default=page_url(), help="the page; default: the one of the package, if any")
     options, _ = parser.parse_known_args()
-    session = qi.Session()
     try:
-        session.connect(options.qi_url)
-        video = RobotVideo(session, options.url)
-    except RuntimeError as error:
+        client = Client(options.qi_url)
+        video = RobotVideo(client, options.url)
+    except (NaoqiError, EnvironmentError, ValueError) as error:
         print("robotvideo: %s" % error, file=sys.stderr)
         return 1
     signal.signal(signal.SIGTERM, video.stop)
     signal.signal(signal.SIGINT, video.stop)
     video.run()
+    client.close()
     print("Application finished.")
     return 0
 
