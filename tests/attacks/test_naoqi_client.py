@@ -110,7 +110,7 @@ def _visit(url: str) -> None:
 def try_to_connect(url: str) -> None:
     """It works or is refused; in time."""
     session = naoqi.Session()
-    future = session.connect(url, _async=True)
+    future = session.connect(url, timeout=1.0, _async=True)
     future.wait(MS)
     assert not future.isRunning(), "connecting has no end"
     session.close()
@@ -193,7 +193,7 @@ def test_a_server_that_never_answers() -> None:
     with Impostor(lambda peer: peer.gone() and None) as impostor:
         session = naoqi.Session()
         begin = time.monotonic()
-        future = session.connect(impostor.url, _async=True)
+        future = session.connect(impostor.url, timeout=1.0, _async=True)
         with pytest.raises(RuntimeError):
             future.value(50)
         session.close()
@@ -312,7 +312,7 @@ LIES: dict[str, Callable[[Message], bytes]] = {
 @pytest.mark.parametrize("lie", LIES.values(), ids=LIES)
 def test_every_answer_is_a_lie_in_turn(honest: ServerProcess, lie: Callable[[Message], bytes]) -> None:
     """One answer of a conversation after the other is changed; only the login is honest."""
-    for place in (1, 3, 5, 6, 8, 10):
+    for place in (1, 5, 8, 10):
 
         def change(message: Message, number: int, place: int = place) -> bytes:
             return lie(message) if number == place else message.pack()
@@ -422,10 +422,11 @@ def test_a_flood_of_events_that_the_client_asked_for(honest: ServerProcess) -> N
     session.connect(honest.url)
     service = session.service("Conversation")
     heard = threading.Semaphore(0)
+    enough = threading.Event()
 
     def slow(_value: Any) -> None:
         heard.release()
-        time.sleep(0.02)
+        enough.wait(0.02)
 
     service.anything.connect(slow)
     before = used()[0]
@@ -438,5 +439,6 @@ def test_a_flood_of_events_that_the_client_asked_for(honest: ServerProcess) -> N
     assert service.later(1, _async=True).value(MS) == 1
     assert heard.acquire(timeout=MS / 1e3)
     assert used()[0] < before + 120.0
+    enough.set()
     session.close()
     other.close()
