@@ -257,7 +257,8 @@ class Station:
         self.wait(lambda: master_answers(self.master), "the ROS master", UP_TIMEOUT)
         self.wait(lambda: all(truth.newest for truth in self.truths.values()), "the simulated robots", UP_TIMEOUT)
         if self.by == "window":
-            self.wait(lambda: any("first picture" in line for line in self.output.lines), "the first picture", UP_TIMEOUT)
+            shown = lambda: any("first picture" in line for line in self.output.lines)  # noqa: E731
+            self.wait(shown, "the first picture", UP_TIMEOUT)
         known: dict[str, int] = {}
         since = time.monotonic()
 
