@@ -25,7 +25,7 @@ from urllib.parse import urlparse
 from telepresence.station import processes, vitals
 from telepresence.station.kept_program import Report
 from telepresence.station.restarts import what_next
-from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.ros_master import RESTARTED, master_answers, master_proxy
 from telepresence.station.vitals import Beats, Vitals
 
 log = logging.getLogger(__name__)
@@ -180,7 +180,7 @@ class MasterKeeper:
         for name, uri in missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
-                master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
+                master_proxy(uri, timeout=1.0).shutdown(CALLER, RESTARTED)
             except _ERRORS:
                 continue  # it is gone already
         if missing is self._missing:
