@@ -30,7 +30,7 @@ REST_TIMEOUT = 4.0
 """After the release [s]."""
 HELD = 1.0
 """So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
-PRESS, PAUSE = 0.8, 0.2
+PRESS, PAUSE = 0.6, 0.1
 """... for so long, again and again, with pauses [s]."""
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
