@@ -131,6 +131,8 @@ def main(argv: list[str] | None = None) -> int:
     beats.start(BEAT_PERIOD)
     try:
         code = application.exec_()
+        if code == 0:
+            heartbeat.notify("STOPPING=1")
     finally:
         heartbeat.beat(ENDING_TIMEOUT)
         signals.setEnabled(False)
