@@ -55,7 +55,8 @@ class MasterKeeper:
         self.uri = uri
         self._report = report
         self._own = tempfile.TemporaryDirectory(prefix="telepresence-master-") if folder is None else None
-        self._beats = Beats(Path(self._own.name if self._own else folder or "") / "master")
+        self._folder = Path(self._own.name if self._own else folder or "")
+        self._beats = Beats(self._folder / "master")
         self.restarts = 0
         self._reviving, self._revivals = False, 0
         self._parameters: dict = {}
@@ -94,7 +95,7 @@ class MasterKeeper:
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
-        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port)]
+        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
         self._process = processes.start(
             command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
