@@ -24,6 +24,8 @@ from telepresence_ros.watched_node import WatchedNode
 
 ENDING_TIMEOUT = 15.0
 """Seconds in which all nodes end at the latest: so long no beat of ours is due."""
+LAST_WORD = 0.1
+"""Seconds for `station_faults` to publish what it was told, before all nodes are ended."""
 STATION = "stack up"
 """What `./stack up` is called in faults."""
 
@@ -62,6 +64,7 @@ class NodeMonitor(pmon.ProcessMonitor):
         heartbeat.beat(within=ENDING_TIMEOUT)
         if self.station is not None and os.getppid() != self.station and self.faults is not None:
             self.faults.report(STATION, "died", "takes everything with it")  # by now the kernel has interrupted us
+            time.sleep(LAST_WORD)
 
     def _look_at_station(self) -> None:
         """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it."""
