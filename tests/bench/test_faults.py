@@ -78,6 +78,8 @@ def test_a_row_says_which_limits_it_breaks():
     assert rows([outcome(rest=0.65)], load=True)[0].broken == []
     assert rows([outcome(), outcome(back=None, told=None)])[0].broken == ["told > 1", "back > 3"]
     assert rows([outcome(stale=0.002)])[0].broken == ["stale > 0"]
+    assert rows([outcome(told=None)])[0].broken == ["told > 1"]
+    assert rows([outcome(told=None, harmless=True)])[0].broken == []
     went_on = outcome(rest=None, goes_on=True, release=None, back=0.0)
     assert rows([went_on])[0].broken == ["rest > 0.6"], "it did not stop at the release"
 
