@@ -38,6 +38,7 @@ from gui.window import OperatorWindow, themes
 from telepresence.security.outside_text import keep_logs_plain
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
+from telepresence.station.ros_master import RESTARTED
 from telepresence.teleop.accounts import Users
 
 BOTH = "both"
@@ -91,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
         names = [tab.link.robot.name for tab in tabs]
         last = settings.text("tab")
         together.choose(names.index(last) if last in names else 0)
-    node.ended.connect(lambda reason: _end_by_ros(window, reason))
+    node.ended.connect(lambda reason: _end_by_ros(window, application, reason))
     for tab in tabs:
         tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
         if arguments.tell:
@@ -130,6 +131,8 @@ def main(argv: list[str] | None = None) -> int:
     beats.start(BEAT_PERIOD)
     try:
         code = application.exec_()
+        if code == 0:
+            heartbeat.notify("STOPPING=1")
     finally:
         heartbeat.beat(ENDING_TIMEOUT)
         signals.setEnabled(False)
@@ -272,9 +275,16 @@ def _print_message(title: str, text: str, level: str) -> None:
     print(f"{time.strftime('%H:%M:%S')} {title}, {level}: {text}", flush=True)
 
 
-def _end_by_ros(window: QMainWindow, reason: str) -> None:
+def end_code(reason: str) -> int:
+    """Return the exit code of a window that ROS has ended. 0 says that it was closed, and our roslaunch leaves it away;
+    one that the new master did not know is to start again."""
+    return os.EX_TEMPFAIL if RESTARTED in reason else 0
+
+
+def _end_by_ros(window: QMainWindow, application: QApplication, reason: str) -> None:
     print(f"gui: ROS ended this window: {reason}", file=sys.stderr)
     window.close()
+    application.exit(end_code(reason))
 
 
 class _SignalNotifier(QSocketNotifier):

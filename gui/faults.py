@@ -71,6 +71,10 @@ PROGRAMS = {
     "onboard_camera": ("The camera's program on the robot", Cause.PICTURE),
     "roslaunch": ("The program that watches the others (roslaunch)", Cause.STATION),
     "gui_ros_node": ("This window", Cause.OTHER),
+    "stack up": ("The program that runs the station (stack up)", Cause.STATION),
+    "rosout": ("The program that gathers the logs", Cause.OTHER),
+    "Xvfb": ("The display of this window", Cause.OTHER),
+    "screen_page": ("The program that shows this window on a web page", Cause.OTHER),
     "watchdog": ("The robot's watchdog", Cause.OTHER),
     "rto_odometry": ("The odometry's program", Cause.OTHER),
     "pepper_laser": ("The laser's program", Cause.OTHER),
@@ -81,7 +85,19 @@ PROGRAMS = {
     "onboard_sound": ("The program of the sound on the robot", Cause.OTHER),
 }
 """Last part of a node's name -> what a pilot calls it, and what its fault is."""
-SHARED = frozenset({"rosmaster", "roscore", "roslaunch", "robot_control_node", "gui_ros_node"})
+SHARED = frozenset(
+    {
+        "rosmaster",
+        "roscore",
+        "roslaunch",
+        "robot_control_node",
+        "gui_ros_node",
+        "stack up",
+        "rosout",
+        "Xvfb",
+        "screen_page",
+    }
+)
 """Programs of all robots, whatever namespace they are in."""
 
 

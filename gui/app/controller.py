@@ -91,6 +91,7 @@ class Controller(QObject):
         self.views.share_changed.connect(self.driving.set_share)
         self.driving.mux.add(self.views.floor_drive)
         self.driving.sent.connect(self.views.note_sent)
+        self.driving.blocked.connect(self.views.forget_sent)
         window.video.status.connect(window.pictureLabel.setText)
         window.video.stale_changed.connect(self._on_stale)
         self.faults = FaultWatch(link, self.access, window.video)

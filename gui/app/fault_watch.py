@@ -116,7 +116,10 @@ class FaultWatch(QObject):
             self._faults.notice(cause, not works and cause in self._worked, now)
 
     def _speaks(self, cause: Cause) -> None:
-        self._spoke[cause] = time.monotonic()
+        now = time.monotonic()
+        if now - self._spoke.get(cause, now) > SILENT_AFTER:
+            self._link.look_now()  # it has come back
+        self._spoke[cause] = now
 
     def _on_safety(self, safety: Safety) -> None:
         self._speaks(Cause.DRIVER)

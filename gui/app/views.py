@@ -110,6 +110,10 @@ class Views(QObject):
         """Note that a command that moves the robot has been sent."""
         self._round_trip.sent(time.monotonic())
 
+    def forget_sent(self) -> None:
+        """Expect no answer to what was sent: what took it may have died, and a dead program is no slow link."""
+        self._round_trip.forget()
+
     def show_reading(self, reading: object) -> None:
         """Pass a reading to every widget that shows its kind."""
         for reader in self._readers:

@@ -39,6 +39,8 @@ class DriveCoordinator(QObject):
     """A message for the pilot, and its level."""
     sent = pyqtSignal()
     """A command has been sent."""
+    blocked = pyqtSignal()
+    """No command is sent from now on: something forbids it."""
 
     def __init__(
         self,
@@ -109,6 +111,8 @@ class DriveCoordinator(QObject):
         else:
             reason, passing = self.picture_problem, True
         self.mux.set_block(reason, passing)
+        if reason:
+            self.blocked.emit()
         self._access.set_hold(self.hold)
         lease = self._access.state
         stopped_by = lease.stopped_by if lease is not None else ""

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 
+SILENCE = 0.5
+"""[s] without an answer, of which there are 20 a second, after which a program that was gone has come back: what was
+sent meanwhile has reached nobody."""
+
 
 class RoundTrip:
     """Matches commands with answers that contain the age of the newest command.
@@ -14,6 +18,7 @@ class RoundTrip:
 
     def __init__(self) -> None:
         self._sent: float | None = None
+        self._heard: float | None = None
 
     def sent(self, now: float) -> None:
         """Note that a command was sent [monotonic s]."""
@@ -30,6 +35,9 @@ class RoundTrip:
 
     def answered(self, command_age: float, now: float) -> float | None:
         """Note an answer [monotonic s]; return the round trip [s] if it is the first one after a command."""
+        before, self._heard = self._heard, now
+        if before is not None and now - before > SILENCE:
+            self.forget()
         if self._sent is None or not math.isfinite(command_age) or now - command_age < self._sent:
             return None
         taken, self._sent = now - self._sent, None

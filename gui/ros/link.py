@@ -105,6 +105,10 @@ class RosLink(QObject):
         """The channels that somebody publishes."""
         return self._found
 
+    def look_now(self) -> None:
+        """Ask the master at once who runs, sooner than usual."""
+        self._node.poll_now()
+
     def tidy_master(self, seconds: float) -> None:
         """See `RosNode.tidy_master`."""
         self._node.tidy_master(seconds)

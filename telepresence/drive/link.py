@@ -39,7 +39,7 @@ from telepresence.security.robot_key import RobotKey, is_loopback
 
 COMMAND_TIMEOUT = 0.3
 """Seconds for which a velocity is valid here: keyboards and windows repeat it every 0.1 s."""
-SILENCE = 0.5
+SILENCE = 0.4
 """Seconds without a report after which the robot counts as not answering."""
 HELLO_PERIOD = 0.25
 """Seconds between two greetings while the robot is silent or knows no session of ours."""

@@ -25,7 +25,7 @@ from urllib.parse import urlparse
 from telepresence.station import processes, vitals
 from telepresence.station.kept_program import Report
 from telepresence.station.restarts import what_next
-from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.ros_master import RESTARTED, master_answers, master_proxy
 from telepresence.station.vitals import Beats, Vitals
 
 log = logging.getLogger(__name__)
@@ -55,7 +55,8 @@ class MasterKeeper:
         self.uri = uri
         self._report = report
         self._own = tempfile.TemporaryDirectory(prefix="telepresence-master-") if folder is None else None
-        self._beats = Beats(Path(self._own.name if self._own else folder or "") / "master")
+        self._folder = Path(self._own.name if self._own else folder or "")
+        self._beats = Beats(self._folder / "master")
         self.restarts = 0
         self._reviving, self._revivals = False, 0
         self._parameters: dict = {}
@@ -94,7 +95,7 @@ class MasterKeeper:
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
-        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port)]
+        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
         self._process = processes.start(
             command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
@@ -180,7 +181,7 @@ class MasterKeeper:
         for name, uri in missing.items():
             log.info("%s does not know the new master; asking it to restart", name)
             try:
-                master_proxy(uri, timeout=1.0).shutdown(CALLER, "the ROS master was restarted")
+                master_proxy(uri, timeout=1.0).shutdown(CALLER, RESTARTED)
             except _ERRORS:
                 continue  # it is gone already
         if missing is self._missing:

@@ -47,6 +47,8 @@ def start(argv: Sequence[str], *, tied: bool = False, **popen: Any) -> subproces
         if shutil.which(words[0]) is None:
             raise FileNotFoundError(f"there is no program {words[0]}")
         words = ["setpriv", "--pdeathsig", "INT", *words]
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # inherited by a background job of a shell, and passed on
+            words = ["env", "--default-signal=INT", *words]
     return subprocess.Popen(words, start_new_session=True, **popen)
 
 

@@ -12,6 +12,9 @@ from urllib.parse import urlsplit
 TIMEOUT = 0.3
 """Seconds within which the master must answer."""
 
+RESTARTED = "the ROS master was restarted"
+"""Why a node is asked to shut down which the new master does not know: it is meant to start again."""
+
 
 class _TimeoutTransport(xmlrpc.client.Transport):
     def __init__(self, timeout: float) -> None:

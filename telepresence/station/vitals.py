@@ -43,6 +43,8 @@ class Beats:
         self.path = path
         self.ready = False
         """Whether the program has said READY=1."""
+        self.stopping = False
+        """Whether it has said STOPPING=1: it ends because it was asked to."""
         path.unlink(missing_ok=True)  # left by a watcher that was killed
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK | socket.SOCK_CLOEXEC)
         try:
@@ -62,6 +64,7 @@ class Beats:
                 break
             words = message.decode("ascii", "replace").split("\n")
             self.ready = self.ready or "READY=1" in words
+            self.stopping = self.stopping or "STOPPING=1" in words
             if "WATCHDOG=1" in words and ancillary:
                 found.append((_CREDENTIALS.unpack(ancillary[0][2])[0], _within(words)))
         return found

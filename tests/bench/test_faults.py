@@ -17,6 +17,7 @@ from faults.bad_link import BadLink
 from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
 from faults.page import filled
+from faults.station import Output
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
 from faults.victims import frozen, process_name, victims
@@ -77,6 +78,8 @@ def test_a_row_says_which_limits_it_breaks():
     assert rows([outcome(rest=0.65)], load=True)[0].broken == []
     assert rows([outcome(), outcome(back=None, told=None)])[0].broken == ["told > 1", "back > 3"]
     assert rows([outcome(stale=0.002)])[0].broken == ["stale > 0"]
+    assert rows([outcome(told=None)])[0].broken == ["told > 1"]
+    assert rows([outcome(told=None, harmless=True)])[0].broken == []
     went_on = outcome(rest=None, goes_on=True, release=None, back=0.0)
     assert rows([went_on])[0].broken == ["rest > 0.6"], "it did not stop at the release"
 
@@ -100,6 +103,16 @@ def test_processes_have_the_names_that_people_use():
     assert process_name(["python", "-m", "telepresence.station", "up"], {}) == "telepresence.station"
     assert process_name(["/usr/bin/python3", "-u", "/opt/roslaunch", "x.launch"], {}) == "roslaunch"
     assert process_name(["Xvfb", ":7"], {}) == "Xvfb"
+
+
+def test_the_display_is_still_known_after_a_master_has_come_back_many_times():
+    """Without it nobody pressed a key any more, and the robot was said never to drive again."""
+    output = Output()
+    output.add("               There is no display here, so the window is on a virtual one (:7).\n")
+    for number in range(1000):
+        output.add(f"[INFO] [{number}.0]: registering /naoqi_driver with a new master\n")
+    assert output.display == ":7"
+    assert len(output.lines) < 1000
 
 
 def test_victims_are_found_in_the_process_tree_and_seen_to_freeze():

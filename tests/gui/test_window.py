@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
 
 from gui.__main__ import display_problem
 from telepresence.station import processes
+from telepresence.station.ros_master import RESTARTED
 
 pytestmark = pytest.mark.x11
 
@@ -157,6 +159,25 @@ def test_without_a_display_it_says_how_to_get_one(display):
     assert ended.returncode == 2
     assert "no display" in ended.stderr and "./stack up" in ended.stderr and "Traceback" not in ended.stderr
     assert display_problem(environment) is not None
+
+
+def test_a_window_that_a_new_master_does_not_know_starts_again_and_one_that_somebody_ends_does_not():
+    """Our roslaunch leaves a window away whose exit code is 0: a person has closed it."""
+    program = textwrap.dedent("""
+        import sys
+        from PyQt5.QtCore import QTimer
+        from PyQt5.QtWidgets import QApplication, QMainWindow
+        from gui.__main__ import _end_by_ros
+        application, window = QApplication([]), QMainWindow()
+        window.show()
+        QTimer.singleShot(0, lambda: _end_by_ros(window, application, sys.argv[1]))
+        sys.exit(application.exec_())
+    """)
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+    for reason, code in ((f"external shutdown request from [/master_keeper]: [{RESTARTED}]", os.EX_TEMPFAIL),
+                         ("external shutdown request from [/rosnode]: [user request]", 0)):  # fmt: skip
+        ended = subprocess.run([sys.executable, "-c", program, reason], env=environment, capture_output=True, text=True)
+        assert ended.returncode == code, ended.stderr
 
 
 def command(pid):

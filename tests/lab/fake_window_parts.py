@@ -53,6 +53,7 @@ class FakeLink(QObject):
         self.called: list[tuple] = []
         self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
         self.tidied: list[float] = []
+        self.looks = 0
         self.connected = {"picture": 1}
         """Channel -> how many publish it."""
 
@@ -150,6 +151,9 @@ class FakeLink(QObject):
 
     def publishers(self, name: str) -> int:
         return self.connected.get(name, 0)
+
+    def look_now(self) -> None:
+        self.looks += 1
 
     def tidy_master(self, seconds: float) -> None:
         self.tidied.append(seconds)

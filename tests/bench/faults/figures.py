@@ -13,6 +13,9 @@ from .trial import NOBODY, Outcome
 
 REST = {"pepper": 0.6, "robotino": 0.5}
 """Limits for rest [s]: Pepper's base brakes with 0.55 m/s², which takes longer than half a second from 0.35 m/s."""
+REVERSED = {"pepper": 0.6, "robotino": 0.6}
+"""The same where nothing is lost and the pilot reverses: Robotino's base goes through zero by its own ramp of 0.4 m/s²,
+which alone takes 0.5 s from 0.2 m/s."""
 REST_LOADED = 0.7
 TOLD, BACK = 1.0, 3.0
 STALE = 0.001
@@ -48,7 +51,8 @@ class Figures:
 
     @property
     def tolds(self) -> list[float]:
-        return [math.inf if o.told is None else o.told for o in self.outcomes if o.victim != NOBODY]
+        heard = [o for o in self.outcomes if o.victim != NOBODY and not (o.harmless and o.told is None)]
+        return [math.inf if o.told is None else o.told for o in heard]
 
     @property
     def stale(self) -> float:
@@ -57,7 +61,9 @@ class Figures:
 
     @property
     def rest_limit(self) -> float:
-        return REST_LOADED if self.load else REST[self.robot]
+        if self.load:
+            return REST_LOADED
+        return REVERSED[self.robot] if self.fault == "reset, key reversed" else REST[self.robot]
 
     @property
     def broken(self) -> list[str]:
@@ -148,8 +154,9 @@ def limits(load: bool = False) -> str:
     """What the rows are held to, in words."""
     rest = f"{REST_LOADED:g} s" if load else ", ".join(f"{name} {limit:g} s" for name, limit in REST.items())
     return (
-        f"p50, p95 and largest [s]. Limits: rest p95 {rest} (also after the release of a robot that goes on; Pepper's "
-        f"base alone takes 0.64 s from 0.35 m/s), told {TOLD:g} s, back {BACK:g} s, stale motion 0 mm."
+        f"p50, p95 and largest [s]. Limits: rest p95 {rest} (also after the release of a robot that goes on; "
+        "Pepper's base alone takes 0.64 s from 0.35 m/s; 0.6 s for a key that is reversed and no fault: Robotino's base alone takes "
+        f"0.5 s from 0.2 m/s), told {TOLD:g} s, back {BACK:g} s, stale motion 0 mm."
     )
 
 

@@ -146,6 +146,19 @@ class Sayings:
         return [sentence for sentence in list(self._sentences) if sentence.time >= when]
 
 
+class Output:
+    """What a station prints: its newest lines, and for good the display of its window, which it names only once."""
+
+    def __init__(self) -> None:
+        self.lines: deque[str] = deque(maxlen=400)
+        self.display = ""
+
+    def add(self, line: str) -> None:
+        self.lines.append(line.rstrip())
+        if match := re.search(r"virtual one \((:\d+)\)", line):
+            self.display = match[1]
+
+
 class Station:
     """`./stack up` with free ports and a master of its own, until closed.
 
@@ -170,7 +183,7 @@ class Station:
         }
         self.environment.pop("DISPLAY", None)
         self.sayings = Sayings()
-        self.output: deque[str] = deque(maxlen=400)
+        self.output = Output()
         ports = {name: free_port() for name in PORTS[kind]}
         settings = {**{name: str(port) for name, port in ports.items()}, "terrain": "flat"}
         settings["gui"] = "true" if by == "window" else "false"
@@ -202,7 +215,7 @@ class Station:
     def _read(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            self.output.append(line.rstrip())
+            self.output.add(line)
             self.sayings.window(line)
 
     @property
@@ -212,12 +225,11 @@ class Station:
     @property
     def display(self) -> dict[str, str]:
         """The environment of the station's virtual display."""
-        match = next((m for m in (re.search(r"virtual one \((:\d+)\)", line) for line in self.output) if m), None)
         for pid in victims(self.process.pid).values():
             words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
-            if match and words[0] == "Xvfb":
+            if self.output.display and words[0] == "Xvfb":
                 folder = Path(words[words.index("-fbdir") + 1])
-                return {"DISPLAY": match[1], "XAUTHORITY": str(folder / "Xauthority")}
+                return {"DISPLAY": self.output.display, "XAUTHORITY": str(folder / "Xauthority")}
         raise RuntimeError("the station has no virtual display")
 
     def victims(self) -> dict[str, int]:
@@ -237,7 +249,7 @@ class Station:
             time.sleep(0.05)
 
     def last_lines(self) -> str:
-        seen = self.terminal.seen.splitlines() if self.terminal is not None else list(self.output)
+        seen = self.terminal.seen.splitlines() if self.terminal is not None else list(self.output.lines)
         return "\n".join(seen[-15:])
 
     def wait_ready(self) -> None:
@@ -245,7 +257,8 @@ class Station:
         self.wait(lambda: master_answers(self.master), "the ROS master", UP_TIMEOUT)
         self.wait(lambda: all(truth.newest for truth in self.truths.values()), "the simulated robots", UP_TIMEOUT)
         if self.by == "window":
-            self.wait(lambda: any("first picture" in line for line in self.output), "the first picture", UP_TIMEOUT)
+            shown = lambda: any("first picture" in line for line in self.output.lines)  # noqa: E731
+            self.wait(shown, "the first picture", UP_TIMEOUT)
         known: dict[str, int] = {}
         since = time.monotonic()
 

@@ -17,6 +17,8 @@ from .station import Robot, Station
 from .trace import Sample, drive_time, path_length, rest_time
 from .victims import alive, frozen
 
+THE_WINDOW = ("Xvfb", "/gui_ros_node")
+"""Victims without which there is no window to say anything in."""
 NOBODY = "nobody"
 """The victim of no fault: what letting go of the key takes by itself."""
 UNDER_WAY = 0.8
@@ -30,7 +32,7 @@ REST_TIMEOUT = 4.0
 """After the release [s]."""
 HELD = 1.0
 """So long after the fault the held key alone is to bring the robot back [s]; then it is pressed anew ..."""
-PRESS, PAUSE = 0.8, 0.2
+PRESS, PAUSE = 0.6, 0.1
 """... for so long, again and again, with pauses [s]."""
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
@@ -62,6 +64,8 @@ class Outcome:
     """Drives again; 0 when it never stopped. For a fault of the link: after its end, or after the next press."""
     stale: float = 0.0
     """Driven with no key held, after it had come to rest [m]."""
+    harmless: bool = False
+    """The fault took nothing from the pilot, whose commands all went through: there is nothing to tell."""
     note: str = ""
 
     def as_dict(self) -> dict:
@@ -222,9 +226,11 @@ def _wake(run: Run, outcome: Outcome, pid: int) -> None:
 
 
 def note_sentence(run: Run, outcome: Outcome, began: float) -> None:
-    """Add the first thing that the station said after the fault; of a station with a window, the window."""
+    """Add the first thing that the station said after the fault; of a station with a window, the window, unless that
+    itself was the victim."""
     said = run.station.sayings.since(began)
+    has_window = run.station.by == "window" and outcome.victim not in THE_WINDOW
     shown = [sentence for sentence in said if sentence.where == "window"]
-    first = next(iter((shown if run.station.by == "window" else []) or said), None)
+    first = next(iter((shown if has_window else []) or said), None)
     if first is not None:
         outcome.told, outcome.where, outcome.said = first.time - began, first.where, first.text

@@ -95,6 +95,7 @@ class Station:
         """Start a program on the pilot's machine, in the station's environment."""
         return processes.start(
             self.pilot.command(*argv),
+            tied=True,
             env={**self.environment, **popen.pop("env", {})},  # type: ignore[dict-item]
             stdin=subprocess.DEVNULL,
             **{"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **popen},
@@ -105,6 +106,7 @@ class Station:
         place = self.pilot if machine == "pilot" else self.robot
         viewer = processes.start(
             place.command(*argv),
+            tied=True,
             env={**self.environment, **environment},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -178,6 +180,7 @@ class Station:
         with (self.folder / "printed" / f"{name}.log").open("a") as output:
             program = processes.start(
                 self.robot.command(*argv),
+                tied=True,
                 env=self.environment,
                 stdin=subprocess.DEVNULL,
                 stdout=output,

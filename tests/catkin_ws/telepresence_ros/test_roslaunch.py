@@ -10,15 +10,17 @@ from pathlib import Path
 
 import pytest
 from telepresence_msgs.msg import Fault
+from telepresence_ros.node_monitor import NodeMonitor
 
 from telepresence.station import processes, vitals
+from telepresence.station.faults import FaultListener, FaultReporter
 
 pytestmark = pytest.mark.ros
 
 PROGRAM = f"""#!{sys.executable}
 import os, sys, threading, time
 from pathlib import Path
-from telepresence.station.heartbeat import beat
+from telepresence.station.heartbeat import beat, notify
 
 assert "TELEPRESENCE_WATCH" not in os.environ, "another roslaunch, started by a node, would take the nodes for its own"
 name, folder = sys.argv[1], Path(sys.argv[2])
@@ -26,11 +28,12 @@ with open(folder / (name + ".pids"), "a") as file:
     print(os.getpid(), file=file)
 if name == "crashing":
     sys.exit(3)
-if name == "window" and len((folder / "window.pids").read_text().split()) > 1:
-    sys.exit(0)
 while name != "foreign" and not (folder / f"hang.{{os.getpid()}}").exists():
     beat()
     time.sleep(0.05)
+    if (folder / ("close." + name)).exists():
+        notify("STOPPING=1")
+        sys.exit(0)
 threading.Event().wait()
 """
 LISTENER = """
@@ -57,9 +60,10 @@ class Launch:
             f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {folder}" respawn="true"/>'
             for name in NAMES
         )
-        nodes += (
-            f'<node pkg="small_nodes" type="small" name="window" args="window {folder}">'
+        nodes += "".join(
+            f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {folder}">'
             '<env name="TELEPRESENCE_CLOSABLE" value="true" /></node>'
+            for name in ("window", "adopted_window")
         )
         (folder / "all.launch").write_text(f"<launch>{nodes}</launch>")
         (folder / "w").mkdir()
@@ -111,6 +115,7 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     comes_back("hanging")
     os.kill(launch.pids("window")[-1], signal.SIGKILL)
     comes_back("window")
+    (launch.folder / "close.window").touch()
     wait_until(
         lambda: "[window-5] process has finished cleanly" in launch.output, "who closes it does not want it back"
     )
@@ -130,10 +135,13 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     wait_until(lambda: launch.output.count("no more is said") == 2, "it starts what does not run")
     assert {name: launch.pids(name) for name in NAMES[:3]} == known
 
+    (launch.folder / "close.adopted_window").touch()
+    wait_until(lambda: not vitals.start_time(launch.pids("adopted_window")[-1]), "the adopted window is closed")
     launch.hang("hanging")
     comes_back("hanging")
     os.kill(launch.pids("dying")[-1], signal.SIGKILL)
     comes_back("dying")
+    assert len(launch.pids("adopted_window")) == 1, "who closes it does not want it back"
     faults: list[list[str]] = []
     while not all(fault in faults for fault in [*wanted, ["/dying", "died", "starts again"]]):
         faults.append(json.loads(listener.stdout.readline()))
@@ -143,6 +151,25 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     )
     listener.kill()
     listener.stdout.close()
+
+
+def test_a_station_that_is_stopped_is_reported_once(run_program, wait_until, tmp_path):
+    station = run_program("sleep", "60")
+    faults = FaultListener(tmp_path / "faults")
+    monitor = NodeMonitor()
+    monitor.station, monitor.faults = station.pid, FaultReporter(tmp_path / "faults")
+    monitor._look_at_station()
+    processes.send(station.pid, signal.SIGSTOP)
+    wait_until(lambda: vitals.state(station.pid) == "T", "it stands")
+    for _ in range(3):
+        monitor._look_at_station()
+    assert faults.next(0.0).program == "stack up"
+    processes.send(station.pid, signal.SIGCONT)
+    wait_until(lambda: vitals.state(station.pid) != "T", "it goes on")
+    monitor._look_at_station()
+    with pytest.raises(BlockingIOError):
+        faults.next(0.0)
+    faults.close()
 
 
 def test_the_message_of_a_fault_has_the_fields_that_are_sent():

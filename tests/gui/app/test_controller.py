@@ -280,8 +280,11 @@ def test_a_lost_master_stops_the_pad(open_window, link):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
     QTest.keyPress(window, Qt.Key_W)
+    trip = window.controller.views._round_trip
+    assert trip.waiting(time.monotonic() + 5.0) > 5.0, "an answer is due"
     link.become()
     assert link.driven[-1] == ZERO
+    assert trip.waiting(time.monotonic() + 5.0) == 0.0, "none is: that master is gone, the link is not slow"
 
 
 def test_stop_sends_zero_for_a_while_and_interrupts_the_session(open_window, link, terminal, spin):

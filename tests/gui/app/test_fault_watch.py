@@ -118,6 +118,16 @@ def test_each_is_said_in_the_banner_and_at_the_bottom_and_goes_away(window, link
     assert window.status.chip("faults")[0] == "1 fault"
 
 
+def test_who_speaks_again_after_a_silence_is_looked_for_at_once(window, link, monkeypatch):
+    """The master lists a driver that was started again, and the window need not wait for its next poll to know."""
+    now = time.monotonic()
+    monkeypatch.setattr("gui.app.fault_watch.time.monotonic", lambda: now)
+    for passed, looks in ((0.0, 0), (0.1, 0), (SILENT_AFTER + 0.1, 1), (0.1, 1)):
+        now += passed
+        safety(link)
+        assert link.looks == looks
+
+
 def test_what_has_never_worked_and_what_the_pilot_ends_is_no_fault(window, link, spin):
     lose_server(link)
     lose_robot(link)

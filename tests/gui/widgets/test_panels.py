@@ -148,7 +148,7 @@ def test_battery(qt, battery, shown):
 
 def test_a_round_trip_is_the_first_answer_that_knows_of_the_command():
     trip = RoundTrip()
-    assert trip.answered(0.0, 9.0) is None
+    assert trip.answered(0.0, 9.95) is None
     trip.sent(10.0)
     trip.sent(10.1)
     assert trip.answered(0.5, 10.2) is None, "this answer knows an older command"
@@ -156,6 +156,18 @@ def test_a_round_trip_is_the_first_answer_that_knows_of_the_command():
     assert trip.answered(0.05, 10.3) is None
     trip.sent(11.0)
     assert trip.answered(math.inf, 11.2) is None
+
+
+def test_what_was_sent_to_a_program_that_was_gone_waits_for_no_answer():
+    trip = RoundTrip()
+    trip.answered(0.0, 10.0)
+    trip.sent(10.1)
+    assert trip.answered(1.0, 10.3) is None
+    assert trip.waiting(10.3) == pytest.approx(0.2), "a slow link"
+    assert trip.answered(math.inf, 11.5) is None
+    assert trip.waiting(11.5) == 0.0, "nobody was there to answer"
+    trip.sent(11.6)
+    assert trip.answered(0.02, 11.7) == pytest.approx(0.1)
 
 
 def test_meters_rise_at_once_and_fall_slowly(qt, spin):

@@ -26,9 +26,12 @@ def test_end_of_an_ended_program_returns_its_code():
     assert processes.end(process) == 7
 
 
-def test_a_tied_program_ends_when_its_parent_is_killed(wait_until):
+@pytest.mark.parametrize("interrupt", ["SIG_DFL", "SIG_IGN"])
+def test_a_tied_program_ends_when_its_parent_is_killed(wait_until, interrupt):
+    """Also below a background job of a shell, which ignores SIGINT, as do then all programs that it starts."""
     parent = (
-        "import os, signal; from telepresence.station import processes;"
+        f"import os, signal; signal.signal(signal.SIGINT, signal.{interrupt});"
+        "from telepresence.station import processes;"
         "child = processes.start(['sleep', '60'], tied=True); print(child.pid, flush=True); signal.pause()"
     )
     killed = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)

@@ -9,6 +9,7 @@ import textwrap
 import pytest
 
 from telepresence.station import master_keeper, processes
+from telepresence.station.faults import SOCKET, FaultListener
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import ended_nodes, forget_nodes, master_answers, master_proxy
 
@@ -125,3 +126,18 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
     finally:
         keeper.close()
     assert not master_answers(uri)
+
+
+def test_a_frozen_rosout_is_reported_and_starts_again(ros_environment, run_program, wait_until, tmp_path):
+    uri = ros_environment["ROS_MASTER_URI"]
+    faults = FaultListener(tmp_path / SOCKET)
+    port = uri.rpartition(":")[2]
+    core = run_program(sys.executable, "-m", "telepresence_ros.core", "-p", port, "--watch", str(tmp_path))
+    wait_until(lambda: knows(uri, "/rosout"), "rosout is registered")
+    (frozen,) = processes.descendants(core.pid)
+
+    processes.send(frozen, signal.SIGSTOP)
+    fault = faults.next(timeout=10.0)
+    assert (fault.program, fault.what, fault.next) == ("rosout", "froze", "starts again")
+    wait_until(lambda: processes.descendants(core.pid) not in ([], [frozen]), "another one runs")
+    faults.close()

@@ -1,6 +1,6 @@
 """What `roscore` does, for `./stack up`: the ROS master, its first parameters, and the node `rosout`.
 
-    python -m telepresence_ros.core -p PORT
+    python -m telepresence_ros.core -p PORT [--watch FOLDER]
 
 The master is Debian's rosmaster. It listens on loopback, and on the address that this machine announces (ROS_IP,
 ROS_HOSTNAME), nowhere else; `roscore` would listen on all addresses as soon as one of the two is not loopback, and its
@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 import uuid
+from functools import partial
 from pathlib import Path
 
 import rosgraph.network
@@ -24,8 +25,10 @@ import rosmaster.master_api
 import rospkg
 from rosgraph.xmlrpc import ThreadingXMLRPCServer
 
-from telepresence.station import heartbeat, processes
-from telepresence.station.restarts import Restarts
+from telepresence.station import heartbeat, processes, vitals
+from telepresence.station.faults import SOCKET, FaultReporter
+from telepresence.station.kept_program import KeptProgram
+from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
 from telepresence_ros.sockets import bind_address, narrow_sockets
 
@@ -34,14 +37,16 @@ LOOPBACK = "127.0.0.1"
 SERVE_PERIOD = 0.1
 """Seconds after which the master's loops say at the latest that they work."""
 ENDING_TIMEOUT = 15.0
-"""Seconds in which `rosout` has ended, and may have to be waited for before it starts again."""
+"""Seconds in which `rosout` has ended."""
 
 
 def main() -> int:
     """Run until SIGINT or SIGTERM; the exit code."""
     parser = argparse.ArgumentParser(prog="telepresence_ros.core", description="The ROS master of ./stack up.")
     parser.add_argument("-p", "--port", type=int, default=11311)
-    port = parser.parse_args().port
+    parser.add_argument("--watch", type=Path, help="folder of the station's watch: where faults are reported")
+    arguments = parser.parse_args()
+    port = arguments.port
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     narrow_sockets()
@@ -60,7 +65,7 @@ def main() -> int:
         print(f"telepresence_ros.core: port {port}: {error.strerror}", file=sys.stderr)
         return 1
     try:
-        keep_rosout(folder, stop)
+        keep_rosout(folder, stop, arguments.watch)
     finally:
         handler._shutdown("the core ends")
         for server in servers:
@@ -101,19 +106,32 @@ def first_parameters(run_id: str) -> dict[str, str]:
     }
 
 
-def keep_rosout(folder: Path, stop: threading.Event) -> None:
-    """Run the node `rosout`, again whenever somebody ends it, until `stop` is set."""
+def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) -> None:
+    """Run the node `rosout`, again whenever it dies or freezes or somebody ends it, until `stop` is set.
+
+    Args:
+        folder: For its log.
+        watch: Where it beats and where its faults are reported; without it, only a stopped one counts as frozen.
+    """
+    beats = Beats(watch / "rosout") if watch is not None else None
+    faults = FaultReporter(watch / SOCKET) if watch is not None else None
+    environment = {**os.environ, **({"NOTIFY_SOCKET": str(beats.path)} if beats is not None else {})}
     command = [sys.executable, "-m", "telepresence_ros.rosout", f"__log:={folder / 'rosout-1.log'}"]
-    restarts = Restarts()
-    while not stop.is_set():
-        rosout = processes.start(command, tied=True)
-        restarts.started(time.monotonic())
-        while not stop.wait(SERVE_PERIOD) and rosout.poll() is None:
-            heartbeat.beat()
-        heartbeat.beat(within=ENDING_TIMEOUT)
-        processes.end(rosout)
-        if not stop.is_set():
-            stop.wait(restarts.died(time.monotonic()))
+    rosout = KeptProgram(
+        "rosout",
+        partial(processes.start, command, tied=True, env=environment),
+        faults.report if faults is not None else lambda *fault: None,
+        beats,
+    )
+    looked = time.monotonic()
+    while not stop.wait(vitals.PERIOD):
+        heartbeat.beat()
+        elapsed, looked = time.monotonic() - looked, time.monotonic()
+        rosout.look(elapsed)
+        if faults is not None:
+            faults.flush()
+    heartbeat.beat(within=ENDING_TIMEOUT)
+    rosout.close(patience=5.0)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ means what it means in roslaunch.
 
 from __future__ import annotations
 
+import os
 import select
 import signal
 import time
@@ -18,11 +19,15 @@ from roslaunch.core import RLException, printerrlog, printlog_bold
 from telepresence.station import heartbeat
 from telepresence.station.faults import FaultReporter
 from telepresence.station.restarts import LONGEST_PAUSE, Restarts, what_next
-from telepresence.station.vitals import PERIOD
+from telepresence.station.vitals import PERIOD, state
 from telepresence_ros.watched_node import WatchedNode
 
 ENDING_TIMEOUT = 15.0
 """Seconds in which all nodes end at the latest: so long no beat of ours is due."""
+LAST_WORD = 0.1
+"""Seconds for `station_faults` to publish what it was told, before all nodes are ended."""
+STATION = "stack up"
+"""What `./stack up` is called in faults."""
 
 
 class NodeMonitor(pmon.ProcessMonitor):
@@ -30,11 +35,14 @@ class NodeMonitor(pmon.ProcessMonitor):
 
     faults: FaultReporter | None = None
     """Where faults go."""
+    station: int | None = None
+    """Process id of the `./stack up` that started us; None: we were started alone."""
 
     def __init__(self, name: str = "NodeMonitor") -> None:
         super().__init__(name)
         self._restarts: dict[pmon.Process, Restarts] = {}
         self._due: dict[pmon.Process, float] = {}
+        self._station_stands = False
 
     def _run(self) -> None:
         """Watch until the end; the base class calls this in the thread, and ends all nodes afterwards."""
@@ -45,6 +53,7 @@ class NodeMonitor(pmon.ProcessMonitor):
                 if signal.getsignal(number) != pmon.rl_signal:
                     self.reacquire_signals.add(number)
             now = time.monotonic()
+            self._look_at_station()
             self._look(now, now - looked)
             looked = now
             for process in [process for process, due in self._due.items() if due <= now]:
@@ -53,6 +62,16 @@ class NodeMonitor(pmon.ProcessMonitor):
                 self.faults.flush()
             self._wait(PERIOD)
         heartbeat.beat(within=ENDING_TIMEOUT)
+        if self.station is not None and os.getppid() != self.station and self.faults is not None:
+            self.faults.report(STATION, "died", "takes everything with it")  # by now the kernel has interrupted us
+            time.sleep(LAST_WORD)
+
+    def _look_at_station(self) -> None:
+        """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it."""
+        stands = self.station is not None and state(self.station) == "T"
+        if stands and not self._station_stands and self.faults is not None:
+            self.faults.report(STATION, "froze", "is not waited for: everything goes on")
+        self._station_stands = stands
 
     def _look(self, now: float, elapsed: float) -> None:
         with self.plock:
@@ -138,8 +157,7 @@ class NodeMonitor(pmon.ProcessMonitor):
 
 
 def _was_closed(process: pmon.Process) -> bool:
-    """Whether a person has closed it, who does not want it back."""
-    return isinstance(process, WatchedNode) and process.closable and process.exit_code == 0
+    return isinstance(process, WatchedNode) and process.was_closed
 
 
 def _cause(process: pmon.Process) -> str:

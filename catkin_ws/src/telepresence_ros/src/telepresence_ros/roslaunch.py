@@ -66,13 +66,19 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
 def main() -> None:
     """Run roslaunch with the arguments of the command line."""
     narrow_sockets()
+    station = os.getppid() if FOLDER in os.environ else None
     with watch_folder() as folder:
-        supervise(folder)
+        supervise(folder, station)
         roslaunch.main()
 
 
-def supervise(folder: Path) -> None:
-    """Replace those parts of roslaunch that start, watch and restart nodes."""
+def supervise(folder: Path, station: int | None = None) -> None:
+    """Replace those parts of roslaunch that start, watch and restart nodes.
+
+    Args:
+        folder: Of the station's watch.
+        station: Process id of the `./stack up` that has started us, if one has.
+    """
 
     def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
         process: Any = original(run_id, node, master_uri, **timeouts)
@@ -83,6 +89,7 @@ def supervise(folder: Path) -> None:
     roslaunch.launch.create_node_process = make_process
     roslaunch.pmon.ProcessMonitor = NodeMonitor
     NodeMonitor.faults = FaultReporter(folder / SOCKET)
+    NodeMonitor.station = station
     Supervisor.folder = folder
     roslaunch.parent.ROSLaunchParent = Supervisor
 

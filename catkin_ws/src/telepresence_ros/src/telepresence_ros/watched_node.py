@@ -88,6 +88,8 @@ class WatchedNode(LocalProcess):
         if known is not None and self._adopt(known):
             return True
         self._beater = 0
+        if self._beats is not None:
+            self._beats.stopping = False
         started = super().start()
         if self.popen is not None:
             self._watch(self._running(self.popen.pid))
@@ -116,6 +118,17 @@ class WatchedNode(LocalProcess):
         if self._killed_as_frozen:
             return "froze"
         return "died" if self.exit_code in (None, UNKNOWN) else vitals.cause(self.exit_code)
+
+    @property
+    def was_closed(self) -> bool:
+        """Whether a person has closed it, who does not want it back. Of one that was adopted nobody learns the exit
+        code: it has said so itself."""
+        if not self.closable or self.exit_code not in (0, UNKNOWN):
+            return False
+        if self.exit_code == UNKNOWN and self._beats is not None:
+            self._beats.read()  # what it said at the very end
+            return self._beats.stopping
+        return self.exit_code == 0
 
     def bury(self) -> None:
         """The process has ended: nobody waits for it any more."""

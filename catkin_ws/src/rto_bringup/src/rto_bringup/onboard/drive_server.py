@@ -1,10 +1,12 @@
 """The drive server: the only program that commands this robot's wheels, with no network between it and them.
 
 Datagrams from pilots (`telepresence.drive.datagram`) in, sensors from the robot's web server in, the gate of
-`telepresence.safety` between, velocities to the web server out. A pilot who falls silent stops the robot: a zero 0.2 s
-after the last command, then nothing, so that the robot's own watchdog (200 ms) holds the motors a moment later at the
-latest; together at most half a second to standstill from 0.2 m/s. Who lets go of the controls gets the base's own
-gentle ramp (0.4 m/s²) instead.
+`telepresence.safety` between, velocities to the web server out.
+
+The base brakes in one of two ways: by its own ramp (0.4 m/s²), as long as it gets zeros, or at once, when it gets
+nothing for the 200 ms of its own watchdog. A pilot who falls silent gets one zero and then nothing: at rest 0.4 s after
+the last command from 0.2 m/s, 0.5 s from 0.35 m/s. Who lets go of the controls gets the ramp down to a slow walk, and
+the watchdog ends it.
 """
 
 from __future__ import annotations
@@ -21,16 +23,23 @@ from rto_node.client import RobotinoClient, RobotinoError
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
 from telepresence.drive import server
 from telepresence.drive.datagram import Goal
+from telepresence.drive.pilots import SILENCE, Pilots
 from telepresence.drive.pilots import Command as Requested
-from telepresence.drive.pilots import Pilots
 from telepresence.drive.server import AT_REST, Outcome
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Odometry, State, VelocityGate
 from telepresence.security.shared_key import SharedKey
 
 log = logging.getLogger(__name__)
 
-ZEROS_TIME = 1.0
-"""Seconds for which zeros are sent after the controls were let go: longer than the base's ramp."""
+LATE = 0.12
+"""Seconds after a pilot's last velocity, of which there are 20 a second, at which the base begins to brake: two are
+missing. One that comes soon after makes it drive on, a few hundredths of a metre per second slower."""
+RAMP, TURN_RAMP = 0.4, math.pi
+"""The base's own [m/s², rad/s²]: controld3.conf (mirror BusHero/robotino_api2)."""
+SLOW, SLOW_TURN = 0.1, 0.5
+"""From these on down the watchdog may end a gentle stop: nobody feels it [m/s, rad/s]."""
+ROBOTS_WATCHDOG = 0.2
+"""Seconds without a velocity after which the base stops its motors (wiki.openrobotino.org, Rest api)."""
 WRITE_TIMEOUT = 0.15
 """Seconds within which the robot's web server must accept a velocity; it is on the same machine."""
 FAULT_TIME = 0.5
@@ -40,10 +49,10 @@ MAX_READINGS = 40
 
 @dataclass
 class _Wheels:
-    """What was last written, and when zeros are to end [s]."""
+    """What was last written: the velocity while the robot is driven, and until when it gets zeros [s] after that."""
 
-    zeros_until: float = -math.inf
-    moving: bool = False
+    velocity: tuple[float, float, float] = AT_REST
+    zeros_until: float | None = None
 
 
 class GatedBase(server.Robot):
@@ -63,6 +72,7 @@ class GatedBase(server.Robot):
         self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO)
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
+        self._late_at = math.inf
         self._write_problem, self._write_failed = "", -math.inf
 
     def start(self) -> None:
@@ -88,8 +98,10 @@ class GatedBase(server.Robot):
             self._take(self._readings.get_nowait())
         self._gate.careful = pilots.careful
         decision = self._gate.step(now, command and Command(*command), self._odometry)
-        given = (decision.vx, decision.vy, decision.wz) if command is not None else AT_REST
-        self._give(now, command is not None, given, pilots.cut)
+        late = now >= pilots.deadline() - SILENCE + LATE
+        given = (decision.vx, decision.vy, decision.wz) if command is not None and not late else AT_REST
+        self._give(now, given, late or (command is None and pilots.cut))
+        self._late_at = math.inf if command is None or late else pilots.deadline() - SILENCE + LATE
         # What one write met counts for a moment only: nobody writes while nobody drives, and nothing would clear it.
         failed = self._write_problem if now - self._write_failed <= FAULT_TIME else ""
         problem = failed or self._sensors.problem
@@ -104,8 +116,11 @@ class GatedBase(server.Robot):
             decision.scanning,
         )
 
+    def due(self) -> float:
+        return self._late_at
+
     def end(self) -> None:
-        if self._wheels.moving:
+        if any(self._wheels.velocity):
             self._write(AT_REST)
 
     # --- inside ------------------------------------------------------------------------------------------------------
@@ -121,16 +136,23 @@ class GatedBase(server.Robot):
             self._gate.update_ranges("laser", reading.stamp, ranges_of_sectors(reading.scan))
         self._odometry = Odometry(*reading.pose, reading.stamp)
 
-    def _give(self, now: float, commanded: bool, velocity: tuple[float, float, float], cut: bool) -> None:
-        """Write while somebody drives, zeros for a while after they let go, one zero when they fell silent."""
+    def _give(self, now: float, velocity: tuple[float, float, float], fast: bool) -> None:
+        """Write a velocity as long as the robot is to move, then zeros as long as the base is to brake gently, one at
+        least, then nothing.
+
+        Args:
+            fast: It is to brake fast.
+        """
         wheels = self._wheels
-        if commanded:
-            wheels.zeros_until = now + ZEROS_TIME
-        elif cut and wheels.moving:
-            wheels.zeros_until = -math.inf
-        elif now > wheels.zeros_until:
+        if any(velocity):
+            wheels.velocity, wheels.zeros_until = velocity, None
+        elif not any(wheels.velocity):
             return
-        wheels.moving = commanded
+        elif wheels.zeros_until is None:
+            wheels.zeros_until = now if fast else now + gentle_time(*wheels.velocity)
+        elif now > wheels.zeros_until:
+            wheels.velocity = AT_REST
+            return
         self._write(velocity)
 
     def _write(self, velocity: tuple[float, float, float]) -> None:
@@ -141,6 +163,13 @@ class GatedBase(server.Robot):
             if not self._write_problem:
                 log.error("%s", error)
             self._write_problem, self._write_failed = str(error), time.monotonic()
+
+
+def gentle_time(vx: float, vy: float, wz: float) -> float:
+    """Return for how long zeros are written to a base that drives at this velocity [m/s, m/s, rad/s], so that its
+    watchdog stops the motors when it has become slow."""
+    braking = max((math.hypot(vx, vy) - SLOW) / RAMP, (abs(wz) - SLOW_TURN) / TURN_RAMP)
+    return max(0.0, braking - ROBOTS_WATCHDOG)
 
 
 class DriveServer(server.DriveServer):
