@@ -38,7 +38,7 @@ EXTRAS = {
 
 setup(
     name="telepresence",
-    version="0.5.0",
+    version="0.6.0",
     description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
     license="BSD-3-Clause",
     python_requires=">=3.11",
