@@ -61,7 +61,8 @@ def naoqi_messages() -> Target:
         values = Values(data)
         small = 1 + values.byte()
         stream = values.rest()
-        pieces = [max(small, len(stream) // MOST_PIECES), 1 + values.byte(), 30_000]
+        least = len(stream) // MOST_PIECES
+        pieces = [max(small, least), max(data[-1] if data else 1, 1 + least), 30_000]
         whole, in_pieces = list[Any](), read(stream, pieces)
         error = ""
         try:
