@@ -64,7 +64,7 @@ class Logger:
             rospy.logwarn("this robot does not share its log: %s", clean(cause[0], LONGEST_LINE))
 
     def _on_message(self, message: Any) -> None:
-        """Called on any thread of libqi, as often as the robot likes."""
+        """Called on any thread, as often as the robot likes."""
         try:
             level, category, words = read_message(message)
         except UnexpectedReply:
@@ -82,8 +82,7 @@ class Logger:
 
 
 def read_message(message: Any) -> tuple[int, str, str]:
-    """Level, category and text of a log message; libqi hands a structure over as a dict, or as an object with
-    attributes.
+    """Level, category and text of a log message, which is a structure: a dict, or an object with attributes.
 
     Raises:
         UnexpectedReply: It is no such message.

@@ -101,8 +101,8 @@ class CertificatePin:
 def tls_context(pin: CertificatePin) -> ssl.SSLContext:
     """Return the TLS that a client of the robot uses, for all of its connections.
 
-    A handshake ends with the check of the certificate, or with `CertificateRefused`: what is checked is what is used, and
-    nothing is sent to, or read from, somebody else.
+    A handshake ends with the check of the certificate, or with `CertificateRefused`: what is checked is what is used,
+    and nothing is sent to, or read from, somebody else.
     """
 
     class Checked(ssl.SSLSocket):

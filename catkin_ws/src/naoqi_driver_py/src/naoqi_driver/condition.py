@@ -1,7 +1,8 @@
 """Reads what changes seldom: bumpers, touch, battery, temperatures.
 
-Wire: one `ALMemory.getListData`. The keys are polled because NAOqi 2.5 does not deliver events to the newer libqi used
-here (ros-naoqi/libqi-python, issue 13). Keys: NAOqi 2.8 documentation, pepper_dcm/actuator_sensor_names.
+Wire: one `ALMemory.getListData`. The keys are polled because NAOqi 2.5 did not deliver events to newer clients of the
+vendor's (ros-naoqi/libqi-python, issue 13), and on no such robot was it tried whether ours gets them. Keys: NAOqi 2.8
+documentation, pepper_dcm/actuator_sensor_names.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Replies of NAOqi as the types that were asked for. Every reader raises `UnexpectedReply` for anything else.
 
-libqi hands over whatever the other side sent: another type, a list of millions, values within values, NaN. NAOqi sends
+What arrives is whatever the other side sent: another type, a list of millions, values within values, NaN. NAOqi sends
 none of these; whoever answers in its place may.
 """
 
