@@ -25,7 +25,7 @@ MAX_ELEMENTS = 1 << 22
 """Of all lists and maps of one payload together: each costs more memory here than on the wire."""
 _NOTHING_COST = 4096
 """An element that takes no bytes, as in [v] or [()], costs as much as so many others."""
-_SIGNATURE_COST = 8
+_SIGNATURE_COST = 64
 """A character of a signature that was not met before costs as much as so many elements."""
 
 _length = struct.Struct("<I").unpack_from

@@ -173,7 +173,16 @@ class RemoteObject:
 
 
 def _terminate(connection: Connection, service: int, object: int) -> None:
+    forget_registrations(connection, service, object)
     connection.post(service, object, TERMINATE, [struct.pack("<I", service)])
+
+
+def forget_registrations(connection: Connection, service: int, object: int) -> None:
+    """Drop the subscriptions to the signals of an object that has ended."""
+    for key in list(connection.registrations):
+        if key[:2] == (service, object):
+            connection.registrations.pop(key, None)
+            connection.off_event(*key)
 
 
 def arity(parameters: str) -> int:

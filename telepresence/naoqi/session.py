@@ -23,8 +23,7 @@ from .metaobject import METAOBJECT, MetaObject, choose_overload
 from .proxy import Proxy, proxy_of
 from .python_object import served
 from .releases import CLIENT_CAPABILITIES
-from .remote_object import RemoteObject
-from .remote_signal import forget_object
+from .remote_object import RemoteObject, forget_registrations
 from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
 from .server import Server
@@ -319,7 +318,7 @@ class Session:
             remote = link.remotes.pop(name, None)
             if remote is not None and remote.service == number:
                 remote.remove("Service removed")
-                forget_object(remote.connection, remote.service, remote.object)
+                forget_registrations(remote.connection, remote.service, remote.object)
         self.serviceUnregistered(number, name)
 
     # Services of one's own.

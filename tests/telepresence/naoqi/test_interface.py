@@ -231,6 +231,36 @@ def test_a_type_that_is_none(qi: Any, make: str) -> None:
     assert outcome(lambda: getattr(qi, make)("q")).startswith("! Invalid signature")
 
 
+@pytest.mark.parametrize("kind", ["default", "single", "multi"])
+def test_methods_of_one_object_take_turns(qi: Any, kind: str) -> None:
+    """Whoever calls them back: signals, futures, runAsync. Those of a multiThreaded class do not."""
+    meeting = threading.Barrier(2)
+    running: list[int] = []
+    most: queue.Queue = queue.Queue()
+
+    class Worker:
+        def work(self, *_: Any) -> None:
+            running.append(1)
+            most.put(len(running))
+            if kind == "multi":
+                meeting.wait(MS / 1000)  # another one is here, too
+            else:
+                time.sleep(0.003)
+            running.pop()
+
+    if kind != "default":
+        Worker = {"single": qi.singleThreaded, "multi": qi.multiThreaded}[kind]()(Worker)
+    worker, signals = Worker(), [qi.Signal(), qi.Signal()]
+    for signal in signals:
+        signal.connect(worker.work)
+    qi.runAsync(worker.work)
+    qi.Future(1).addCallback(worker.work)
+    for signal in signals:
+        signal()
+    counts = [most.get(timeout=MS / 1000) for _ in range(4)]
+    assert max(counts) >= 2 if kind == "multi" else max(counts) == 1
+
+
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
