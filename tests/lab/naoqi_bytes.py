@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import time
@@ -147,8 +148,10 @@ class RawPeer:
         return False
 
     def reset(self) -> None:
-        """Close it with a reset."""
+        """Close it with a reset, also while another thread reads from it."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        with contextlib.suppress(OSError):
+            self.socket.shutdown(socket.SHUT_RD)
         self.socket.close()
 
     def close(self) -> None:

@@ -349,6 +349,12 @@ def test_malformed_payloads_are_refused_in_one_line_and_little_memory(signature,
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
 
 
+@pytest.mark.parametrize("signature", ["[i]", "[s]", "[m]", "{sm}", "[(ss)]", "#o", "[[v]]"])
+def test_a_count_is_compared_with_the_bytes_that_are_left(signature):
+    with pytest.raises(WireError, match="1000 elements are announced, 30 bytes are left"):
+        decode(signature, struct.pack("<I", 1000) + bytes(30))
+
+
 def test_what_needs_more_memory_here_than_on_the_wire_is_bounded():
     for signature, payload in (("[b]", b"\1" * (5 << 20)), ("[((v)(v))]", b"")):
         with pytest.raises(WireError, match="elements"):
