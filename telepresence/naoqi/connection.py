@@ -117,6 +117,8 @@ class Connection:
     def start(self) -> None:
         """Begin to read. Set `lookup` and `before_login` before."""
         self._stream.start()
+        if self.dialled:
+            self._reactor.call_later(_CHECK_S, _check_later, weakref.ref(self))
 
     @property
     def closed(self) -> bool:
@@ -386,6 +388,14 @@ def connect(
     )
     connection.url = url
     return connection
+
+
+def _check_later(reference: weakref.ref[Connection]) -> None:
+    """Look after a dialled connection; a server looks after all of its own at once."""
+    connection = reference()
+    if connection is not None and not connection.closed:
+        connection.check(time.monotonic())
+        reactor().call_later(_CHECK_S, _check_later, reference)
 
 
 def client_tls() -> ssl.SSLContext:

@@ -137,7 +137,6 @@ def test_before_and_after_a_connection(qi: Any, robot: Robot) -> None:
         assert error_of(ask) == "Session not connected."
     assert error_of(session.url) == "Session disconnected"
     assert not session.isConnected() and session.endpoints() == []
-    session.close()
     session.connect(robot.url)
     assert session.isConnected() and session.url() == robot.url
     assert error_of(lambda: session.connect(robot.url)) == "Session is already connected"
@@ -154,6 +153,7 @@ def test_before_and_after_a_connection(qi: Any, robot: Robot) -> None:
     assert session.service("Parent").echo(1) == 1
     assert error_of(lambda: parent.echo(1)) == "Socket is not connected"
     session.close()
+    session.close()  # does no harm
 
 
 def test_the_server_goes(qi: Any, robot: Robot) -> None:
@@ -205,6 +205,20 @@ def _vendors_child(qi: Any) -> Any:
             return 42
 
     return Mine()
+
+
+def test_a_session_that_nobody_holds_closes(qi: Any, robot: Robot) -> None:
+    def parent_of_a_session() -> Any:
+        session = qi.Session()
+        session.connect(robot.url)
+        assert session.service("Parent").echo(1) == 1
+        return session.service("Parent")
+
+    parent = parent_of_a_session()
+    gc.collect()
+    eventually(lambda: parent.echo(1, _async=True).hasError(MS), "its proxies are dead")
+    assert error_of(lambda: parent.echo(1)) == "Socket is not connected"
+    eventually(lambda: not robot.server._connections, "and its connection is closed")
 
 
 # --- waits have an end ------------------------------------------------------------------------------------------------
