@@ -23,6 +23,7 @@ from naoqi_bytes import (
     CALL, CANCELED, CAPABILITIES, CAPABILITY, ERROR, EVENT, HEADER, MAGIC, POST, REPLY, Message, RawPeer, dynamic, flags,
     text,
 )  # fmt: skip
+from naoqi_relay import Between, Impostor, forward
 from naoqi_services import OURS, ServerProcess
 
 import telepresence.naoqi as naoqi
@@ -35,42 +36,6 @@ THREADS = 16
 MEGABYTE = 1 << 20
 MANY = struct.pack("<I", 2**32 - 1)
 LOGGED_IN = struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
-
-
-class Impostor:
-    """Listens as a robot does and answers each connection as `talk` does, on a thread of its own."""
-
-    def __init__(self, talk: Callable[[RawPeer], None]) -> None:
-        self._talk = talk
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
-        self._peers: list[RawPeer] = []
-        self._thread = threading.Thread(target=self._listen, name="impostor", daemon=True)
-        self._thread.start()
-
-    def _listen(self) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                peer = RawPeer(self._listener.accept()[0])
-                self._peers.append(peer)
-                threading.Thread(target=self._answer, args=(peer,), name="impostor", daemon=True).start()
-
-    def _answer(self, peer: RawPeer) -> None:
-        with contextlib.suppress(OSError):
-            self._talk(peer)
-
-    def __enter__(self) -> Impostor:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with contextlib.suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
-        self._thread.join(10.0)
-        for peer in self._peers:
-            with contextlib.suppress(OSError):
-                peer.socket.shutdown(socket.SHUT_RDWR)
-            peer.close()
 
 
 @pytest.fixture(scope="module")
@@ -204,55 +169,6 @@ def test_a_server_that_never_answers() -> None:
 # --- a conversation that ends anywhere, or is changed ----------------------------------------------------------------
 
 
-class Between:
-    """Passes a conversation on to an honest server, and what that says through `change` on its way back.
-
-    Args:
-        change: Is given each message of the server and its number; returns what is sent instead.
-        last: The number of the message after which the connection is reset, if any.
-    """
-
-    def __init__(self, port: int, change: Callable[[Message, int], bytes], last: int | None = None) -> None:
-        self._port = port
-        self._change = change
-        self._last = last
-        self._servers: list[RawPeer] = []
-        self._impostor = Impostor(self._talk)
-        self.url = self._impostor.url
-        self.passed = 0
-
-    def _talk(self, client: RawPeer) -> None:
-        with RawPeer(("127.0.0.1", self._port)) as server:
-            self._servers.append(server)
-            threading.Thread(target=self._forward, args=(client, server), name="between", daemon=True).start()
-            try:
-                while True:
-                    client.send(self._change(server.receive(), self.passed))
-                    self.passed += 1
-                    if self._last is not None and self.passed > self._last:
-                        return client.reset()
-            finally:
-                with contextlib.suppress(OSError):
-                    client.socket.shutdown(socket.SHUT_RDWR)
-
-    @staticmethod
-    def _forward(client: RawPeer, server: RawPeer) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                server.send(client.receive())
-        with contextlib.suppress(OSError):
-            server.socket.shutdown(socket.SHUT_RDWR)
-
-    def __enter__(self) -> Between:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._impostor.__exit__()
-        for server in self._servers:
-            with contextlib.suppress(OSError):
-                server.socket.shutdown(socket.SHUT_RDWR)
-
-
 def converse(url: str) -> None:
     """Everything that a driver does; what fails must say so by RuntimeError, in time."""
     session = naoqi.Session()
@@ -383,7 +299,7 @@ class Deaf:
 
     def _talk(self, client: RawPeer) -> None:
         with RawPeer(("127.0.0.1", self._port)) as server:
-            threading.Thread(target=Between._forward, args=(server, client), name="deaf", daemon=True).start()
+            threading.Thread(target=forward, args=(server, client), name="deaf", daemon=True).start()
             while not self._stopped.is_set():
                 server.send(client.receive())
             self._end.wait(60.0)

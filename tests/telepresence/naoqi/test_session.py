@@ -207,6 +207,20 @@ def _vendors_child(qi: Any) -> Any:
     return Mine()
 
 
+def test_a_session_that_nobody_holds_closes(qi: Any, robot: Robot) -> None:
+    def parent_of_a_session() -> Any:
+        session = qi.Session()
+        session.connect(robot.url)
+        assert session.service("Parent").echo(1) == 1
+        return session.service("Parent")
+
+    parent = parent_of_a_session()
+    gc.collect()
+    eventually(lambda: parent.echo(1, _async=True).hasError(MS), "its proxies are dead")
+    assert error_of(lambda: parent.echo(1)) == "Socket is not connected"
+    eventually(lambda: not robot.server._connections, "and its connection is closed")
+
+
 # --- waits have an end ------------------------------------------------------------------------------------------------
 
 
