@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import threading
@@ -92,7 +93,7 @@ def test_workers_that_wait_for_each_other_do_not_lock_up() -> None:
     """Each task waits for a future that a task behind it completes: as methods that call their callers back."""
     depth = workers.MOST // 2
     futures = [Future() for _ in range(depth + 1)]
-    for earlier, later in zip(futures, futures[1:]):
+    for earlier, later in itertools.pairwise(futures):
         workers.submit(lambda earlier=earlier, later=later: earlier.finish_with_value(later.value(PATIENCE * 1000)))
     workers.submit(futures[-1].finish_with_value, 42)
     assert futures[0].value(PATIENCE * 1000) == 42
