@@ -1,4 +1,4 @@
-"""The name `qi`, where the vendor's package is not installed: it is `telepresence.naoqi`."""
+"""The module `qi` where the vendor's package is not installed: `telepresence.naoqi` under that name."""
 
 import sys
 
