@@ -15,6 +15,10 @@ WHOLE_FILE = "import qi\n\ndef test_of_the_vendors_alone(): pass\n"
 PARTS = """
 import pytest
 
+PROGRAM = '''
+import qi
+'''
+
 @pytest.mark.parametrize("client", ["ours", pytest.param("vendors", marks=pytest.mark.vendor)])
 def test_of_both(client):
     assert client == "ours"

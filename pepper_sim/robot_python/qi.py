@@ -1,4 +1,4 @@
-"""`import qi` where the vendor's package is not installed: `telepresence.naoqi` under that name."""
+"""The module `qi` where the vendor's package is not installed: `telepresence.naoqi` under that name."""
 
 import sys
 

@@ -103,8 +103,7 @@ class ALMemory(Module):
         reader = self._body.get(key)
         if reader is not None:
             return reader(self._snapshot())
-        entry = self._entries.get(key)
-        return entry.value if entry is not None else None
+        return self._stored(key)
 
     def announce(self, key: str, value: Any) -> None:
         """Write a value and call every subscriber, on other threads."""
@@ -136,18 +135,10 @@ class ALMemory(Module):
     @remote("m(m)")
     def getListData(self, keyList: Any) -> list:
         """Returns many values, all of the same instant; None for a missing key."""
-        if not isinstance(keyList, list | tuple) or not all(isinstance(key, str) for key in keyList):
+        if not isinstance(keyList, list | tuple) or not {str}.issuperset(map(type, keyList)):
             raise ServiceError(f"keyList must be a list of strings, got {shown(keyList)}")
-        snapshot = self._snapshot()
-        values = []
-        for key in keyList:
-            reader = self._body.get(key)
-            if reader is not None:
-                values.append(reader(snapshot))
-            else:
-                entry = self._entries.get(key)
-                values.append(entry.value if entry is not None else None)
-        return values
+        snapshot, readers = self._snapshot(), self._body.get
+        return [self._stored(key) if (reader := readers(key)) is None else reader(snapshot) for key in keyList]
 
     @remote("v(sm)")
     def insertData(self, key: str, value: Any) -> None:
@@ -295,6 +286,10 @@ class ALMemory(Module):
         return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
 
     # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _stored(self, key: str) -> Any:
+        entry = self._entries.get(key)
+        return entry.value if entry is not None else None
 
     def _known(self, key: str) -> bool:
         return key in self._body or key in self._entries

@@ -15,7 +15,8 @@ import struct
 import threading
 import time
 import weakref
-from typing import TYPE_CHECKING, Any, Callable, Sequence
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Callable
 
 from . import workers
 from .codec import decode, encode
@@ -100,6 +101,7 @@ class Connection:
         self.running: dict[int, Any] = {}  # calls of the peer that are not answered, by id
         self.running_bytes = 0
         self.subscribed: dict[ServedObject, int] = {}  # how many links it has to which object
+        self.registrations: dict[tuple[int, int, int], Any] = {}  # this end's subscriptions, see `remote_signal.py`
         self._socket = stream
         self._identities = itertools.count(1)
         self._calls: dict[int, Done] = {}
@@ -115,6 +117,8 @@ class Connection:
     def start(self) -> None:
         """Begin to read. Set `lookup` and `before_login` before."""
         self._stream.start()
+        if self.dialled:
+            self._reactor.call_later(_CHECK_S, _check_later, weakref.ref(self))
 
     @property
     def closed(self) -> bool:
@@ -320,8 +324,8 @@ class Connection:
     def begin(self, identity: int, call: Any, size: int) -> bool:
         """Count a call of the peer; return False if there are far too many. On the reactor's thread.
 
-        Above `Limits.pending_calls` no more is read from the peer until some are answered, unless calls of ours wait for
-        its answers: these would not arrive. Then eight times as many are taken, and the others are refused.
+        Above `Limits.pending_calls` no more is read from the peer until some are answered, unless calls of ours wait
+        for its answers: these would not arrive. Then eight times as many are taken, and the others are refused.
         """
         limit, largest = self.limits.pending_calls, self.limits.pending_bytes
         if len(self.running) >= 8 * limit or self.running_bytes > 2 * largest:
@@ -386,6 +390,14 @@ def connect(
     return connection
 
 
+def _check_later(reference: weakref.ref[Connection]) -> None:
+    """Look after a dialled connection; a server looks after all of its own at once."""
+    connection = reference()
+    if connection is not None and not connection.closed:
+        connection.check(time.monotonic())
+        reactor().call_later(_CHECK_S, _check_later, reference)
+
+
 def client_tls() -> ssl.SSLContext:
     """Return libqi's idea of TLS: version 1.2, no certificate is checked. Passwords are visible to a man in the middle;
     whoever knows the robot's certificate gives a context of his own."""
@@ -405,7 +417,7 @@ def split_url(url: str) -> tuple[bool, str, int]:
     if not separator:
         scheme, rest = "tcp", url
     host, separator, number = rest.rpartition(":")
-    if not separator or host.count(":") and not host.endswith("]"):
+    if not separator or (":" in host and not host.endswith("]")):
         host, number = rest, str(DEFAULT_PORT)
     if scheme not in ("tcp", "tcps") or not number.isdigit() or int(number) > 65535:
         raise RuntimeError(f"Invalid url: {url!r} is not tcp://host:port or tcps://host:port")

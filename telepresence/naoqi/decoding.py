@@ -23,9 +23,9 @@ from .signature import (
 
 MAX_ELEMENTS = 1 << 22
 """Of all lists and maps of one payload together: each costs more memory here than on the wire."""
-_NOTHING_COST = 512
+_NOTHING_COST = 4096
 """An element that takes no bytes, as in [v] or [()], costs as much as so many others."""
-_SIGNATURE_COST = 8
+_SIGNATURE_COST = 64
 """A character of a signature that was not met before costs as much as so many elements."""
 
 _length = struct.Struct("<I").unpack_from
@@ -60,7 +60,7 @@ class Reader:
         try:
             return decoder(self, at)
         except (struct.error, IndexError):
-            raise WireError(f"the payload of {self.size} bytes ends within a value") from None
+            raise WireError(f"Read Past End: the payload of {self.size} bytes ends within a value") from None
 
     def charge(self, elements: int) -> None:
         """Count elements that are about to be made."""

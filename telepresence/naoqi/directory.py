@@ -74,9 +74,7 @@ class Directory(ServedObject):
         added, removed: Signals (id, name), as serviceAdded and serviceRemoved.
     """
 
-    def __init__(
-        self, service_info: str, machine_id: str, endpoints: Callable[[Connection | None], list[str]]
-    ) -> None:
+    def __init__(self, service_info: str, machine_id: str, endpoints: Callable[[Connection | None], list[str]]) -> None:
         super().__init__()
         self.added, self.removed = Signal("(Is)"), Signal("(Is)")
         self.machine_id = machine_id
@@ -155,7 +153,8 @@ class Directory(ServedObject):
         """Return the records of all ready services, the directory first."""
         with self._directory_lock:
             entries = [entry for entry in self._entries.values() if entry.ready]
-        return [self._own_info(NAME, SERVICE_ID, b"", connection), *[self._info(entry, connection) for entry in entries]]
+        own = self._own_info(NAME, SERVICE_ID, b"", connection)
+        return [own, *[self._info(entry, connection) for entry in entries]]
 
     # --- for clients; on the reactor's thread
 
@@ -224,9 +223,7 @@ class Directory(ServedObject):
 
     # --- both
 
-    def _add(
-        self, name: str, info: dict[str, Any], owner: Connection | None, served: ServedObject | None
-    ) -> Entry:
+    def _add(self, name: str, info: dict[str, Any], owner: Connection | None, served: ServedObject | None) -> Entry:
         with self._directory_lock:
             for entry in self._entries.values():
                 if entry.name == name:

@@ -8,13 +8,13 @@ from typing import Any
 
 from .conversion import convert_kind
 from .dynamics import LISTS, PYTHON, ROBOT, Dialect, Record, Typed, integer_type, is_array, plain
-from .signature import MAX_DEPTH, NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
+from .signature import NUMBER_FORMATS, Kind, SignatureCache, WireError, parse, shorten
+from .writer import Reference, Writer
 
 _UNFIT = (struct.error, TypeError, ValueError, OverflowError)
 """What an encoder raises for a value of another type; it is converted then, and tried again."""
 _LONG = 4096
 """From this size raw data is not copied [bytes]."""
-_MAX = 0xFFFFFFFF
 
 _length = struct.Struct("<I").pack
 _dynamic_integer = struct.Struct("<IBq").pack
@@ -25,48 +25,17 @@ _STRING_HEADS = [struct.pack("<IBI", 1, 115, size) for size in range(256)]
 """Of dynamics with short strings: signature "s" and length."""
 
 
-class Writer:
-    """What encoders write to."""
-
-    __slots__ = ("append", "dialect", "dynamics", "level", "long", "objects", "parts")
-
-    def __init__(self, objects: Any, dialect: Dialect) -> None:
-        self.parts: list[Any] = []
-        self.append = self.parts.append
-        self.objects = objects
-        self.dialect = dialect
-        self.dynamics = _DYNAMICS[dialect]
-        self.level = 0
-        self.long = False
-
-    def buffers(self) -> list[Any]:
-        """Return what was written, long raw data as it is and all between in one piece."""
-        if not self.long:
-            return [b"".join(self.parts)]
-        buffers: list[Any] = []
-        short: list[bytes] = []
-        for part in self.parts:
-            if type(part) is memoryview:
-                buffers += (b"".join(short), part)
-                short = []
-            else:
-                short.append(part)
-        if short:
-            buffers.append(b"".join(short))
-        return buffers
-
-
 Encoder = Callable[[Writer, Any], object]
 
 
 def encode_kind(signature: str, value: Any, objects: Any, dialect: Dialect) -> list[Any]:
     """`codec.encode`."""
     encoder = _ENCODERS.get(signature) or _keep(signature)
-    writer = Writer(objects, dialect)
+    writer = Writer(objects, dialect, _DYNAMICS[dialect])
     try:
         encoder(writer, value)
     except _UNFIT:
-        writer = Writer(objects, dialect)
+        writer = Writer(objects, dialect, _DYNAMICS[dialect])
         value = convert_kind(value, parse(signature))
         try:
             encoder(writer, value)
@@ -152,7 +121,8 @@ def _raw(writer: Writer, value: Any) -> None:
 def _object(writer: Writer, value: Any) -> None:
     if writer.objects is None:
         raise WireError(f"a {type(value).__name__} has no type on the wire")
-    writer.append(writer.objects.write(value))
+    writer.refers = True
+    writer.append(Reference(value))
 
 
 def _check_list(value: Any) -> None:
@@ -330,7 +300,7 @@ def _dynamic_raw(writer: Writer, value: Any) -> None:
 
 def _dynamic_list(writer: Writer, value: Any) -> None:
     writer.append(b"\3\0\0\0[m]")
-    _deeper(writer, 1)
+    writer.deeper(1)
     _dynamics(writer, value)
     writer.level -= 1
 
@@ -342,7 +312,7 @@ def _dynamic_view(writer: Writer, value: Any) -> None:
 def _dynamic_tuple(writer: Writer, value: Any) -> None:
     size = len(value)
     writer.append(_length(size + 2) + b"(" + b"m" * size + b")")
-    _deeper(writer, 1)
+    writer.deeper(1)
     for item in value:
         _dynamic(writer, item)
     writer.level -= 1
@@ -350,7 +320,7 @@ def _dynamic_tuple(writer: Writer, value: Any) -> None:
 
 def _dynamic_map(writer: Writer, value: Any) -> None:
     writer.append(b"\4\0\0\0{mm}" + _length(len(value)))
-    _deeper(writer, 1)
+    writer.deeper(1)
     for key, item in value.items():
         _dynamic(writer, key)
         _dynamic(writer, item)
@@ -362,7 +332,7 @@ def _dynamic_typed(writer: Writer, value: Typed) -> None:
     text = kind.full.encode()
     writer.append(_length(len(text)) + text)
     depth = max(1, kind.depth)
-    _deeper(writer, depth)
+    writer.deeper(depth)
     encoder = _ENCODERS.get(value.signature) or _keep(value.signature)
     mark, long = len(writer.parts), writer.long
     try:
@@ -377,12 +347,6 @@ def _dynamic_typed(writer: Writer, value: Typed) -> None:
 def _dynamic_object(writer: Writer, value: Any) -> None:
     writer.append(b"\1\0\0\0o")
     _object(writer, value)
-
-
-def _deeper(writer: Writer, depth: int) -> None:
-    writer.level += depth
-    if writer.level > MAX_DEPTH:
-        raise WireError(f"values are nested deeper than {MAX_DEPTH}")
 
 
 def _dynamic_by_base(writer: Writer, value: Any) -> Encoder:

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from .log import logger
-from .workers import blocking, submit
+from .strands import submit_for
+from .workers import blocking
 
 _log = logger("future")
 
@@ -89,7 +90,7 @@ class Future:
         for callback in direct:
             callback(self)
         for callback in callbacks:
-            submit(_run_callback, callback, self)
+            submit_for(callback, _run_callback, callback, self)
         return True
 
     def finish_with_value(self, value: Any) -> bool:
@@ -223,7 +224,7 @@ class Future:
             if self._state == _RUNNING:
                 self._callbacks.append(callback)
                 return
-        submit(_run_callback, callback, self)
+        submit_for(callback, _run_callback, callback, self)
 
     def when_done(self, callback: Callable[[Future], Any]) -> None:
         """Call `callback(future)` in the thread that completes this, or now: for short functions of this package."""
@@ -233,7 +234,7 @@ class Future:
                 return
         callback(self)
 
-    def _chain(self, step: Callable[[Future, Future], Any]) -> Future:
+    def _chain(self, step: Callable[[Future, Future], Any], callback: Callable[..., Any] | None = None) -> Future:
         result = Future(on_cancel=self.cancel)
 
         def run(finished: Future) -> None:
@@ -242,12 +243,12 @@ class Future:
             except Exception as error:
                 result.finish_with_error(describe(error))
 
-        self.addCallback(run)
+        self.when_done(lambda _: submit_for(callback or run, run, self))
         return result
 
     def then(self, callback: Callable[[Future], Any]) -> Future:
         """Return a future of `callback(this future)`, called when this one is complete, whatever came."""
-        return self._chain(lambda finished, result: result.finish_with_value(callback(finished)))
+        return self._chain(lambda finished, result: result.finish_with_value(callback(finished)), callback)
 
     def andThen(self, callback: Callable[[Any], Any]) -> Future:
         """Return a future of `callback(value)`. An error or a cancel of this one goes on to it instead."""
@@ -258,7 +259,7 @@ class Future:
             else:
                 forward(finished, result)
 
-        return self._chain(step)
+        return self._chain(step, callback)
 
     def unwrap(self) -> Future:
         """Return the future inside: of a future whose value is a future, one with that one's value."""

@@ -12,7 +12,8 @@ import hmac
 import logging
 import threading
 import time
-from typing import Any, Callable, Mapping, Protocol
+from collections.abc import Mapping
+from typing import Any, Callable, Protocol
 
 from .codec import decode, encode
 from .connection import CONNECT_S, LOST, Connection
@@ -132,6 +133,11 @@ def _early_message(connection: Connection) -> Callable[[Header, Any], None]:
     return handle
 
 
+def _is_capability(name: Any) -> bool:
+    """Whether an entry of a login is one; names that are not UTF-8 come as bytes and are none."""
+    return isinstance(name, str) and not name.startswith(("__qi", PREFIX))
+
+
 class ServerLogin:
     """The server's part for one connection, until it is over.
 
@@ -163,11 +169,13 @@ class ServerLogin:
         at_server = header.service == 0 and header.object == 0
         if header.kind == CALL and at_server and header.action == AUTHENTICATE and self._release.authentication:
             self._authenticate(header, payload)
-        elif self._users is None and (at_server or self._release.version in ("2.1", "2.5")):
+        elif self._users is None and at_server and header.action != AUTHENTICATE:
+            self._admit_silently()  # older than authentication; what it asked is not answered
+        elif self._users is None and self._release.version in ("2.1", "2.5"):
             self._admit_silently()
-            if not (at_server and header.action == AUTHENTICATE):
-                return connection.message(header, payload)
-            connection.error(header, "can't find service, address: 0.0.8")
+            if at_server:
+                return connection.error(header, "can't find service, address: 0.0.8")
+            connection.message(header, payload)
         elif at_server:
             text = f"service #{header.service}, type #{header.kind}, action #{header.action}"
             connection.error(
@@ -182,7 +190,7 @@ class ServerLogin:
         data = decode("{sm}", payload)
         if len(data) > connection.limits.capabilities:
             raise WireError(f"a login with {len(data)} entries")
-        connection.learn({name: value for name, value in data.items() if not name.startswith(("__qi", PREFIX))})
+        connection.learn({name: value for name, value in data.items() if _is_capability(name)})
         if self._users is not None and not self._known(data.get(PREFIX + "user"), data.get(PREFIX + "token")):
             log.info("%s: wrong user or password", connection.peer)
             connection.error(header, f"Authentication failed: wrong user or password {_VERSION}")

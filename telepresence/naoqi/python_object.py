@@ -18,6 +18,7 @@ from .relay import Relay
 from .served_object import ServedObject
 from .signals import Property, Signal
 from .signature import WireError
+from .strands import strand_of
 
 NOT_BOUND = "DONOTBIND"
 _SERVED = "__qi_served__"
@@ -48,7 +49,8 @@ def served(value: Any) -> ServedObject:
 
 
 def _make(value: Any) -> ServedObject:
-    made = ServedObject("", parallel=getattr(value, "__qi_threading__", "single") == "multi")
+    strand = strand_of(value)
+    made = ServedObject("", parallel=strand is None, strand=strand)
     for name in dir(value):
         if name.startswith("__"):
             continue

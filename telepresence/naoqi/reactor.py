@@ -139,11 +139,11 @@ class Reactor:
         heapq.heappush(self._timers, (timer.due, next(self._order), timer))
 
     def _drain(self, _mask: int) -> None:
-        self._signalled = False
         try:
             self._woken_by.recv(4096)
         except BlockingIOError:
             log.debug("woken without a byte")
+        self._signalled = False  # after reading: a byte sent in between would be lost, and with it all later ones
 
     def _run(self) -> None:
         while True:

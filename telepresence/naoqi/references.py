@@ -98,14 +98,15 @@ class References:
             meta, uid = target.encoded_meta(), target.uid
             number = self.host(service, target)
         parts = list(meta)
-        if connection.shared("MetaObjectCache"):
+        cache, has_uid = self._layout or (connection.shared("MetaObjectCache"), connection.shared("ObjectPtrUID"))
+        if cache:
             whole = b"".join(parts)
             with self._lock:
                 # Sent whole every time: messages of other threads may overtake the first one.
                 at = self._sent.setdefault(whole, len(self._sent) + 1) if len(self._sent) < _CACHED else 0xFFFFFFFF
             parts = [b"\1", whole, struct.pack("<I", at)]
         parts.append(struct.pack("<II", service, number))
-        if connection.shared("ObjectPtrUID"):
+        if has_uid:
             parts.append(uid)
         return b"".join(parts)
 

@@ -25,18 +25,18 @@ _ERROR_STATE, _VALUE_STATE = 3, 4
 class Reply(Future):
     """The answer to a call, decoded by the first thread that asks for it."""
 
-    __slots__ = ("_flags", "_remote", "_returns", "identity")
+    __slots__ = ("_flags", "_returns", "identity", "remote")
 
     def __init__(self, remote: RemoteObject, returns: str) -> None:
         super().__init__()
-        self._remote = remote
+        self.remote: RemoteObject = remote
         self._returns = returns
         self._flags = 0
         self.identity = 0
 
     def done(self, kind: int, flags: int, payload: Any) -> None:
         """Take what ended the call; runs on the reactor's thread."""
-        self._remote.pending.pop(self, None)
+        self.remote.pending.pop(self, None)
         if kind == REPLY:
             self._flags = flags
             self._finish(_VALUE_STATE, payload, _lazily)
@@ -45,13 +45,13 @@ class Reply(Future):
         elif kind == CANCELED:
             self.finish_canceled()
         elif kind == LOST:
-            self.finish_with_error(self._remote.loss(str(payload)))
+            self.finish_with_error(self.remote.loss(str(payload)))
 
     def cancel(self) -> None:
         """Ask the other side to end the call. It ends when that agrees, and that may be with a value."""
-        if self.isRunning():
+        remote = self.remote
+        if self.isRunning() and remote is not None:
             self._cancel_requested = True
-            remote = self._remote
             remote.connection.cancel_call(self.identity, remote.service, remote.object)
 
     def _decode_now(self) -> None:
@@ -59,7 +59,7 @@ class Reply(Future):
             if self._decode is None:
                 return
             self._decode = None
-            remote = self._remote
+            remote, self.remote = self.remote, _NOBODY  # a result that is kept must not keep what it came from
             failed = self._state == _ERROR_STATE
             if not failed and self._state != _VALUE_STATE:
                 return
@@ -72,6 +72,10 @@ class Reply(Future):
             if failed and isinstance(result, (bytes, bytearray)):
                 result = bytes(result).decode("utf-8", "replace")
             self._result = str(result) if failed else result
+
+
+_NOBODY: Any = None
+"""Instead of the remote object of a reply that is decoded."""
 
 
 def _lazily(payload: Any) -> Any:
@@ -169,7 +173,16 @@ class RemoteObject:
 
 
 def _terminate(connection: Connection, service: int, object: int) -> None:
+    forget_registrations(connection, service, object)
     connection.post(service, object, TERMINATE, [struct.pack("<I", service)])
+
+
+def forget_registrations(connection: Connection, service: int, object: int) -> None:
+    """Drop the subscriptions to the signals of an object that has ended."""
+    for key in list(connection.registrations):
+        if key[:2] == (service, object):
+            connection.registrations.pop(key, None)
+            connection.off_event(*key)
 
 
 def arity(parameters: str) -> int:

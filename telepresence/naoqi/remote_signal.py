@@ -14,11 +14,10 @@ from collections.abc import Callable
 from typing import Any
 
 from .codec import decode_arguments
-from .connection import Connection
 from .future import Future, describe, failed
 from .log import logger
 from .remote_object import RemoteObject
-from .signals import strand_for
+from .signals import own_strand
 from .workers import Strand
 
 REGISTER, UNREGISTER = 0, 1
@@ -31,8 +30,6 @@ MAX_WAITING_EVENTS = 100_000
 
 _log = logger("signal")
 _links = itertools.count(1)
-_tables: weakref.WeakKeyDictionary[Connection, dict[tuple[int, int, int], Registration]] = weakref.WeakKeyDictionary()
-_tables_lock = threading.Lock()
 
 
 class _Event:
@@ -78,7 +75,7 @@ class Registration:
             # Links need only differ per object; this is the form libqi uses.
             link = (self._uid << 32) | (next(_links) & 0xFFFFFFFF)
             first = not self._callbacks
-            self._callbacks[link] = (callback, strand_for(callback))
+            self._callbacks[link] = (callback, own_strand(callback))
             if first:
                 remote.connection.on_event(self._service, self._object, self._uid, self._arrived)
                 self._link = link
@@ -136,22 +133,8 @@ class Registration:
 def registration(remote: RemoteObject, uid: int, signature: str) -> Registration:
     """Return the registration of a signal, shared by all proxies of the object on this connection."""
     key = (remote.service, remote.object, uid)
-    with _tables_lock:
-        table = _tables.setdefault(remote.connection, {})
-        if key not in table:
-            table[key] = Registration(remote, uid, signature)
-        return table[key]
-
-
-def forget_object(connection: Connection, service: int, object: int) -> None:
-    """Drop the registrations of an object that has ended."""
-    with _tables_lock:
-        table = _tables.get(connection, {})
-        gone = [key for key in table if key[:2] == (service, object)]
-        for key in gone:
-            del table[key]
-    for key in gone:
-        connection.off_event(*key)
+    table = remote.connection.registrations
+    return table.get(key) or table.setdefault(key, Registration(remote, uid, signature))
 
 
 class RemoteSignal:

@@ -85,7 +85,7 @@ class ServedObject:
         self.uid = os.urandom(UID_BYTES)
         self.description = description
         self.strict = strict
-        self._strand = None if parallel else strand or workers.Strand()
+        self._strand = None if parallel else workers.Strand() if strand is None else strand  # an empty one is false
         self._methods: dict[int, Method] = {}
         self._signals: dict[int, Any] = {}
         self._properties: dict[int, Any] = {}

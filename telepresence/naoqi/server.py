@@ -79,9 +79,7 @@ class Server:
         self._timer: Timer | None = None
         self._closed = False
         self._warned = -_WARN_S
-        self._directory = Directory(
-            release.service_info_signature, machine_id or this_machine(), self._listed
-        )
+        self._directory = Directory(release.service_info_signature, machine_id or this_machine(), self._listed)
         self.serviceRegistered: Signal = self._directory.added
         self.serviceUnregistered: Signal = self._directory.removed
 
@@ -279,7 +277,8 @@ class Server:
             hosts = interface_addresses()
             if connection is not None and connection.here not in (*hosts, ""):
                 hosts.append(connection.here)
-        return [f"{scheme}://[{one}]:{port}" if ":" in one else f"{scheme}://{one}:{port}" for one in sorted(set(hosts))]
+        names = [f"[{one}]" if ":" in one else one for one in sorted(set(hosts))]
+        return [f"{scheme}://{name}:{port}" for name in names]
 
 
 def interface_addresses() -> list[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import socket
 import ssl
+import sys
 import threading
 import uuid
 import weakref
@@ -22,9 +23,9 @@ from .login import log_in
 from .metaobject import METAOBJECT, MetaObject, choose_overload
 from .proxy import Proxy, proxy_of
 from .python_object import served
+from .reactor import reactor
 from .releases import CLIENT_CAPABILITIES
-from .remote_object import RemoteObject
-from .remote_signal import forget_object
+from .remote_object import RemoteObject, forget_registrations
 from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
 from .server import Server
@@ -66,14 +67,39 @@ class _Link:
         return [*others.values(), self.connection]
 
 
+class _Watcher:
+    """What connections hold of a session: not the session itself, so that one that nobody uses any more ends.
+
+    Its methods are called back one at a time, so that what the directory reports is handled in order.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = weakref.ref(session)
+
+    def added(self, number: int, name: str) -> None:
+        if (session := self._session()) is not None:
+            session.serviceRegistered(number, name)
+
+    def removed(self, number: int, name: str) -> None:
+        if (session := self._session()) is not None:
+            session._service_removed(number, name)
+
+    def lookup(self, service: int, object: int) -> ServedObject | None:
+        session = self._session()
+        return None if session is None else session._lookup(service, object)
+
+    def lost(self, link: _Link) -> None:
+        if (session := self._session()) is not None:
+            session._lost(link)
+
+
 class Session:
     """A client of a robot, or with `listenStandalone` a robot of one's own.
 
     Signals: connected(), disconnected(reason), serviceRegistered(id, name), serviceUnregistered(id, name).
-    All errors are RuntimeErrors. Every method takes `_async=True` and then returns a Future.
+    All errors are RuntimeErrors. Every method takes `_async=True` and then returns a Future. A session that nobody
+    holds any more closes, and its proxies with it.
     """
-
-    __qi_threading__ = "single"  # what the directory reports is handled in order
 
     def __init__(self) -> None:
         self.connected = Signal("()")
@@ -88,7 +114,18 @@ class Session:
         self._server: Server | None = None
         self._listeners: list[Server] = []
         self._id = str(uuid.uuid4())
+        self._watcher = _Watcher(self)
         _sessions.add(self)
+
+    def __del__(self) -> None:
+        # A finalizer may run anywhere: it leaves the work to others.
+        if sys.is_finalizing() or (getattr(self, "_link", None) is None and not getattr(self, "_listeners", None)):
+            return
+        for connection in self._link.connections() if self._link is not None else []:
+            reactor().call_soon(connection.close, SESSION_CLOSED)
+        for server in [*self._listeners, self._server]:
+            if server is not None:
+                reactor().call_soon(submit, server.close)
 
     def __repr__(self) -> str:
         link = self._link
@@ -132,13 +169,14 @@ class Session:
                 self._link = link
         finally:
             self._connecting = False
-        link.connection.on_close(lambda reason: self._lost(link))
+        watcher = self._watcher
+        link.connection.on_close(lambda reason: watcher.lost(link))
         self.connected()
 
     def _open(self, url: str, tls: ssl.SSLContext | None, timeout: float = CONNECT_S) -> Connection:
         """Return a connection that is logged in."""
         connection = connect(url, capabilities=CLIENT_CAPABILITIES, tls=tls, timeout=timeout)
-        connection.lookup = self._lookup
+        connection.lookup = self._watcher.lookup
         log_in(connection, None if self._factory is None else self._factory.newAuthenticator(), timeout)
         return connection
 
@@ -146,8 +184,8 @@ class Session:
         """Get to know the directory, and follow what it reports."""
         link.directory = RemoteObject(link.connection, 1, 1, _describe(link.connection, 1), lost_text=SESSION_CLOSED)
         directory = proxy_of(link.directory)
-        added = directory.serviceAdded.connect(self._service_added, _async=True)
-        removed = directory.serviceRemoved.connect(self._service_removed, _async=True)
+        added = directory.serviceAdded.connect(self._watcher.added, _async=True)
+        removed = directory.serviceRemoved.connect(self._watcher.removed, _async=True)
         for registered in (added, removed):
             registered.value(ANSWER_S * 1000)
         if link.directory.meta.methods_named("machineId"):
@@ -310,16 +348,13 @@ class Session:
             there.finish_with_value(None)
         return there
 
-    def _service_added(self, number: int, name: str) -> None:
-        self.serviceRegistered(number, name)
-
     def _service_removed(self, number: int, name: str) -> None:
         link = self._link
         if link is not None:
             remote = link.remotes.pop(name, None)
             if remote is not None and remote.service == number:
                 remote.remove("Service removed")
-                forget_object(remote.connection, remote.service, remote.object)
+                forget_registrations(remote.connection, remote.service, remote.object)
         self.serviceUnregistered(number, name)
 
     # Services of one's own.
@@ -373,7 +408,7 @@ class Session:
                     stream.setblocking(False)
                     end = Connection(stream, capabilities=CLIENT_CAPABILITIES, dialled=dialled, peer="this session")
                     end.learn(dict(CLIENT_CAPABILITIES))
-                    end.lookup = self._lookup
+                    end.lookup = self._watcher.lookup
                     end.trust()
                     end.start()
                     ends.append(end)
@@ -385,7 +420,7 @@ class Session:
         return _answer(_async, self._listen, url)
 
     def _listen(self, url: str) -> None:
-        server = Server(url, dialect=PYTHON, lookup=self._lookup, machine_id=machine_id())
+        server = Server(url, dialect=PYTHON, lookup=self._watcher.lookup, machine_id=machine_id())
         _start(server)
         with self._lock:
             self._listeners.append(server)

@@ -16,6 +16,7 @@ from .conversion import convert
 from .future import Future, describe, failed
 from .log import logger
 from .signature import WireError, parse
+from .strands import strand_for
 from .workers import Strand
 
 _log = logger("signal")
@@ -47,7 +48,7 @@ class Subscriptions:
             if direct:
                 self._direct[link] = callback
             else:
-                self._queued[link] = (callback, strand_for(callback))
+                self._queued[link] = (callback, own_strand(callback))
         if first:
             self._notify(True)
         return link
@@ -100,28 +101,10 @@ class Subscriptions:
             _log.warning("Exception caught from the onConnect callback: %s", describe(error))
 
 
-def strand_for(callback: Callback) -> Strand:
-    """Return the strand a callback runs on: that of its object where the class asks for it, else one of its own."""
-    owner = getattr(callback, "__self__", None)
-    if owner is not None and getattr(type(owner), "__qi_threading__", None) == "single":
-        return strand_of(owner)
-    return Strand()
-
-
-_strand_lock = threading.Lock()
-
-
-def strand_of(owner: object) -> Strand:
-    """Return the one strand of an object; one of its own where the object takes no attribute."""
-    with _strand_lock:
-        strand = getattr(owner, "__qi_strand__", None)
-        if not isinstance(strand, Strand):
-            strand = Strand()
-            try:
-                setattr(owner, "__qi_strand__", strand)  # noqa: B010  # the name must not be mangled
-            except AttributeError:
-                _log.debug("%s takes no attributes; its methods run side by side", type(owner).__name__)
-        return strand
+def own_strand(callback: Callback) -> Strand:
+    """Return what keeps the calls of a callback in order: its object's strand, or one of its own."""
+    strand = strand_for(callback)
+    return Strand() if strand is None else strand
 
 
 def answer(value: Any, _async: bool) -> Any:

@@ -145,6 +145,8 @@ def split_method(text: str) -> tuple[str, str, str]:
 
 def shorten(text: object, longest: int = 60) -> str:
     """Return what an error text shows of a peer's text: one line, not more than that many characters."""
+    if isinstance(text, int) and text.bit_length() > 512:  # Python refuses to write out some thousand digits
+        return f"an integer of {text.bit_length()} bits"
     shown = repr(text[: longest + 1] if isinstance(text, (str, bytes)) else text)
     return shown if len(shown) <= longest else shown[: longest - 3] + "..."
 

@@ -14,7 +14,8 @@ import socket
 import ssl
 import threading
 import time
-from typing import Any, Callable, Sequence
+from collections.abc import Sequence
+from typing import Any, Callable
 
 from .limits import Limits
 from .message import Header, MessageReader
@@ -262,20 +263,17 @@ class Stream:
         reader, scratch = self._reader, self._reactor.scratch_view
         try:
             while not self._ended and not self._paused:
-                tail = reader.tail()
-                view = scratch if tail is None else tail
-                room = len(view)
-                got = self._receive(view)
+                got = self._receive(scratch)
                 if got < 0:
                     return self.end("the peer closed the connection")
-                for header, payload in reader.feed(view[:got]) if tail is None else reader.filled(got):
+                for header, payload in reader.feed(scratch[:got]):
                     self._on_message(header, payload)
                     if self._ended:
                         return
                 if not reader.idle:
                     self._read_at = time.monotonic()
                 budget -= got
-                if got == 0 or (got < room and not self._tls):
+                if got == 0 or (got < len(scratch) and not self._tls):
                     return
                 if budget <= 0:
                     if self._tls:

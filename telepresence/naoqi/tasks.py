@@ -10,7 +10,8 @@ from typing import Any
 from .future import Future, describe
 from .log import logger
 from .reactor import Timer, reactor
-from .workers import blocking, submit
+from .strands import submit_for
+from .workers import blocking
 
 _log = logger("periodictask")
 
@@ -34,9 +35,9 @@ def runAsync(callback: Callable[..., Any], *args: Any, delay: int = 0, **kwargs:
             result.finish_with_error(describe(error))
 
     if delay <= 0:
-        submit(run)
+        submit_for(callback, run)
         return result
-    timer = reactor().call_later(delay / 1e6, submit, run)
+    timer = reactor().call_later(delay / 1e6, submit_for, callback, run)
 
     def cancel() -> None:
         timer.cancel()
@@ -120,7 +121,7 @@ class PeriodicTask:
             raise RuntimeError(f"{self._name} is running")
 
     def _schedule(self, seconds: float, round_: int) -> None:
-        self._timer = reactor().call_later(seconds, submit, self._run, round_)
+        self._timer = reactor().call_later(seconds, submit_for, self._callback, self._run, round_)
 
     def _run(self, round_: int) -> None:
         with self._lock:

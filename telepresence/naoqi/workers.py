@@ -7,7 +7,7 @@ A few threads are enough as long as each task ends soon. Two rules keep tasks th
 * If no task has been begun for 20 ms although some are waiting, workers are added, whatever the busy ones wait for.
 
 There are never more than 256. If all of them wait for tasks that are not begun, these begin when the first wait ends;
-so a method that waits without a time limit for a service behind the same pool can hold it up, but only after 256 of them.
+so a method that waits without a time limit for a service behind the same pool can hold it up, but only after 256.
 """
 
 from __future__ import annotations

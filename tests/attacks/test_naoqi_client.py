@@ -7,6 +7,8 @@ was, and the same client talks to an honest server afterwards.
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import gc
 import os
 import socket
 import struct
@@ -21,52 +23,19 @@ from naoqi_bytes import (
     CALL, CANCELED, CAPABILITIES, CAPABILITY, ERROR, EVENT, HEADER, MAGIC, POST, REPLY, Message, RawPeer, dynamic, flags,
     text,
 )  # fmt: skip
+from naoqi_relay import Between, Impostor, forward
 from naoqi_services import OURS, ServerProcess
 
 import telepresence.naoqi as naoqi
 
 MS = 20_000
-GROWTH = 48.0
+GROWTH = 24.0
 """What this process may hold more after an attack than before [MB]."""
+THREADS = 16
+"""Of this process at rest: pytest's, the reactor's, and a few workers."""
 MEGABYTE = 1 << 20
 MANY = struct.pack("<I", 2**32 - 1)
 LOGGED_IN = struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
-
-
-class Impostor:
-    """Listens as a robot does and answers each connection as `talk` does, on a thread of its own."""
-
-    def __init__(self, talk: Callable[[RawPeer], None]) -> None:
-        self._talk = talk
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
-        self._peers: list[RawPeer] = []
-        self._thread = threading.Thread(target=self._listen, name="impostor", daemon=True)
-        self._thread.start()
-
-    def _listen(self) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                peer = RawPeer(self._listener.accept()[0])
-                self._peers.append(peer)
-                threading.Thread(target=self._answer, args=(peer,), name="impostor", daemon=True).start()
-
-    def _answer(self, peer: RawPeer) -> None:
-        with contextlib.suppress(OSError):
-            self._talk(peer)
-
-    def __enter__(self) -> Impostor:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with contextlib.suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
-        self._thread.join(10.0)
-        for peer in self._peers:
-            with contextlib.suppress(OSError):
-                peer.socket.shutdown(socket.SHUT_RDWR)
-            peer.close()
 
 
 @pytest.fixture(scope="module")
@@ -79,13 +48,21 @@ def honest() -> Iterator[ServerProcess]:
 def unharmed(honest: ServerProcess) -> Iterator[None]:
     """This process is as before when the attack is over."""
     _visit(honest.url)
-    before = usage(os.getpid())
+    before = used()
     yield
     _visit(honest.url)
     deadline = time.monotonic() + 15.0
-    while (now := usage(os.getpid()))[1] > before[1] or now[2] > before[2] or now[0] > before[0] + GROWTH:
+    # Workers that are idle end after two seconds.
+    while (now := used())[1] > before[1] or now[2] > max(before[2], THREADS) or now[0] > before[0] + GROWTH:
         assert time.monotonic() < deadline, f"memory, descriptors, threads: {before} before, {now} after"
         time.sleep(0.05)
+
+
+def used() -> tuple[float, int, int]:
+    """Memory [MB], descriptors and threads of this process; what is free goes back to the system first."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    return usage(os.getpid())
 
 
 def _visit(url: str) -> None:
@@ -98,7 +75,7 @@ def _visit(url: str) -> None:
 def try_to_connect(url: str) -> None:
     """It works or is refused; in time."""
     session = naoqi.Session()
-    future = session.connect(url, _async=True)
+    future = session.connect(url, timeout=1.0, _async=True)
     future.wait(MS)
     assert not future.isRunning(), "connecting has no end"
     session.close()
@@ -181,7 +158,7 @@ def test_a_server_that_never_answers() -> None:
     with Impostor(lambda peer: peer.gone() and None) as impostor:
         session = naoqi.Session()
         begin = time.monotonic()
-        future = session.connect(impostor.url, _async=True)
+        future = session.connect(impostor.url, timeout=1.0, _async=True)
         with pytest.raises(RuntimeError):
             future.value(50)
         session.close()
@@ -190,47 +167,6 @@ def test_a_server_that_never_answers() -> None:
 
 
 # --- a conversation that ends anywhere, or is changed ----------------------------------------------------------------
-
-
-class Between:
-    """Passes a conversation on to an honest server, and what that says through `change` on its way back.
-
-    Args:
-        change: Is given each message of the server and its number; returns what is sent instead, None to cut.
-    """
-
-    def __init__(self, port: int, change: Callable[[Message, int], bytes | None]) -> None:
-        self._port = port
-        self._change = change
-        self._impostor = Impostor(self._talk)
-        self.url = self._impostor.url
-        self.passed = 0
-
-    def _talk(self, client: RawPeer) -> None:
-        with RawPeer(("127.0.0.1", self._port)) as server:
-            threading.Thread(target=self._forward, args=(client, server), name="between", daemon=True).start()
-            try:
-                while True:
-                    data = self._change(server.receive(), self.passed)
-                    if data is None:
-                        return client.reset()
-                    self.passed += 1
-                    client.send(data)
-            finally:
-                with contextlib.suppress(OSError):
-                    client.socket.shutdown(socket.SHUT_RDWR)
-
-    @staticmethod
-    def _forward(client: RawPeer, server: RawPeer) -> None:
-        with contextlib.suppress(OSError):
-            while True:
-                server.send(client.receive())
-
-    def __enter__(self) -> Between:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._impostor.__exit__()
 
 
 def converse(url: str) -> None:
@@ -257,16 +193,11 @@ def test_a_conversation_ends_after_and_inside_every_message(honest: ServerProces
         converse(whole.url)
     assert whole.passed > 12
 
-    def cut(after: int, part: int) -> Callable[[Message, int], bytes | None]:
-        def change(message: Message, number: int) -> bytes | None:
-            if number < after:
-                return message.pack()
-            return message.pack()[: (0, 1, HEADER.size, -1)[part]] if number == after and part else None
-
-        return change
+    def cut(after: int, length: int | None) -> Callable[[Message, int], bytes]:
+        return lambda message, number: message.pack()[: length if number == after else None]
 
     for after in range(whole.passed):
-        with Between(honest.port, cut(after, after % 4)) as between:
+        with Between(honest.port, cut(after, (None, 1, HEADER.size, -1)[after % 4]), last=after) as between:
             begin = time.monotonic()
             converse(between.url)
             assert time.monotonic() - begin < MS / 1e3
@@ -297,7 +228,7 @@ LIES: dict[str, Callable[[Message], bytes]] = {
 @pytest.mark.parametrize("lie", LIES.values(), ids=LIES)
 def test_every_answer_is_a_lie_in_turn(honest: ServerProcess, lie: Callable[[Message], bytes]) -> None:
     """One answer of a conversation after the other is changed; only the login is honest."""
-    for place in (1, 3, 5, 6, 8, 10):
+    for place in (1, 5, 8, 10):
 
         def change(message: Message, number: int, place: int = place) -> bytes:
             return lie(message) if number == place else message.pack()
@@ -368,7 +299,7 @@ class Deaf:
 
     def _talk(self, client: RawPeer) -> None:
         with RawPeer(("127.0.0.1", self._port)) as server:
-            threading.Thread(target=Between._forward, args=(server, client), name="deaf", daemon=True).start()
+            threading.Thread(target=forward, args=(server, client), name="deaf", daemon=True).start()
             while not self._stopped.is_set():
                 server.send(client.receive())
             self._end.wait(60.0)
@@ -388,13 +319,13 @@ def test_a_server_that_stops_reading(honest: ServerProcess) -> None:
         session.connect(deaf.url)
         service = session.service("Conversation")
         deaf.stop()
-        before, begin = usage(os.getpid())[0], time.monotonic()
+        before, begin = used()[0], time.monotonic()
         blob = bytes(MEGABYTE)
         with contextlib.suppress(RuntimeError):
             for _ in range(200):
                 service.post("size", blob)
         assert time.monotonic() - begin < MS / 1e3
-        assert usage(os.getpid())[0] < before + 100.0
+        assert used()[0] < before + 100.0
         late = service.later(1, _async=True)
         with pytest.raises(RuntimeError):
             late.value(200)
@@ -407,13 +338,14 @@ def test_a_flood_of_events_that_the_client_asked_for(honest: ServerProcess) -> N
     session.connect(honest.url)
     service = session.service("Conversation")
     heard = threading.Semaphore(0)
+    enough = threading.Event()
 
     def slow(_value: Any) -> None:
         heard.release()
-        time.sleep(0.02)
+        enough.wait(0.02)
 
     service.anything.connect(slow)
-    before = usage(os.getpid())[0]
+    before = used()[0]
     blob = bytes(256 * 1024)
     other = naoqi.Session()
     other.connect(honest.url)
@@ -422,6 +354,7 @@ def test_a_flood_of_events_that_the_client_asked_for(honest: ServerProcess) -> N
         speaker.emit(blob)
     assert service.later(1, _async=True).value(MS) == 1
     assert heard.acquire(timeout=MS / 1e3)
-    assert usage(os.getpid())[0] < before + 120.0
+    assert used()[0] < before + 120.0
+    enough.set()
     session.close()
     other.close()

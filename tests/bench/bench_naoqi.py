@@ -1,7 +1,8 @@
 """`./stack bench naoqi [--rounds N] [--json FILE] [--resets]`: NAOqi's messaging, ours and the vendor's at each end.
 
 Four pairs, each client and each server in a process of its own, in turn round after round; the figures are medians of
-the rounds, so that a busy moment of the machine does not fall on one pair. The reference is libqi at both ends.
+the rounds, so that a busy moment of the machine does not fall on one pair. The reference is libqi at both ends. All
+pairs send the same bytes: a picture is a tuple of declared types, since libqi's Python cannot send raw data in a dynamic.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from messaging.resets import reset_rounds
@@ -140,6 +141,8 @@ def serving(library: str) -> Iterator[tuple[str, subprocess.Popen]]:
         yield line.strip(), process
     finally:
         process.stdin.close()  # it ends with its input
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(5.0)
         processes.end(process)
         process.stdout.close()
 

@@ -32,7 +32,7 @@ class _References:
 
 
 def naoqi_messages() -> Target:
-    """Streams of messages: in pieces they are the same as in one; nothing beyond what arrives is allocated."""
+    """Streams of messages: in pieces they are the same as in one."""
     from telepresence.naoqi.message import CALL, CANCEL, EVENT, Header, MessageReader
     from telepresence.naoqi.signature import WireError
 
@@ -42,17 +42,10 @@ def naoqi_messages() -> Target:
         reader, got, at, scratch = MessageReader(most), [], 0, bytearray(max(sizes))
         try:
             while at < len(data):
-                size = sizes[len(got) % len(sizes)]
-                tail = reader.tail()
-                if tail is None:
-                    place = memoryview(scratch)[:size]
-                else:
-                    assert len(tail) <= max(70_000, at), "more is allocated than has arrived"
-                    place = tail[:size]
-                size = min(len(place), len(data) - at)
-                place[:size] = data[at : at + size]
+                size = min(sizes[len(got) % len(sizes)], len(data) - at)
+                scratch[:size] = data[at : at + size]
                 at += size
-                got += reader.feed(place[:size]) if tail is None else reader.filled(size)
+                got += reader.feed(memoryview(scratch)[:size])
         except WireError as error:
             return got, str(error)
         return got, ""
@@ -61,7 +54,8 @@ def naoqi_messages() -> Target:
         values = Values(data)
         small = 1 + values.byte()
         stream = values.rest()
-        pieces = [max(small, len(stream) // MOST_PIECES), 1 + values.byte(), 30_000]
+        least = len(stream) // MOST_PIECES
+        pieces = [max(small, least), max(data[-1] if data else 1, 1 + least), 30_000]
         whole, in_pieces = list[Any](), read(stream, pieces)
         error = ""
         try:

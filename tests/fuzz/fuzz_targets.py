@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import fuzz_media
 import fuzz_naoqi
+import fuzz_naoqi_ends
 import fuzz_naoqi_wire
 import fuzz_wires
 from fuzz_harness import Target
@@ -39,5 +40,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "naoqi-payload": fuzz_naoqi_wire.naoqi_payload,
     "naoqi-value": fuzz_naoqi_wire.naoqi_value,
     "naoqi-metaobject": fuzz_naoqi_wire.naoqi_metaobject,
+    "naoqi-server": fuzz_naoqi_ends.naoqi_server,
+    "naoqi-client": fuzz_naoqi_ends.naoqi_client,
 }
 """What makes each; importing this imports none of the parsers."""

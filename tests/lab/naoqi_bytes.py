@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import time
@@ -115,9 +116,12 @@ class RawPeer:
         return Message(kind, service, obj, action, self._exactly(size), identity, flag, version)
 
     def answer(self, message: Message | bytes, *kinds: int) -> Message:
-        """Send a message; the next one of these kinds, by default REPLY, ERROR or CANCELED, passing over others."""
+        """Send a message; the next one of these kinds, by default what ends this call, passing over others."""
         self.send(message)
-        return self.next(*kinds)
+        while True:
+            answer = self.next(*kinds)
+            if kinds or not isinstance(message, Message) or message.kind != CALL or answer.identity == message.identity:
+                return answer
 
     def next(self, *kinds: int) -> Message:
         while (message := self.receive()).kind not in (kinds or (REPLY, ERROR, CANCELED)):
@@ -144,8 +148,10 @@ class RawPeer:
         return False
 
     def reset(self) -> None:
-        """Close it with a reset."""
+        """Close it with a reset, also while another thread reads from it."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        with contextlib.suppress(OSError):
+            self.socket.shutdown(socket.SHUT_RD)
         self.socket.close()
 
     def close(self) -> None:

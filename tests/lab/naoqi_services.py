@@ -7,6 +7,7 @@ The first service has its members under the numbers that the recorded conversati
 from __future__ import annotations
 
 import argparse
+import collections
 import importlib
 import json
 import os
@@ -25,6 +26,12 @@ SIGNATURES = (
     "b", "c", "C", "w", "W", "i", "I", "l", "L", "f", "d", "s", "r", "m", "[i]", "[f]", "[s]", "[m]", "[[i]]", "{ss}",
     "{sm}", "{is}", "(is)", "(fs[i])", "+i", "+s", "[(is)]", "{s[f]}", "(is)<Named,number,text>",
 )  # fmt: skip
+USER, PASSWORD = "nao", "pepper's own"
+"""With which our server as 2.9 lets somebody in."""
+LARGEST = 1 << 21
+"""Bytes that a method returns, whatever it is asked for."""
+RETURNS_MEMORY = {"MALLOC_MMAP_THRESHOLD_": "131072", "MALLOC_TRIM_THRESHOLD_": "131072", "MALLOC_ARENA_MAX": "2"}
+"""What is freed goes back to the system at once, so that what is not can be seen."""
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -119,7 +126,7 @@ def conversation_service(qi: Any, session: Any) -> type:
             self.level = qi.Property("f")
             self.record = qi.Property("m")
             self.cancelled = 0
-            self._open: list[Any] = []
+            self._open: collections.deque[Any] = collections.deque(maxlen=5000)
             """Promises that nobody keeps: libqi ends the future of one that is forgotten."""
 
         @signed("(i)", "s", "over")
@@ -153,7 +160,7 @@ def conversation_service(qi: Any, session: Any) -> type:
         @signed("(i)", "m")
         def later(self, milliseconds: int) -> Any:
             promise = qi.Promise()
-            timer = threading.Timer(milliseconds / 1e3, lambda: promise.setValue(milliseconds))
+            timer = threading.Timer(min(max(milliseconds, 0), 1000) / 1e3, lambda: promise.setValue(milliseconds))
             timer.daemon = True
             timer.start()
             return promise.future()
@@ -174,7 +181,7 @@ def conversation_service(qi: Any, session: Any) -> type:
 
         @signed("(ii)", "v")
         def count(self, begin: int, end: int) -> None:
-            for number in range(begin, end):
+            for number in range(begin, min(end, begin + 1000)):
                 self.counted(number, f"number {number}")
 
         @signed("(m)", "v")
@@ -203,11 +210,11 @@ def conversation_service(qi: Any, session: Any) -> type:
 
         @signed("(i)", "r")
         def data(self, size: int) -> bytes:
-            return bytes(size)
+            return bytes(min(max(size, 0), LARGEST))
 
         @signed("(i)", "m")
         def picture(self, size: int) -> list:
-            return [640, 480, 3, 11, 0, 0, bytearray(size), 0, 0.5, 0.4, -0.5, -0.4]
+            return [640, 480, 3, 11, 0, 0, bytearray(min(max(size, 0), LARGEST)), 0, 0.5, 0.4, -0.5, -0.4]
 
     return Conversation
 
@@ -217,10 +224,51 @@ def serve(library: str, port: int) -> tuple[str, Any]:
     qi = importlib.import_module(library)
     session = qi.Session()
     session.listenStandalone(f"tcp://127.0.0.1:{port}")
-    session.registerService("Recorded", recorded_service(qi)())
-    session.registerService("Values", values_service(qi)())
-    session.registerService("Conversation", conversation_service(qi, session)())
+    for name, service in services(qi, session).items():
+        session.registerService(name, service)
     return next(url for url in session.endpoints() if "127.0.0.1" in url), session
+
+
+def services(qi: Any, session: Any) -> dict[str, Any]:
+    return {
+        "Recorded": recorded_service(qi)(),
+        "Values": values_service(qi)(),
+        "Conversation": conversation_service(qi, session)(),
+    }
+
+
+class _Remotes:
+    """A server's view of its clients' services, under the name that a session has for it."""
+
+    def __init__(self, server: Any) -> None:
+        self.service = server.remote
+
+
+def serve_release(version: str, certificate: str, login_s: float) -> tuple[str, Any]:
+    """The address of our server that plays a robot of this version, and the server; 2.9 with TLS and a login."""
+    import ssl
+
+    import telepresence.naoqi as qi
+    from telepresence.naoqi.limits import Limits
+    from telepresence.naoqi.python_object import served
+    from telepresence.naoqi.releases import RELEASES
+    from telepresence.naoqi.server import Server
+
+    context = None
+    if version == "2.9":
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(certificate)
+    server = Server(
+        "tcps://127.0.0.1:0" if context else "tcp://127.0.0.1:0",
+        release=RELEASES[version],
+        login={USER: PASSWORD} if context else None,
+        tls=context,
+        limits=Limits(login_s=login_s),
+    )
+    for name, service in services(qi, _Remotes(server)).items():
+        server.register(name, served(service))
+    server.start()
+    return server.endpoints[-1], server
 
 
 class ServerProcess:
@@ -232,7 +280,7 @@ class ServerProcess:
     """
 
     def __init__(self, *arguments: str, capabilities: str = "") -> None:
-        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        environment = {**os.environ, **RETURNS_MEMORY, "PYTHONPATH": str(ROOT)}
         if capabilities:
             environment["QI_TRANSPORT_CAPABILITIES"] = capabilities
         self.process = subprocess.Popen(
@@ -279,13 +327,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("library", choices=LIBRARIES)
     parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--release", nargs="*", default=[], help="robots that our server plays as well")
+    parser.add_argument("--login-seconds", type=float, default=10.0, help="that our server gives a client to log in")
+    parser.add_argument("--certificate", default="", help="for 2.9: a file with certificate and key")
     arguments = parser.parse_args()
     if arguments.library == VENDOR:
         import qi
 
         qi.logging.setLevel(qi.logging.FATAL)
     url, _session = serve(arguments.library, arguments.port)
-    print(json.dumps({"": url}), flush=True)
+    playing = {
+        version: serve_release(version, arguments.certificate, arguments.login_seconds)
+        for version in arguments.release
+    }
+    print(json.dumps({"": url, **{version: url for version, (url, _) in playing.items()}}), flush=True)
     sys.stdin.read()
     os._exit(0)  # libqi takes a second to end
 

@@ -7,8 +7,8 @@ import it themselves. Where there is a wheel nothing is left out, whether it is 
 
 from __future__ import annotations
 
+import ast
 import platform
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 THERE_IS_ONE = platform.machine() == "x86_64" and sys.version_info < (3, 13)
-IMPORT = re.compile(r"^(import qi$|import qi |from qi )", re.MULTILINE)
 LEFT_OUT = pytest.StashKey[dict[str, int]]()
 """File -> how many of its tests are left out, 0: the whole file."""
 
@@ -26,7 +25,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    if THERE_IS_ONE or collection_path.suffix != ".py" or not IMPORT.search(collection_path.read_text()):
+    if THERE_IS_ONE or collection_path.suffix != ".py" or not _imports_it(collection_path.read_text()):
         return None  # nothing to say: other plugins decide
     config.stash[LEFT_OUT][_name(collection_path, config)] = 0
     return True
@@ -62,6 +61,14 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         terminalreporter.line(f"These need the vendor's qi (x86_64, Python up to 3.12), and this is {this}:")
         for file, tests in sorted(left_out.items()):
             terminalreporter.line(f"  {file}: {f'{tests} of its tests' if tests else 'the whole file'}")
+
+
+def _imports_it(text: str) -> bool:
+    """Whether a file does so at its top, not somewhere in a function or in the text of a program."""
+    return "import qi" in text and any(
+        isinstance(node, ast.Import) and any(alias.name == "qi" for alias in node.names)
+        for node in ast.parse(text).body
+    )
 
 
 def _name(path: Path, config: pytest.Config) -> str:

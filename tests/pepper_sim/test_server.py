@@ -247,6 +247,26 @@ def test_a_taken_port_is_reported_plainly(simulation):
         NaoqiServer(simulation.robot, simulation.url)
 
 
+def test_every_service_is_there_when_the_port_opens(qi, simulation, session, free_port):
+    port, made = free_port(), []
+    making = threading.Thread(target=lambda: made.append(NaoqiServer(simulation.robot, f"tcp://127.0.0.1:{port}")))
+    making.start()
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline:
+        try:
+            socket.create_connection(("127.0.0.1", port)).close()
+            break
+        except ConnectionRefusedError:
+            time.sleep(0.001)
+    client = qi.Session()
+    client.connect(f"tcp://127.0.0.1:{port}")
+    names = {info["name"] for info in client.services()}
+    making.join()
+    client.close()
+    made[0].close()
+    assert names == {info["name"] for info in session.services()} - {"ALTabletService"}
+
+
 def test_a_server_closes_and_its_clients_notice(qi, simulation, wait_until):
     server = NaoqiServer(simulation.robot, "tcp://127.0.0.1:0")
     client = qi.Session()

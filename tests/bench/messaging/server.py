@@ -33,9 +33,9 @@ def robot(qi: Any) -> Any:
         def nothing(self) -> None:
             """A bare call."""
 
-        @typed("(s)", "m")
-        def getImageRemote(self, handle: str) -> list:
-            return [640, 480, 3, 11, 0, 0, bytearray(pixels), 0, 0.5, 0.4, -0.5, -0.4]
+        @typed("(s)", "(iiiiiirfffff)")
+        def getImageRemote(self, handle: str) -> tuple:
+            return (640, 480, 3, 11, 0, 0, pixels, 0.0, 0.5, 0.4, -0.5, -0.4)
 
         @typed("(m)", "m")
         def getListData(self, keys: list) -> list:

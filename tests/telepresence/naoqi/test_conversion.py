@@ -76,6 +76,7 @@ def test_not_a_number_passes(signature):
         (None, "s"),
         (1e39, "f"),
         (10**400, "d"),
+        *(pytest.param(10**5000, signature, id=f"many digits-{signature}") for signature in "idbs"),
         (1, "s"),
         (memoryview(b"raw"), "s"),
         ("\ud800", "s"),

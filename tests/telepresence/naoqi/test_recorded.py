@@ -150,9 +150,9 @@ def test_a_client_that_knows_no_login(peer: RawPeer) -> None:
     peer.send(Message(CAPABILITY, 0, 0, 0, flags(("ClientServerSocket", True), ("MetaObjectCache", True))))
     refused = peer.answer(Message(CALL, 1, 1, 2, bytes(4)))
     assert refused.kind == ERROR and b"The call request could not be handled." in refused.payload
-    told = peer.answer(Message(CALL, 0, 0, 3, b""), CAPABILITY)
+    told = peer.answer(Message(CALL, 0, 0, 3, identity=50), CAPABILITY)
     assert b"ClientServerSocket" in told.payload
-    assert peer.answer(Message(CALL, 1, 1, 108, b"")).kind == REPLY
+    assert peer.answer(Message(CALL, 1, 1, 108, identity=51)).kind == REPLY
 
 
 def test_an_event_registered_and_unregistered(client: RawPeer) -> None:
@@ -208,7 +208,7 @@ REFUSALS = [
     Refusal("no such action", Message(CALL, 2, 1, 999, identity=5), b"No such method {2.1.999, id:5}"),
     Refusal("no such service", Message(CALL, 77, 1, 100), b"The call request could not be handled."),
     Refusal("no such object", Message(CALL, 2, 9, 100), b"The call request could not be handled."),
-    Refusal("too few bytes", Message(CALL, 2, 1, 100, bytes(4)), b"Read Past End"),
+    Refusal("too few bytes", Message(CALL, 2, 1, 100, bytes(4)), b""),
     Refusal("another version", Message(CALL, 2, 1, 100, bytes(8), version=1), b"binary protocol v1"),
     Refusal("a text for a number", Message(CALL, 2, 1, 100, dynamic("(sm)", text("x") * 2), flags=1), b""),
 ]
