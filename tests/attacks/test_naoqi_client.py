@@ -1,7 +1,7 @@
 """Whoever answers at the robot's address against our client of NAOqi's messaging.
 
-An attack has failed when every wait of the client ended in time with a RuntimeError or an answer, memory stayed where it
-was, and the same client talks to an honest server afterwards.
+An attack has failed when every wait of the client ended in time with a RuntimeError or an answer, memory stayed where
+it was, and the same client talks to an honest server afterwards.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import ctypes
 import gc
 import os
-import socket
 import struct
 import threading
 import time
@@ -20,7 +19,20 @@ from typing import Any
 import pytest
 from messaging.resets import usage
 from naoqi_bytes import (
-    CALL, CANCELED, CAPABILITIES, CAPABILITY, ERROR, EVENT, HEADER, MAGIC, POST, REPLY, Message, RawPeer, dynamic, flags,
+    CALL,
+    CANCELED,
+    CAPABILITIES,
+    CAPABILITY,
+    ERROR,
+    EVENT,
+    HEADER,
+    MAGIC,
+    POST,
+    REPLY,
+    Message,
+    RawPeer,
+    dynamic,
+    flags,
     text,
 )  # fmt: skip
 from naoqi_relay import Between, Impostor, forward
@@ -35,7 +47,9 @@ THREADS = 16
 """Of this process at rest: pytest's, the reactor's, and a few workers."""
 MEGABYTE = 1 << 20
 MANY = struct.pack("<I", 2**32 - 1)
-LOGGED_IN = struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
+LOGGED_IN = (
+    struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
+)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +131,12 @@ def state_one_for_ever(peer: RawPeer) -> None:
 def state_two_for_ever(peer: RawPeer) -> None:
     while True:
         asked = peer.receive()
-        entry = text("__qi_auth_state") + dynamic("I", struct.pack("<I", 2)) + text("auth_newToken") + dynamic("s", text("x"))
+        entry = (
+            text("__qi_auth_state")
+            + dynamic("I", struct.pack("<I", 2))
+            + text("auth_newToken")
+            + dynamic("s", text("x"))
+        )
         peer.send(Message(REPLY, 0, 0, 8, struct.pack("<I", 2) + entry, identity=asked.identity))
 
 
@@ -216,9 +235,8 @@ LIES: dict[str, Callable[[Message], bytes]] = {
     "one dynamic without end": lambda m: m._replace(flags=1, payload=NESTED).pack(),
     "a signature of a megabyte": lambda m: m._replace(flags=1, payload=text("[" * MEGABYTE)).pack(),
     "answered twice": lambda m: m.pack() * 2,
-    "answered to somebody else": lambda m: m._replace(identity=m.identity ^ 1 << 30).pack() + m._replace(
-        kind=CANCELED, payload=b""
-    ).pack(),
+    "answered to somebody else": lambda m: m._replace(identity=m.identity ^ 1 << 30).pack()
+    + m._replace(kind=CANCELED, payload=b"").pack(),
     "ten thousand events of nobody": lambda m: Message(EVENT, 2, 1, 999, b"\xff" * 20).pack() * 10_000 + m.pack(),
     "calls of what is not there": lambda m: Message(CALL, 99, 1, 100, b"\xff" * 20).pack() * 1000 + m.pack(),
     "posts of what is not there": lambda m: Message(POST, 99, 1, 100, b"\xff" * 20).pack() * 1000 + m.pack(),
@@ -281,7 +299,7 @@ def test_a_service_describes_itself_as(honest: ServerProcess, described: bytes) 
         session.close()
 
 
-# --- a server that stops reading, or never stops talking ---------------------------------------------------------------
+# --- a server that stops reading, or never stops talking -------------------------------------------------------------
 
 
 class Deaf:
