@@ -10,7 +10,7 @@ import uuid
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import Connection, split_url
+from .connection import CONNECT_S, Connection, split_url
 from .dynamics import Record
 from .future import Future
 from .metaobject import METAOBJECT, MetaObject, choose_overload
@@ -21,8 +21,6 @@ from .served_object import ServedObject
 from .signature import WireError, parse
 from .workers import submit
 
-CONNECT_S = 10.0
-"""To connect and to log in, each [s]."""
 ANSWER_S = 10.0
 """For every answer of the service directory, and for the description of a service [s]."""
 SESSION_CLOSED = "Session closed"

@@ -16,8 +16,8 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import Connection, connect
-from .directory_link import CONNECT_S, SESSION_CLOSED, DirectoryLink, describe_object, machine_id
+from .connection import CONNECT_S, Connection, connect
+from .directory_link import SESSION_CLOSED, DirectoryLink, describe_object, machine_id
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
 from .login import log_in
