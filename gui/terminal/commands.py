@@ -8,7 +8,8 @@ import socket
 from typing import NamedTuple
 from urllib.parse import urlparse
 
-KEYBOARD = "roslaunch teleop_twist_keyboard teleop.launch"
+KEYBOARD = "roslaunch --wait teleop_twist_keyboard teleop.launch"
+"""Without --wait, roslaunch starts a ROS master of its own when the one that ran dies at that moment."""
 SECOND_NAME = "name:=window_keyboard"
 """Name of a second keyboard node: ROS ends the older of two nodes with one name."""
 QUIET = "conversation:=false"

@@ -102,10 +102,22 @@ class MasterKeeper:
         )
         self._vitals = Vitals(self._process.pid, self._beats)
         deadline = time.monotonic() + START_TIMEOUT
-        while not master_answers(self.uri):
+        while self._end_another() or not master_answers(self.uri):
             if self._process.poll() is not None or time.monotonic() > deadline:
                 raise RuntimeError(f"roscore did not start on port {port}; is the port taken? Try:  ./stack doctor")
             self._stop.wait(0.05)
+
+    def _end_another(self) -> bool:
+        """End a master at our address that a program below us has started, and say whether there was one. A plain
+        roslaunch does that in a terminal of the station when it finds none: it would keep ours from coming back."""
+        try:
+            pid = master_proxy(self.uri).getPid(CALLER)[2]
+        except _ERRORS:
+            return False
+        if pid == self._process.pid or pid not in processes.descendants():
+            return False
+        log.warning("a program in the station has started a roscore of its own meanwhile, which is ended")
+        return processes.send(pid, signal.SIGKILL)
 
     def _watch(self) -> None:
         looked = time.monotonic()

@@ -18,7 +18,7 @@ import xml.etree.ElementTree
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, NamedTuple, TextIO
 from urllib.parse import urlsplit
 
 from telepresence.security.private_files import restrict_new_files
@@ -146,6 +146,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             require_free(port, wire.port, f"the simulated {wire.name}")
     if PEPPER in wires:
         require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
+    for server in drive_servers(arguments.robot, settings, simulated):
+        require_free(port_setting(settings, server.argument, server.port), server.argument, server.purpose, udp=True)
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
@@ -307,16 +309,39 @@ def require_roscore(uri: str, stop: threading.Event) -> None:
             )
 
 
-def require_free(port: int, argument: str, purpose: str) -> None:
+class DriveServer(NamedTuple):
+    """A drive server that a station starts here: the launch argument with its udp port, the usual one, whose it is."""
+
+    argument: str
+    port: int
+    purpose: str
+
+
+def drive_servers(robot: str, settings: dict[str, str], simulated: bool) -> list[DriveServer]:
+    """Return the drive servers of a station. Where another station's has the port, this one's would not start, and its
+    driver would drive the other one's robot."""
+    wires, both = STATIONS.get(robot, ()), robot == "both"
+    found = []
+    elsewhere = settings.get("pepper_drive_server" if both else "drive_server", "")
+    if PEPPER in wires and not elsewhere and settings.get("watchdog", "true").lower() in ("true", "1"):
+        usual = int(os.environ.get("DRIVE_PORT", 8085))
+        found.append(DriveServer("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
+    if ROBOTINO in wires and simulated:
+        found.append(DriveServer("drive_port", 8082, "Robotino's drive server"))
+    return found
+
+
+def require_free(port: int, argument: str, purpose: str, udp: bool = False) -> None:
     """Raise RuntimeError when the loopback port is in use already."""
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket(type=socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as probe:
+        if not udp:  # of tcp, connections that have ended may linger there
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", port))
         except OSError:
             raise RuntimeError(
-                f"port {port}, wanted for {purpose}, is taken: another ./stack up may be running. "
-                f"Choose another one with {argument}:=<port>"
+                f"{'udp ' if udp else ''}port {port}, wanted for {purpose}, is taken: another ./stack up may be "
+                f"running. Choose another one with {argument}:=<port>"
             ) from None
 
 

@@ -154,9 +154,9 @@ def limits(load: bool = False) -> str:
     """What the rows are held to, in words."""
     rest = f"{REST_LOADED:g} s" if load else ", ".join(f"{name} {limit:g} s" for name, limit in REST.items())
     return (
-        f"p50, p95 and largest [s]. Limits: rest p95 {rest} (also after the release of a robot that goes on; "
-        "Pepper's base alone takes 0.64 s from 0.35 m/s; 0.6 s for a key that is reversed and no fault: Robotino's base alone takes "
-        f"0.5 s from 0.2 m/s), told {TOLD:g} s, back {BACK:g} s, stale motion 0 mm."
+        f"p50, p95 and largest [s]. Limits: rest p95 {rest} (also after the release of a robot that goes on; Pepper's "
+        "base alone takes 0.64 s from 0.35 m/s), 0.6 s for a key that is reversed without a fault (Robotino's base "
+        f"alone takes 0.5 s from 0.2 m/s), told {TOLD:g} s, back {BACK:g} s, stale motion 0 mm."
     )
 
 

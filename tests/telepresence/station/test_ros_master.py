@@ -123,6 +123,21 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
         monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 0.0)
         wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
         wait_until(lambda: knows(uri, "/phoenix"), "our node is registered once more")
+
+        # What a roslaunch in a terminal does that finds no master: it has the port first.
+        start = keeper._start_master
+        command = ("rosmaster", "--core", "-p", uri.rpartition(":")[2])
+
+        def start_late() -> None:
+            run_program(*command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            wait_until(lambda: master_answers(uri), "somebody else's master answers")
+            monkeypatch.undo()
+            start()
+
+        monkeypatch.setattr(keeper, "_start_master", start_late)
+        processes.send(keeper.pid, signal.SIGKILL)
+        wait_until(lambda: master_answers(uri) and master_proxy(uri).getPid("/test")[2] == keeper.pid, "ours is back")
+        wait_until(lambda: knows(uri, "/phoenix"), "our node is registered with ours")
     finally:
         keeper.close()
     assert not master_answers(uri)

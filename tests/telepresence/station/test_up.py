@@ -68,6 +68,20 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
             up.require_free(port, "nao_port", "the simulated robot")
+    with socket.socket(type=socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        with pytest.raises(RuntimeError, match=rf"udp port {port}.*drive_port:=<port>"):
+            up.require_free(port, "drive_port", "Pepper's drive server", udp=True)
+
+
+def test_the_drive_servers_of_a_station_are_known(monkeypatch):
+    monkeypatch.delenv("DRIVE_PORT", raising=False)
+    ports = lambda *station: {server.argument: server.port for server in up.drive_servers(*station)}  # noqa: E731
+    assert ports("pepper", {}, True) == ports("pepper", {}, False) == {"drive_port": 8085}
+    assert ports("both", {}, True) == {"pepper_drive_port": 8085, "drive_port": 8082}
+    assert ports("pepper", {"drive_server": "10.0.0.7"}, False) == ports("robotino", {}, False) == {}
+    assert ports("walker", {}, True) == {}
 
 
 @pytest.mark.ros

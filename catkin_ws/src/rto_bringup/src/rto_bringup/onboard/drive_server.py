@@ -5,7 +5,7 @@ Datagrams from pilots (`telepresence.drive.datagram`) in, sensors from the robot
 
 The base brakes in one of two ways: by its own ramp (0.4 m/s²), as long as it gets zeros, or at once, when it gets
 nothing for the 200 ms of its own watchdog. A pilot who falls silent gets one zero and then nothing: at rest 0.4 s after
-the last command from 0.2 m/s, 0.5 s from 0.35 m/s. Who lets go of the controls gets the ramp down to a slow walk, and
+the last command from 0.2 m/s, 0.5 s from 0.35 m/s. Who lets go of the controls gets the ramp down to 0.12 m/s, and
 the watchdog ends it.
 """
 
@@ -36,7 +36,7 @@ LATE = 0.12
 missing. One that comes soon after makes it drive on, a few hundredths of a metre per second slower."""
 RAMP, TURN_RAMP = 0.4, math.pi
 """The base's own [m/s², rad/s²]: controld3.conf (mirror BusHero/robotino_api2)."""
-SLOW, SLOW_TURN = 0.1, 0.5
+SLOW, SLOW_TURN = 0.12, 0.5
 """From these on down the watchdog may end a gentle stop: nobody feels it [m/s, rad/s]."""
 ROBOTS_WATCHDOG = 0.2
 """Seconds without a velocity after which the base stops its motors (wiki.openrobotino.org, Rest api)."""
