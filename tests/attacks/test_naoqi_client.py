@@ -43,6 +43,8 @@ import telepresence.naoqi as naoqi
 MS = 20_000
 GROWTH = 24.0
 """What this process may hold more after an attack than before [MB]."""
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, SMALL = -1, -3, 128 * 1024
+"""Of malloc.h, and glibc's own value of both."""
 THREADS = 16
 """Of this process at rest: pytest's, the reactor's, and a few workers."""
 MEGABYTE = 1 << 20
@@ -56,6 +58,18 @@ LOGGED_IN = (
 def honest() -> Iterator[ServerProcess]:
     with ServerProcess(OURS) as server:
         yield server
+
+
+@pytest.fixture(scope="module", autouse=True)
+def returned_memory() -> Iterator[None]:
+    """What is freed goes back to the system, whatever env.sh says, so that what is not can be seen."""
+    mallopt = ctypes.CDLL(None).mallopt
+    names = {M_TRIM_THRESHOLD: "MALLOC_TRIM_THRESHOLD_", M_MMAP_THRESHOLD: "MALLOC_MMAP_THRESHOLD_"}
+    for option in names:
+        mallopt(option, SMALL)
+    yield
+    for option, name in names.items():
+        mallopt(option, int(os.environ.get(name, SMALL)))
 
 
 @pytest.fixture(autouse=True)

@@ -33,6 +33,7 @@ from naoqi_bytes import (
     text,
 )
 
+import telepresence.naoqi.server as server_module
 from telepresence.naoqi.connection import Connection, connect
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.limits import Limits
@@ -99,6 +100,12 @@ class Robot:
         self.server.close()
 
 
+@pytest.fixture(autouse=True)
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Servers look after their connections often, so that no test waits for it."""
+    monkeypatch.setattr(server_module, "_CHECK_S", 0.05)
+
+
 @pytest.fixture(scope="module")
 def robot() -> Iterator[Robot]:
     with Robot() as robot:
@@ -139,7 +146,7 @@ def test_a_port_that_is_taken_is_named(robot: Robot) -> None:
     with pytest.raises(OSError, match=rf"cannot listen on {robot.url}: Address already in use; another robot may"):
         Server(robot.url).start()
     for url in ("tcps://127.0.0.1:0", "http://x", "tcp://127.0.0.1:99999"):
-        with pytest.raises(OSError, match="certificate|Invalid url"):
+        with pytest.raises(OSError, match=r"certificate|Invalid url"):
             Server(url).start()
 
 
@@ -173,7 +180,8 @@ def test_an_old_robot_serves_whoever_calls(version: str) -> None:
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> ssl.SSLContext:
     folder = tmp_path_factory.mktemp("tls")
-    command = "openssl req -x509 -newkey rsa:2048 -nodes -keyout key.pem -out crt.pem -days 2 -subj /CN=robot"
+    kind = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1"
+    command = f"openssl req -x509 {kind} -nodes -keyout key.pem -out crt.pem -days 2 -subj /CN=robot"
     subprocess.run(command.split(), cwd=folder, check=True, capture_output=True)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(folder / "crt.pem", folder / "key.pem")
@@ -208,7 +216,7 @@ def test_tls_and_a_password(certificate: ssl.SSLContext) -> None:
         picture = os.urandom(3_000_000)
         body = dynamic("r", text(picture))
         results: list[Any] = []
-        for number in range(3):
+        for _ in range(3):
             connection.start_call(2, 1, 104, [body], 0, lambda kind, _, payload: results.append((kind, bytes(payload))))
         until(lambda: len(results) == 3, "no answers over TLS")
         assert results == [(REPLY, body)] * 3
