@@ -83,13 +83,12 @@ def unharmed(honest: ServerProcess) -> Iterator[None]:
     # Workers that are idle end after two seconds.
     while (now := used())[1] > before[1] or now[2] > max(before[2], THREADS) or now[0] > before[0] + GROWTH:
         assert time.monotonic() < deadline, f"memory, descriptors, threads: {before} before, {now} after"
+        gc.collect()
         time.sleep(0.05)
 
 
 def used() -> tuple[float, int, int]:
-    """Memory [MB], descriptors and threads of this process; what is free goes back to the system first."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
+    """Memory [MB], descriptors and threads of this process."""
     return usage(os.getpid())
 
 
