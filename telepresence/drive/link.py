@@ -3,9 +3,10 @@
 It needs the robot's key, `./stack pair ROBOT`; only a robot on this machine's loopback, a simulated one, needs none.
 What is not signed with the key is not believed.
 
-A thread of its own sends the newest velocity 20 times a second, with how long ago the pilot gave it, and receives what
-the robot made of it. A velocity that is not renewed is dropped here; one that never arrives is missed there. A goal is
-repeated until it is reached or ended; it ends, too, when the robot was not heard to drive to it for half a second.
+A velocity that is another one than before is sent by whoever gives it. A thread of its own sends the newest 20 times a
+second, with how long ago the pilot gave it, and receives what the robot made of it. A velocity that is not renewed is
+dropped here; one that never arrives is missed there. A goal is repeated until it is reached or ended; it ends, too,
+when the robot was not heard to drive to it for half a second.
 """
 
 from __future__ import annotations
@@ -83,6 +84,7 @@ class DriveLink:
         self.problem = f"The drive server at {self.host}:{self.port} has not answered yet."
         self.outages = 0
         self._lock = threading.Lock()  # protects what the pilot gives and asks
+        self._sending = threading.Lock()  # a datagram is made and sent before the next one
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
         self._careful = self._hard = False
@@ -124,9 +126,8 @@ class DriveLink:
             self._velocity = (vx, vy, wz) if finite else None
             self._given_at = time.monotonic()
             self._careful = careful
-        if changed:
-            with contextlib.suppress(OSError):
-                self._waker.send(b"x")
+        if changed and not self._stop.is_set():
+            self._send_drive(time.monotonic())
         if not finite:
             raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
 
@@ -139,9 +140,8 @@ class DriveLink:
         with self._lock:
             changed = self._velocity is not None
             self._velocity, self._hard = None, hard
-        if changed:
-            with contextlib.suppress(OSError):
-                self._waker.send(b"x")
+        if changed and not self._stop.is_set():
+            self._send_drive(time.monotonic())
 
     def go_to(self, x: float, y: float, theta: float) -> int:
         """Have the robot drive to a pose relative to where it is now [m, m, rad]; the goal's number, as in reports.
@@ -235,7 +235,8 @@ class DriveLink:
                 self._receive()
         self._velocity, self._goal_state = None, ENDED
         self._send_drive(time.monotonic())
-        self._send_body(encode(type="ask", id=0, what="leave"))
+        with self._sending:
+            self._send_body(encode(type="ask", id=0, what="leave"))
         if self._socket is not None:
             self._socket.close()
 
@@ -298,6 +299,10 @@ class DriveLink:
         return f"type  ./stack pair {'--forget ' if forget else ''}{self.host}"
 
     def _send_drive(self, now: float) -> None:
+        with self._sending:
+            self._send_newest(now)
+
+    def _send_newest(self, now: float) -> None:
         with self._lock:
             fresh = now - self._given_at <= COMMAND_TIMEOUT
             velocity = self._velocity if fresh else None
@@ -327,17 +332,20 @@ class DriveLink:
         with self._lock:
             waiting = [(number, what) for number, what in self._requests.items() if number not in self._answers]
         for number, what in waiting:
-            self._send_body(encode(type="ask", id=number, what=what))
+            with self._sending:
+                self._send_body(encode(type="ask", id=number, what=what))
 
     def _send_body(self, body: bytes) -> None:
-        if self._session is not None:
-            self._send(self._session.seal(body))
+        session = self._session
+        if session is not None:
+            self._send(session.seal(body))
 
     def _send(self, datagram: bytes) -> None:
-        if self._socket is None:
+        link = self._socket
+        if link is None:
             return
         try:
-            self._socket.send(datagram)
+            link.send(datagram)
         except BlockingIOError:
             pass  # the network takes nothing now; this one is lost as any may be
         except OSError as error:

@@ -14,6 +14,7 @@ from collections import namedtuple
 
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import INFINITY, MAX_DATAGRAM, Report, encode_report
+from telepresence.drive.pace import Pace
 from telepresence.drive.pilots import Pilots, Request
 
 MYPY = False
@@ -26,8 +27,8 @@ if MYPY:
 
 PERIOD = 0.05
 """Seconds between two decisions, and between two reports."""
-SHORTEST_PERIOD = 0.02
-"""A new command is decided on at once, but not more often than this [s]."""
+SHORTEST_PERIOD, BURST = 0.02, 3
+"""A new command is decided on at once, but on average not more often than this [s]: that many may follow each other."""
 LOG_PERIOD = 1.0
 """Seconds between two lines about datagrams: whoever sends many does not fill the disk."""
 NO_COMMAND, FAULT, STOPPED, CLEAR = "no command", "fault", "stopped", "clear"
@@ -94,17 +95,19 @@ class DriveServer(object):
     def run(self):
         # type: () -> int
         """Serve until `stop`; the exit status."""
-        due, last, known = monotonic(), -INFINITY, None  # type: Tuple[float, float, object]
+        due, known, pace = monotonic(), None, Pace(SHORTEST_PERIOD, BURST)  # type: Tuple[float, object, Pace]
         while not self._stopping:
             now = monotonic()
             command, goal = self._pilots.command(now), self._pilots.goal(now)
             new = command[:3] if command is not None else goal
             urgent = new != known
-            if now >= min(due, self._robot.due()) or (urgent and now - last >= SHORTEST_PERIOD):
-                known, last = new, now
+            if now >= min(due, self._robot.due()) or (urgent and now >= pace.due()):
+                if urgent:
+                    pace.take(now)
+                known, urgent = new, False
                 self._tick(now, command, goal)
                 due = max(due + PERIOD, now) if now >= due else now + PERIOD
-            soon = last + SHORTEST_PERIOD if urgent else INFINITY
+            soon = pace.due() if urgent else INFINITY
             self._listen(min(due, self._robot.due(), self._pilots.deadline(), soon))
         self._robot.end()
         return 0

@@ -10,11 +10,13 @@ from typing import Any
 
 from .future import describe
 from .log import logger
+from .logging import setLevel
+from .routing import normal
 from .session import DEFAULT_URL, Session
 from .workers import blocking
 
 _URL, _LISTEN = "--qi-url", "--qi-listen-url"
-_STANDALONE = "--qi-standalone"
+_STANDALONE, _LOG_LEVEL = "--qi-standalone", "--qi-log-level"
 
 _log = logger("application")
 _application: ApplicationSession | None = None
@@ -23,12 +25,15 @@ _lock = threading.Lock()
 
 class ApplicationSession:
     """A session whose addresses come from the command line: --qi-url=URL, --qi-listen-url=URL, --qi-standalone.
+    --qi-log-level=0..6 sets the level of the messages.
 
     The options are taken out of the list that was given, so that the program's own parser does not see them.
     """
 
     def __init__(self, args: MutableSequence[str], autoExit: bool = True, url: str = "") -> None:
-        self._url = _take(args, _URL) or url or DEFAULT_URL
+        self._url = normal(_take(args, _URL) or url or DEFAULT_URL)
+        if level := _take(args, _LOG_LEVEL):
+            _set_level(level)
         self._listen = _take(args, _LISTEN)
         self._standalone = _take_flag(args, _STANDALONE)
         self._session = Session()
@@ -112,6 +117,13 @@ def _take(args: MutableSequence[str], option: str) -> str:
         if argument.startswith(option + "="):
             return args.pop(at)[len(option) + 1 :]
     return ""
+
+
+def _set_level(text: str) -> None:
+    try:
+        setLevel(int(text))
+    except ValueError:
+        raise RuntimeError(f"{_LOG_LEVEL}: {text!r} is not a level of 0 to 6") from None
 
 
 def _take_flag(args: MutableSequence[str], option: str) -> bool:

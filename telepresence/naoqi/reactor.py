@@ -59,17 +59,18 @@ class Reactor:
         self._signalled = False
         self.scratch = bytearray(SCRATCH_BYTES)
         self.scratch_view = memoryview(self.scratch)
+        self._ident = 0
         self._thread = threading.Thread(target=self._run, name="naoqi-reactor", daemon=True)
         self._thread.start()
 
     def inside(self) -> bool:
         """Whether the caller is the reactor's thread."""
-        return threading.current_thread() is self._thread
+        return threading.get_ident() == self._ident
 
     def call_soon(self, function: Callable[..., Any], *arguments: Any) -> None:
         """Run a short function on the reactor's thread."""
         self._soon.append((function, arguments))
-        if not self._signalled:
+        if not self._signalled and threading.get_ident() != self._ident:
             self._signalled = True
             try:
                 self._wake.send(b"\0")
@@ -146,6 +147,7 @@ class Reactor:
         self._signalled = False  # after reading: a byte sent in between would be lost, and with it all later ones
 
     def _run(self) -> None:
+        self._ident = threading.get_ident()
         while True:
             timeout = None
             if self._soon:

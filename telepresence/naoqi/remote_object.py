@@ -14,7 +14,7 @@ from .future import Future
 from .message import CANCELED, DYNAMIC_PAYLOAD, ERROR, REPLY
 from .metaobject import MetaMethod, MetaObject
 from .reactor import reactor
-from .signature import WireError, split
+from .signature import WireError, parse
 
 TERMINATE = 3
 NOT_CONNECTED = "Socket is not connected"
@@ -186,7 +186,11 @@ def forget_registrations(connection: Connection, service: int, object: int) -> N
 
 
 def arity(parameters: str) -> int:
-    """Return how many arguments a method takes, -1: any number. Memory of `split` makes this cheap."""
+    """Return how many arguments a method takes, -1: any number, -2: its signature cannot be read."""
     if parameters == "m":
         return -1
-    return len(split(parameters[1 : parameters.rindex(")")])) if parameters.startswith("(") else -1
+    try:
+        kind = parse(parameters)
+    except WireError:
+        return -2
+    return len(kind.children) if kind.code == "(" else -2

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .codec import decode_arguments
+from .dynamics import Typed
 from .future import Future, describe, failed
 from .log import logger
 from .remote_object import RemoteObject
@@ -219,8 +220,6 @@ class RemoteProperty(RemoteSignal):
     addCallback = RemoteSignal.connect
 
     def _key(self) -> Any:
-        from .dynamics import Typed
-
         return Typed("I", self._uid)
 
     def __call__(self, *args: Any) -> None:

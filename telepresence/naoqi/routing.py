@@ -11,8 +11,9 @@ from collections.abc import Iterable, Sequence
 
 from .connection import split_url
 
-RELATIVE = "qi:"
 DIRECTORY = "qi:ServiceDirectory"
+MAX_ADDRESSES = 16
+"""Addresses of one service that are looked at."""
 
 
 def normal(url: str) -> str:
@@ -42,6 +43,8 @@ def dialable(endpoints: Iterable[str]) -> list[str]:
             continue  # "qi:..." and whatever comes later
         if not url.endswith(":0") and url not in found:
             found.append(url)
+            if len(found) == MAX_ADDRESSES:
+                break
     return found
 
 

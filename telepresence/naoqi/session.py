@@ -1,7 +1,7 @@
 """A session: a connection to a robot's service directory and what is reached by it. The interface is the vendor's.
 
-Every step that waits for the other side has a time limit (`ANSWER_S`), except calls of services, as in the vendor's
-package: a method may take as long as it wants, and a lost connection ends them.
+Every step that waits for the other side has a time limit, except calls of services, as in the vendor's package: a
+method may take as long as it wants, and a lost connection ends them.
 """
 
 from __future__ import annotations
@@ -16,55 +16,25 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import Connection, connect, split_url
+from .connection import CONNECT_S, Connection, connect
+from .directory_link import SESSION_CLOSED, DirectoryLink, describe_object, machine_id
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
 from .login import log_in
-from .metaobject import METAOBJECT, MetaObject, choose_overload
 from .proxy import Proxy, proxy_of
 from .python_object import served
 from .reactor import reactor
 from .releases import CLIENT_CAPABILITIES
 from .remote_object import RemoteObject, forget_registrations
-from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
 from .server import Server
 from .signals import Signal
-from .signature import parse
 from .workers import submit
 
 DEFAULT_URL = "tcp://127.0.0.1:9559"
-CONNECT_S = 10.0
-"""To connect and to log in, each [s]."""
-ANSWER_S = 10.0
-"""For every answer of the service directory, and for the description of a service [s]."""
-SESSION_CLOSED = "Session closed"
 NOT_CONNECTED = "Session not connected."
-_META_OBJECT = 2
-_INFO_FIELDS = ("name", "serviceId", "machineId", "processId", "endpoints", "sessionId", "objectUid")
 
 _sessions: weakref.WeakSet[Session] = weakref.WeakSet()
-
-
-class _Link:
-    """One connection to a directory, and everything that ends with it."""
-
-    def __init__(self, url: str, connection: Connection, tls: ssl.SSLContext | None) -> None:
-        self.url = url
-        self.connection = connection
-        self.tls = tls
-        self.machine_id = ""
-        self.endpoints: list[str] | None = None
-        self.directory: RemoteObject = None  # type: ignore[assignment]  # set when its description has come
-        self.routes: dict[tuple[str, str], Connection] = {}
-        self.remotes: dict[str, RemoteObject] = {}
-        self.own: dict[int, tuple[str, ServedObject]] = {}
-        self.local: tuple[Connection, Connection] | None = None
-
-    def connections(self) -> list[Connection]:
-        """Return all connections, the directory's last."""
-        others = {id(one): one for one in [*self.routes.values(), *(self.local or ())] if one is not self.connection}
-        return [*others.values(), self.connection]
 
 
 class _Watcher:
@@ -88,7 +58,7 @@ class _Watcher:
         session = self._session()
         return None if session is None else session._lookup(service, object)
 
-    def lost(self, link: _Link) -> None:
+    def lost(self, link: DirectoryLink) -> None:
         if (session := self._session()) is not None:
             session._lost(link)
 
@@ -107,8 +77,7 @@ class Session:
         self.serviceRegistered = Signal("(Is)")
         self.serviceUnregistered = Signal("(Is)")
         self._lock = threading.RLock()
-        self._dialling = threading.Lock()
-        self._link: _Link | None = None
+        self._link: DirectoryLink | None = None
         self._connecting = False
         self._factory: Any = None
         self._server: Server | None = None
@@ -159,11 +128,12 @@ class Session:
                 raise RuntimeError("Session is already connected")
             self._connecting = True
         try:
-            link = _Link(url, self._open(url, tls, timeout), tls)
+            connection = self._open(url, tls, timeout)
             try:
-                self._begin(link)
+                link = DirectoryLink(url, connection, self._opener(tls))
+                link.follow(self._watcher.added, self._watcher.removed)
             except Exception:
-                link.connection.close(SESSION_CLOSED)
+                connection.close(SESSION_CLOSED)
                 raise
             with self._lock:
                 self._link = link
@@ -173,30 +143,26 @@ class Session:
         link.connection.on_close(lambda reason: watcher.lost(link))
         self.connected()
 
-    def _open(self, url: str, tls: ssl.SSLContext | None, timeout: float = CONNECT_S) -> Connection:
-        """Return a connection that is logged in."""
-        connection = connect(url, capabilities=CLIENT_CAPABILITIES, tls=tls, timeout=timeout)
-        connection.lookup = self._watcher.lookup
-        log_in(connection, None if self._factory is None else self._factory.newAuthenticator(), timeout)
-        return connection
+    def _open(self, url: str, tls: ssl.SSLContext | None, timeout: float) -> Connection:
+        return self._opener(tls, timeout)(url)
 
-    def _begin(self, link: _Link) -> None:
-        """Get to know the directory, and follow what it reports."""
-        link.directory = RemoteObject(link.connection, 1, 1, _describe(link.connection, 1), lost_text=SESSION_CLOSED)
-        directory = proxy_of(link.directory)
-        added = directory.serviceAdded.connect(self._watcher.added, _async=True)
-        removed = directory.serviceRemoved.connect(self._watcher.removed, _async=True)
-        for registered in (added, removed):
-            registered.value(ANSWER_S * 1000)
-        if link.directory.meta.methods_named("machineId"):
-            link.machine_id = str(self._ask(link, "machineId"))
+    def _opener(self, tls: ssl.SSLContext | None, timeout: float = CONNECT_S) -> Callable[[str], Connection]:
+        """Return what opens a connection and logs in there. It does not hold this session."""
+        factory, lookup = self._factory, self._watcher.lookup
 
-    def _lost(self, link: _Link) -> None:
+        def open_(url: str) -> Connection:
+            connection = connect(url, capabilities=CLIENT_CAPABILITIES, tls=tls, timeout=timeout)
+            connection.lookup = lookup
+            log_in(connection, None if factory is None else factory.newAuthenticator(), timeout)
+            return connection
+
+        return open_
+
+    def _lost(self, link: DirectoryLink) -> None:
         with self._lock:
             if self._link is link:
                 self._link = None
-        for connection in link.connections():
-            connection.close(SESSION_CLOSED)
+        link.close()
         self.disconnected("disconnected")
 
     def isConnected(self, _async: bool = False) -> Any:
@@ -218,8 +184,7 @@ class Session:
             link = self._link
             servers, self._listeners, self._server = [*self._listeners, self._server], [], None
         if link is not None:
-            for connection in link.connections():
-                connection.close(SESSION_CLOSED)
+            link.close()
         for server in servers:
             if server is not None:
                 server.close()
@@ -228,16 +193,11 @@ class Session:
         """Log in with `factory.newAuthenticator()`, whose initialAuthData() gives {"user": ..., "token": ...}."""
         self._factory = factory
 
-    def _linked(self, text: str = NOT_CONNECTED) -> _Link:
+    def _linked(self, text: str = NOT_CONNECTED) -> DirectoryLink:
         link = self._link
         if link is None or link.connection.closed:
             raise RuntimeError(text)
         return link
-
-    def _ask(self, link: _Link, name: str, *args: Any) -> Any:
-        """Call the directory."""
-        reply = link.directory.call(choose_overload(link.directory.meta, name, args), args)
-        return _in_time(reply, f"the service directory does not answer {name}")
 
     # Services of others.
 
@@ -255,74 +215,18 @@ class Session:
 
     def _service(self, name: str) -> Proxy:
         link = self._linked()
-        for number, (own_name, _) in list(link.own.items()):
-            if own_name == name:
-                connection = self._local(link)
-                return proxy_of(RemoteObject(connection, number, 1, _describe(connection, number)))
+        own = [number for number, (own_name, _) in list(link.own.items()) if own_name == name]
+        if not own:
+            return link.find(name)
         remote = link.remotes.get(name)
-        if remote is None or not remote.alive:
-            info = self._ask(link, "service", name)
-            remote = self._reach(link, info)
-            with self._lock:
-                link.remotes[name] = remote
+        if remote is None or not remote.alive or remote.service != own[0]:
+            connection = self._local(link)
+            remote = link.remotes[name] = RemoteObject(connection, own[0], 1, describe_object(connection, own[0]))
         return proxy_of(remote)
-
-    def _reach(self, link: _Link, info: Any) -> RemoteObject:
-        number, endpoints = info["serviceId"], list(info["endpoints"])
-        if link.endpoints is None:
-            link.endpoints = list(self._ask(link, "service", "ServiceDirectory")["endpoints"])
-        if stays(endpoints, link.url, link.endpoints):
-            connection, lost = link.connection, SESSION_CLOSED
-        else:
-            connection, lost = self._route(link, str(info["machineId"]), endpoints), "Socket Disconnected"
-        return RemoteObject(connection, number, 1, _describe(connection, number), lost_text=lost)
-
-    def _route(self, link: _Link, machine: str, endpoints: Sequence[str]) -> Connection:
-        """Return the connection to one of these endpoints, a new one if need be."""
-        with self._dialling:  # two threads that ask for services of one process share the connection
-            for endpoint in endpoints:
-                known = link.routes.get((machine, endpoint))
-                if known is not None and not known.closed:
-                    return known
-            here = machine == machine_id() or (machine == link.machine_id and is_loopback(normal(link.url)))
-            if split_url(link.url)[0]:  # every connection gets the login data: what began encrypted goes on encrypted
-                endpoints = [url for url in dialable(endpoints) if split_url(url)[0]]
-                if not endpoints:
-                    raise RuntimeError("The service can be reached only by connections that are not encrypted")
-            connection = self._dial(candidates(endpoints, here), link.tls)
-            with self._lock:
-                for endpoint in endpoints:
-                    link.routes[machine, endpoint] = connection
-                closed = self._link is not link
-            if closed:
-                connection.close(SESSION_CLOSED)
-            return connection
-
-    def _dial(self, urls: Sequence[str], tls: ssl.SSLContext | None) -> Connection:
-        """Try all addresses at once; return the first connection that stands."""
-        if len(urls) == 1:
-            return self._open(urls[0], tls)
-        first = Future()
-        errors: list[str] = []
-
-        def attempt(url: str) -> None:
-            try:
-                connection = self._open(url, tls)
-            except Exception as error:
-                errors.append(str(error))
-                if len(errors) == len(urls):
-                    first.finish_with_error("; ".join(errors))
-                return
-            if not first.finish_with_value(connection):
-                connection.close(SESSION_CLOSED)
-
-        for url in urls:
-            submit(attempt, url)
-        return first.value((2 * CONNECT_S + 1.0) * 1000)
 
     def services(self, _async: bool = False) -> Any:
         """Return the records of all services: name, serviceId, machineId, processId, endpoints ..."""
-        return _answer(_async, lambda: list(self._ask(self._linked(), "services")))
+        return _answer(_async, lambda: self._linked().services())
 
     def waitForService(self, name: str, timeout: float = INFINITE, _async: bool = False) -> Any:
         """Wait at most `timeout` ms until a service is registered. RuntimeError: too late, or not connected."""
@@ -334,7 +238,7 @@ class Session:
             raise
         return waiting if _async else waiting.value(timeout)
 
-    def _wait_for_service(self, link: _Link, name: str) -> Future:
+    def _wait_for_service(self, link: DirectoryLink, name: str) -> Future:
         there = Future()
 
         def added(_number: int, added_name: str) -> None:
@@ -344,7 +248,7 @@ class Session:
         links = [self.serviceRegistered.connect_direct(added)]
         gone = self.disconnected.connect_direct(lambda _reason: there.finish_with_error(SESSION_CLOSED))
         there.when_done(lambda _: (self.serviceRegistered.disconnect(links[0]), self.disconnected.disconnect(gone)))
-        if any(info["name"] == name for info in self._ask(link, "services")):
+        if any(info["name"] == name for info in link.services()):
             there.finish_with_value(None)
         return there
 
@@ -371,17 +275,7 @@ class Session:
         if self._server is not None:
             return self._server.register(name, target)
         values = (name, 0, machine_id(), os.getpid(), self.endpoints(), self._id, target.uid)
-        method = choose_overload(link.directory.meta, "registerService", (None,))
-        fields = len(parse(method.parameters).children[0].children)
-        number = _in_time(link.directory.call(method, (values[:fields],)), "the service directory does not answer")
-        with self._lock:
-            link.own[number] = (name, target)
-        try:
-            self._ask(link, "serviceReady", number)
-        except RuntimeError:
-            link.own.pop(number, None)
-            raise
-        return number
+        return link.register(values, target)
 
     def unregisterService(self, id: int, _async: bool = False) -> Any:
         """End a service. RuntimeError: not connected, or no such service."""
@@ -391,15 +285,14 @@ class Session:
         link = self._linked()
         if self._server is not None:
             return self._server.unregister(number)
-        self._ask(link, "unregisterService", number)
-        link.own.pop(number, None)
+        link.unregister(number)
 
     def _lookup(self, service: int, object: int) -> ServedObject | None:
         link = self._link
         own = link.own.get(service) if link is not None and object == 1 else None
         return own[1] if own is not None else None
 
-    def _local(self, link: _Link) -> Connection:
+    def _local(self, link: DirectoryLink) -> Connection:
         """Return the connection of this session to its own services."""
         with self._lock:
             if link.local is None or link.local[0].closed:
@@ -461,13 +354,8 @@ class Session:
 
     def _forked(self) -> None:
         """A forked child has no connection, whatever its parent has."""
-        self._lock, self._dialling = threading.RLock(), threading.Lock()
+        self._lock = threading.RLock()
         self._link, self._connecting, self._server, self._listeners = None, False, None, []
-
-
-def machine_id() -> str:
-    """Return what tells this machine from others; stays the same from start to start."""
-    return str(uuid.UUID(int=uuid.getnode()))
 
 
 def _start(server: Server) -> None:
@@ -475,20 +363,6 @@ def _start(server: Server) -> None:
         server.start()
     except OSError as error:
         raise RuntimeError(f"Cannot listen: {error}") from None
-
-
-def _in_time(reply: Future, text: str) -> Any:
-    reply.wait(ANSWER_S * 1000)
-    if reply.isRunning():
-        raise RuntimeError(f"{text} within {ANSWER_S:g} s")
-    return reply.value()
-
-
-def _describe(connection: Connection, service: int) -> MetaObject:
-    """Return the metaobject of a service's main object."""
-    asked = RemoteObject(connection, service, 1, MetaObject(), lost_text=SESSION_CLOSED)
-    reply = asked.start(_META_OBJECT, [bytes(4)], METAOBJECT)
-    return MetaObject.from_value(_in_time(reply, f"service {service} does not describe itself"))
 
 
 def _answer(_async: bool, function: Callable[..., Any], *args: Any) -> Any:

@@ -281,6 +281,9 @@ class Stream:
                     return
         except WireError as error:
             self.end(str(error))
+        except Exception:  # a defect of ours: better no connection than one that waits for an answer
+            log.exception("a message could not be handled")
+            self.end("internal error")
 
     def _discard(self) -> None:
         """Read and forget what a peer still sends after our last words."""

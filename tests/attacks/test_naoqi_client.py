@@ -1,7 +1,7 @@
 """Whoever answers at the robot's address against our client of NAOqi's messaging.
 
-An attack has failed when every wait of the client ended in time with a RuntimeError or an answer, memory stayed where it
-was, and the same client talks to an honest server afterwards.
+An attack has failed when every wait of the client ended in time with a RuntimeError or an answer, memory stayed where
+it was, and the same client talks to an honest server afterwards.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import ctypes
 import gc
 import os
-import socket
 import struct
 import threading
 import time
@@ -20,7 +19,20 @@ from typing import Any
 import pytest
 from messaging.resets import usage
 from naoqi_bytes import (
-    CALL, CANCELED, CAPABILITIES, CAPABILITY, ERROR, EVENT, HEADER, MAGIC, POST, REPLY, Message, RawPeer, dynamic, flags,
+    CALL,
+    CANCELED,
+    CAPABILITIES,
+    CAPABILITY,
+    ERROR,
+    EVENT,
+    HEADER,
+    MAGIC,
+    POST,
+    REPLY,
+    Message,
+    RawPeer,
+    dynamic,
+    flags,
     text,
 )  # fmt: skip
 from naoqi_relay import Between, Impostor, forward
@@ -31,17 +43,33 @@ import telepresence.naoqi as naoqi
 MS = 20_000
 GROWTH = 24.0
 """What this process may hold more after an attack than before [MB]."""
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, SMALL = -1, -3, 128 * 1024
+"""Of malloc.h, and glibc's own value of both."""
 THREADS = 16
 """Of this process at rest: pytest's, the reactor's, and a few workers."""
 MEGABYTE = 1 << 20
 MANY = struct.pack("<I", 2**32 - 1)
-LOGGED_IN = struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
+LOGGED_IN = (
+    struct.pack("<I", 7) + flags(*CAPABILITIES)[4:] + text("__qi_auth_state") + dynamic("I", struct.pack("<I", 3))
+)
 
 
 @pytest.fixture(scope="module")
 def honest() -> Iterator[ServerProcess]:
     with ServerProcess(OURS) as server:
         yield server
+
+
+@pytest.fixture(scope="module", autouse=True)
+def returned_memory() -> Iterator[None]:
+    """What is freed goes back to the system, whatever env.sh says, so that what is not can be seen."""
+    mallopt = ctypes.CDLL(None).mallopt
+    names = {M_TRIM_THRESHOLD: "MALLOC_TRIM_THRESHOLD_", M_MMAP_THRESHOLD: "MALLOC_MMAP_THRESHOLD_"}
+    for option in names:
+        mallopt(option, SMALL)
+    yield
+    for option, name in names.items():
+        mallopt(option, int(os.environ.get(name, SMALL)))
 
 
 @pytest.fixture(autouse=True)
@@ -55,13 +83,12 @@ def unharmed(honest: ServerProcess) -> Iterator[None]:
     # Workers that are idle end after two seconds.
     while (now := used())[1] > before[1] or now[2] > max(before[2], THREADS) or now[0] > before[0] + GROWTH:
         assert time.monotonic() < deadline, f"memory, descriptors, threads: {before} before, {now} after"
+        gc.collect()
         time.sleep(0.05)
 
 
 def used() -> tuple[float, int, int]:
-    """Memory [MB], descriptors and threads of this process; what is free goes back to the system first."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
+    """Memory [MB], descriptors and threads of this process."""
     return usage(os.getpid())
 
 
@@ -117,7 +144,12 @@ def state_one_for_ever(peer: RawPeer) -> None:
 def state_two_for_ever(peer: RawPeer) -> None:
     while True:
         asked = peer.receive()
-        entry = text("__qi_auth_state") + dynamic("I", struct.pack("<I", 2)) + text("auth_newToken") + dynamic("s", text("x"))
+        entry = (
+            text("__qi_auth_state")
+            + dynamic("I", struct.pack("<I", 2))
+            + text("auth_newToken")
+            + dynamic("s", text("x"))
+        )
         peer.send(Message(REPLY, 0, 0, 8, struct.pack("<I", 2) + entry, identity=asked.identity))
 
 
@@ -216,9 +248,8 @@ LIES: dict[str, Callable[[Message], bytes]] = {
     "one dynamic without end": lambda m: m._replace(flags=1, payload=NESTED).pack(),
     "a signature of a megabyte": lambda m: m._replace(flags=1, payload=text("[" * MEGABYTE)).pack(),
     "answered twice": lambda m: m.pack() * 2,
-    "answered to somebody else": lambda m: m._replace(identity=m.identity ^ 1 << 30).pack() + m._replace(
-        kind=CANCELED, payload=b""
-    ).pack(),
+    "answered to somebody else": lambda m: m._replace(identity=m.identity ^ 1 << 30).pack()
+    + m._replace(kind=CANCELED, payload=b"").pack(),
     "ten thousand events of nobody": lambda m: Message(EVENT, 2, 1, 999, b"\xff" * 20).pack() * 10_000 + m.pack(),
     "calls of what is not there": lambda m: Message(CALL, 99, 1, 100, b"\xff" * 20).pack() * 1000 + m.pack(),
     "posts of what is not there": lambda m: Message(POST, 99, 1, 100, b"\xff" * 20).pack() * 1000 + m.pack(),
@@ -281,7 +312,7 @@ def test_a_service_describes_itself_as(honest: ServerProcess, described: bytes) 
         session.close()
 
 
-# --- a server that stops reading, or never stops talking ---------------------------------------------------------------
+# --- a server that stops reading, or never stops talking -------------------------------------------------------------
 
 
 class Deaf:

@@ -14,7 +14,21 @@ from collections.abc import Callable, Iterator
 import pytest
 from messaging.resets import reset_rounds, usage
 from naoqi_bytes import (
-    CALL, CANCEL, CAPABILITY, ERROR, EVENT, HEADER, LOGIN, MAGIC, POST, REPLY, Message, RawPeer, dynamic, members, text,
+    CALL,
+    CANCEL,
+    CAPABILITY,
+    ERROR,
+    EVENT,
+    HEADER,
+    LOGIN,
+    MAGIC,
+    POST,
+    REPLY,
+    Message,
+    RawPeer,
+    dynamic,
+    members,
+    text,
 )  # fmt: skip
 from naoqi_services import OURS, ServerProcess
 
@@ -125,7 +139,9 @@ STRANGE = {
     "dynamics without end in the login": Message(
         CALL, 0, 0, 8, struct.pack("<I", 1) + text("auth_user") + DEEP_DYNAMICS
     ).pack(),
-    "lists without end in the login": Message(CALL, 0, 0, 8, struct.pack("<I", 1) + text("auth_user") + DEEP_LISTS).pack(),
+    "lists without end in the login": Message(
+        CALL, 0, 0, 8, struct.pack("<I", 1) + text("auth_user") + DEEP_LISTS
+    ).pack(),
     "a signature without end in the login": Message(
         CALL, 0, 0, 8, struct.pack("<I", 1) + text("auth_user") + text("[" * 50_000) + bytes(4)
     ).pack(),
@@ -176,7 +192,9 @@ STRANGE_CALLS = {
     "a truth that is none": called(dynamic("b", b"\7")),
     "text that is none": called(dynamic("s", text(b"\xff\xfe\xc0\xaf"))),
     "an object that is none": called(dynamic("o", b"\xff" * 200)),
-    "an object of nobody": called(dynamic("o", struct.pack("<IIII", 0, 0, 0, 0) + struct.pack("<II", 99, 99) + bytes(20))),
+    "an object of nobody": called(
+        dynamic("o", struct.pack("<IIII", 0, 0, 0, 0) + struct.pack("<II", 99, 99) + bytes(20))
+    ),
     "a property of strange name": called(dynamic("[m]", b"\xff" * 4), action=5),
     "a link to nothing": called(struct.pack("<IIQ", 2, 2**32 - 1, 1), action=0),
     "a link with a strange signature": called(struct.pack("<IIQ", 2, 115, 1) + text("(" * 50_000), action=8),
@@ -222,9 +240,7 @@ def conversation(robot: Robot) -> list[bytes]:
 
 
 @pytest.mark.parametrize("ending", [RawPeer.reset, RawPeer.close], ids=["reset", "closed"])
-def test_a_conversation_ends_after_and_inside_every_message(
-    unharmed: Robot, ending: Callable[[RawPeer], None]
-) -> None:
+def test_a_conversation_ends_after_and_inside_every_message(unharmed: Robot, ending: Callable[[RawPeer], None]) -> None:
     messages = conversation(unharmed)
     begin = 0
     for message in messages:

@@ -2,7 +2,7 @@
 
 Four pairs, each client and each server in a process of its own, in turn round after round; the figures are medians of
 the rounds, so that a busy moment of the machine does not fall on one pair. The reference is libqi at both ends. All
-pairs send the same bytes: a picture is a tuple of declared types, since libqi's Python cannot send raw data in a dynamic.
+pairs send the same bytes: a picture is a tuple of declared types, for libqi's Python sends no raw data in a dynamic.
 """
 
 from __future__ import annotations
@@ -116,9 +116,7 @@ def one(client: str, server: str, scale: float) -> dict:
     """What a client of one library measures at a server of another."""
     with serving(server) as (url, process):
         command = [sys.executable, HERE / "messaging" / "client.py", client, url, str(process.pid), str(scale)]
-        ended = subprocess.run(
-            command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=PATIENCE
-        )
+        ended = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=PATIENCE)
     lines = ended.stdout.splitlines()
     if ended.returncode or not lines:
         raise RuntimeError(f"{LABELS[client]} to {LABELS[server]}: {ended.stderr.strip()[-2000:]}")

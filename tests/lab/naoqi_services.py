@@ -337,8 +337,7 @@ def main() -> None:
         qi.logging.setLevel(qi.logging.FATAL)
     url, _session = serve(arguments.library, arguments.port)
     playing = {
-        version: serve_release(version, arguments.certificate, arguments.login_seconds)
-        for version in arguments.release
+        version: serve_release(version, arguments.certificate, arguments.login_seconds) for version in arguments.release
     }
     print(json.dumps({"": url, **{version: url for version, (url, _) in playing.items()}}), flush=True)
     sys.stdin.read()

@@ -18,8 +18,10 @@ LINGER = struct.pack("ii", 1, 0)
 HELLO = struct.pack("<4sIIHBBIII", b"\x42\xde\xad\x42", 2, 4, 0, 1, 0, 0, 0, 8) + bytes(4)
 """CALL 0.0.8 with an empty map: a login."""
 PATIENCE = 30.0
-BATCH, CONNECT = 50, 0.2
+BATCH, CONNECT = 100, 0.2
 """Connections that are reset while the server is stopped, fewer than the system queues for it; seconds for each."""
+LISTENS = "0A"
+"""A listener's state in /proc/net/tcp."""
 
 
 class Resets(NamedTuple):
@@ -39,15 +41,32 @@ class Resets(NamedTuple):
 
 
 def reset(host: str, port: int, count: int, pid: int) -> int:
-    """Open and reset `count` connections, in batches while the server is stopped; how many were connected at all."""
+    """Open and reset `count` connections, in batches while the server is stopped; how many were connected at all.
+
+    Between batches the server empties the system's queue, or nobody could connect; after the last it has not.
+    """
     connected = 0
     for begin in range(0, count, BATCH):
+        deadline = time.monotonic() + PATIENCE
+        while begin and waiting(port):
+            if time.monotonic() > deadline:
+                raise RuntimeError("the server accepts nobody any more")
+            time.sleep(0.0005)
         os.kill(pid, signal.SIGSTOP)
         try:
             connected += sum(connect_and_reset(host, port) for _ in range(min(BATCH, count - begin)))
         finally:
             os.kill(pid, signal.SIGCONT)
     return connected
+
+
+def waiting(port: int) -> int:
+    """Connections that the system holds for a listener on IPv4 until it accepts them."""
+    for line in Path("/proc/net/tcp").read_text().splitlines()[1:]:
+        _, local, _, state, queues = line.split()[:5]
+        if state == LISTENS and int(local.rpartition(":")[2], 16) == port:
+            return int(queues.rpartition(":")[2], 16)
+    return 0
 
 
 def connect_and_reset(host: str, port: int) -> bool:
@@ -64,7 +83,10 @@ def connect_and_reset(host: str, port: int) -> bool:
 def served_after(host: str, port: int) -> float:
     """Seconds until a new client has the answer to its login."""
     begin = time.monotonic()
-    with socket.create_connection((host, port), timeout=PATIENCE) as connection, selectors.DefaultSelector() as selector:
+    with (
+        socket.create_connection((host, port), timeout=PATIENCE) as connection,
+        selectors.DefaultSelector() as selector,
+    ):
         connection.sendall(HELLO)
         selector.register(connection, selectors.EVENT_READ)
         if not selector.select(PATIENCE) or len(connection.recv(28)) < 28:
@@ -102,10 +124,7 @@ def reset_rounds(url: str, pid: int, times: int, count: int, progress: bool = Tr
         result.descriptors.append(descriptors)
         result.threads.append(threads)
         if progress:
-            print(
-                f"round {number + 1} of {times}: {result.connected[-1]} resets, then served after {result.seconds[-1] * 1e3:.1f} ms, "
-                f"{memory:.1f} MB, {descriptors} descriptors",
-                file=sys.stderr,
-                flush=True,
-            )
+            line = f"round {number + 1} of {times}: {result.connected[-1]} resets, then served after"
+            line += f" {result.seconds[-1] * 1e3:.1f} ms, {memory:.1f} MB, {descriptors} descriptors"
+            print(line, file=sys.stderr, flush=True)
     return result

@@ -12,8 +12,22 @@ from typing import NamedTuple
 
 import pytest
 from naoqi_bytes import (
-    CALL, CANCEL, CANCELED, CAPABILITIES, CAPABILITY, ERROR, EVENT, LOGIN, POST, REPLY, Closed, Message, RawPeer,
-    dynamic, flags, text,
+    CALL,
+    CANCEL,
+    CANCELED,
+    CAPABILITIES,
+    CAPABILITY,
+    ERROR,
+    EVENT,
+    LOGIN,
+    POST,
+    REPLY,
+    Closed,
+    Message,
+    RawPeer,
+    dynamic,
+    flags,
+    text,
 )  # fmt: skip
 from naoqi_services import OURS, VENDOR, ServerProcess
 

@@ -18,12 +18,11 @@ from tcp_listener import TcpListener
 from tls_front import make_certificate
 
 import telepresence.naoqi as ours
-from telepresence.naoqi import remote_signal
-from telepresence.naoqi import session as session_module
+from telepresence.naoqi import directory_link, remote_signal
 from telepresence.naoqi.connection import Connection
 from telepresence.naoqi.message import REPLY
 from telepresence.naoqi.python_object import served
-from telepresence.naoqi.remote_object import RemoteObject, Reply
+from telepresence.naoqi.remote_object import RemoteObject, Reply, arity
 from telepresence.naoqi.routing import candidates, stays
 
 PATIENCE = 20.0
@@ -235,7 +234,7 @@ def test_a_peer_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_directory_that_never_answers(robot: Robot, session: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session_module, "ANSWER_S", 0.1)
+    monkeypatch.setattr(directory_link, "ANSWER_S", 0.1)
     monkeypatch.setattr(RemoteObject, "start", lambda *_: ours.Future())
     with pytest.raises(RuntimeError, match=r"directory does not answer services within 0\.1 s"):
         session.services()
@@ -468,6 +467,35 @@ def test_a_standalone_session_serves_both_packages(qi: Any) -> None:
     client.close()
     standalone.close()
     assert standalone.endpoints() == [] and not standalone.isConnected()
+
+
+RECORD = ("T", 2, "machine", 1, [A], "session", b"\xff")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        ours.Record(zip(directory_link._INFO_FIELDS[:6], RECORD, strict=False), endpoints="tcp://x"),
+        ours.Record(name="T", serviceId=2, machineId="machine"),
+        ("T", 2, "machine", 1, [A, 3], "session"),
+        ("T", "2", "machine", 1, [A], "session"),
+        "T",
+        None,
+    ],
+)
+def test_a_directory_may_say_anything(value: Any) -> None:
+    with pytest.raises(ours.WireError):
+        directory_link._info(value)
+
+
+@pytest.mark.parametrize("fields", [6, 7])
+def test_records_without_names_are_read_by_their_order(fields: int) -> None:
+    assert directory_link._info(RECORD[:fields])["endpoints"] == [A]
+
+
+@pytest.mark.parametrize(("parameters", "count"), [("(is)", 2), ("()", 0), ("m", -1), ("i", -2), ("(", -2), ("", -2)])
+def test_how_many_arguments_a_robots_method_takes(parameters: str, count: int) -> None:
+    assert arity(parameters) == count
 
 
 # --- logins and TLS ---------------------------------------------------------------------------------------------------

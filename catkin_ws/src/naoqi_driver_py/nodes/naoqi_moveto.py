@@ -39,6 +39,7 @@ from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence.drive.link import DriveLink
+from telepresence.drive.pace import Pace
 from telepresence.geometry import yaw_of
 from telepresence.safety import PEPPER, SECTORS, Decision, State
 from telepresence.security.change_log import ChangeLog
@@ -46,8 +47,9 @@ from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
-MOTION_CYCLE = 0.02
-"""Seconds between two commands: ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation, ALMotion)."""
+MOTION_CYCLE, BURST = 0.02, 3
+"""Seconds between two commands on average, since ALMotion takes a new setpoint every 20 ms (NAOqi 2.8 documentation,
+ALMotion); that many may follow each other at once."""
 LOOK_PERIOD = 0.5
 """Seconds between two questions whether the robot is awake and moves as commanded."""
 OFFER_AFTER = 3.0
@@ -146,14 +148,13 @@ class MoveTo:
             raise rospy.ServiceException(str(error)) from None
 
     def _loop(self) -> None:
-        commanded = -math.inf
+        pace = Pace(MOTION_CYCLE, BURST)
         while not self._node.stop.is_set():
             if self._wake.wait(PERIOD):
-                # A command goes out at once, unless the last one left less than a motion cycle ago.
-                if self._node.stop.wait(max(0.0, commanded + MOTION_CYCLE - time.monotonic())):
+                if self._node.stop.wait(max(0.0, pace.due() - time.monotonic())):
                     break
                 self._wake.clear()
-                commanded = time.monotonic()
+                pace.take(time.monotonic())
             self._base.step(time.monotonic(), self._node.master.alive)
             self._report(time.monotonic())
         if self._gated is not None:

@@ -36,6 +36,9 @@ RELEASE_TIME = 1.5
 """Seconds after which a robot that was let go must stand; then `killMove`."""
 ANSWER_TIMEOUT = 0.4
 """Seconds within which ALMotion answers `move` and `killMove`; else it counts as hanging, which is a fault."""
+AGAIN_PERIOD, AGAIN_TIME = 0.005, 0.05
+"""Seconds after which a velocity is tried again that came while the one before was on its way, and for how long so
+often."""
 PROBE_PERIOD = 0.5
 """Seconds between two questions to an ALMotion that is not needed now: whether it answers."""
 FAULT_TIME = 1.0
@@ -61,6 +64,8 @@ class PepperBase(Robot):
         self._link, self._last_stop = link, last_stop
         self._connections = 0
         self._move = None  # type: Optional[Call]
+        self._sent = None  # type: Optional[Vector]
+        self._again_at = INFINITY
         self._far = None  # type: Optional[Call]
         self._asked = None  # type: Optional[Call]
         self._probed = -INFINITY
@@ -86,11 +91,12 @@ class PepperBase(Robot):
 
     def due(self):
         # type: () -> float
-        return self._kill_at
+        return min(self._kill_at, self._again_at)
 
     def step(self, now, command, goal, pilots):
         # type: (float, Optional[Command], Optional[Goal], Pilots) -> Outcome
         wanted = command is not None or goal is not None
+        self._again_at = INFINITY
         self._must_let_go = self._must_let_go and (wanted or bool(self._latched))
         motion = self._link.motion()
         state, reason, given = NO_COMMAND, "", AT_REST
@@ -151,7 +157,10 @@ class PepperBase(Robot):
             self._rest(motion, now, RELEASE_TIME)
             return velocity
         if self._move is not None:
+            if velocity != self._sent and now - self._move.sent < AGAIN_TIME:
+                self._again_at = now + AGAIN_PERIOD
             return velocity
+        self._sent = velocity
         self._begin()
         if self._link.near:
             self._move = Call("move", motion.send("move", *velocity), now)
