@@ -6,6 +6,7 @@ their handlers, calls to objects (`served_object.py`), which put them on workers
 
 from __future__ import annotations
 
+import collections
 import itertools
 import logging
 import os
@@ -110,6 +111,8 @@ class Connection:
         self._closed_callbacks: list[Callable[[str], None]] = []
         self._references: References | None = None
         self._held = False
+        self._working = 0
+        self._waiting: collections.deque[Callable[[], None]] = collections.deque()
         self._reactor = reactor()
         self._stream = Stream(stream, self._reactor, limits, self.message, self._ended)
         _live.add(self)
@@ -331,22 +334,48 @@ class Connection:
         if len(self.running) >= 8 * limit or self.running_bytes > 2 * largest:
             return False
         self.running[identity] = call
-        self.running_bytes += size
+        with self._calls_lock:
+            self.running_bytes += size
         if (len(self.running) > limit or self.running_bytes > largest) and not self._calls and not self._held:
             self._held = True
             self._stream.pause()
+            self._reactor.call_soon(self._read_on)  # they may all have been answered just now
         return True
+
+    def work(self, run: Callable[[], None]) -> None:
+        """Run a call of the peer on a worker; those of one peer take at most `Limits.working_calls` of them."""
+        with self._calls_lock:
+            if self._working >= self.limits.working_calls:
+                self._waiting.append(run)
+                return
+            self._working += 1
+        workers.submit(self._work, run)
+
+    def _work(self, run: Callable[[], None]) -> None:
+        try:
+            run()
+        finally:
+            with self._calls_lock:
+                following = self._waiting.popleft() if self._waiting else None
+                if following is None:
+                    self._working -= 1
+            if following is not None:
+                workers.submit(self._work, following)
 
     def finished(self, identity: int, call: Any, size: int) -> None:
         """A call of the peer has been answered; from any thread."""
         if self.running.get(identity) is call:
             del self.running[identity]
-        self.running_bytes -= size
+        with self._calls_lock:
+            self.running_bytes -= size
         if self._held:
             self._reactor.call_soon(self._read_on)
 
     def _read_on(self) -> None:
-        if self._held and len(self.running) <= self.limits.pending_calls // 2:
+        few = (
+            len(self.running) <= self.limits.pending_calls // 2 and self.running_bytes <= self.limits.pending_bytes // 2
+        )
+        if self._held and few:
             self._held = False
             self._stream.resume()
 

@@ -24,6 +24,7 @@ class Limits:
         pending_calls: Calls of one connection that wait or run; above it the connection is not read on, see
             `Connection`.
         pending_bytes: The same for their arguments [bytes].
+        working_calls: Calls of one connection that occupy a thread at the same time, of 256 for all.
         references: Objects passed to one peer and not released.
         subscriptions: Links of one connection to signals.
         services: Services that one connection may register.
@@ -39,6 +40,7 @@ class Limits:
     capabilities: int = 256
     pending_calls: int = 512
     pending_bytes: int = 128 * 1024 * 1024
+    working_calls: int = 64
     references: int = 10_000
     subscriptions: int = 1000
     services: int = 256

@@ -200,14 +200,18 @@ class Server:
     def _pause(self, error: OSError) -> None:
         """Accept nothing for a moment: the descriptors are used up, or the network is away."""
         assert self._listener is not None
-        if time.monotonic() - self._warned > _WARN_S:
-            self._warned = time.monotonic()
-            log.warning("no connection can be accepted: %s", error.strerror or error)
+        self._warn("no connection can be accepted: %s", error.strerror or error)
         if error.errno in _EXHAUSTED and self._arriving:
             for _ in range(min(len(self._arriving), _EVICTED_AT_ONCE)):
                 self._evict("it had not logged in when the descriptors were used up")
         self._reactor.change(self._listener, 0, self._accept)
         self._reactor.call_later(_PAUSE_S, self._go_on)
+
+    def _warn(self, text: str, *values: Any) -> None:
+        """Log a warning, but not for every connection of a flood."""
+        if time.monotonic() - self._warned > _WARN_S:
+            self._warned = time.monotonic()
+            log.warning(text, *values)
 
     def _go_on(self) -> None:
         if not self._closed and self._listener is not None:
@@ -223,7 +227,7 @@ class Server:
         """Make a connection of an accepted socket, or close it."""
         if len(self._connections) >= self._limits.connections:
             if not self._arriving:
-                log.warning("%s is refused: there are %d connections", address[0], len(self._connections))
+                self._warn("%s is refused: there are %d connections", address[0], len(self._connections))
                 stream.close()
                 return
             self._evict(f"there are {self._limits.connections} connections, and it is not logged in")

@@ -18,15 +18,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import qi
 from endings import end_together
 from free_ports import free_port
+from naoqi_clients import DEFAULT, client_library
 
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.server import Server
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 
+qi = client_library(DEFAULT)
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 40.0
 """Seconds after which something counts as never coming; generous, because the machines are shared."""

@@ -338,6 +338,35 @@ def test_blocked_methods_hold_nobody_up(robot: Robot) -> None:
         robot.probe.gate.clear()
 
 
+def test_one_client_does_not_take_all_threads() -> None:
+    with Robot(limits=Limits(working_calls=3)) as robot, robot.peer() as greedy:
+        begun = []
+        robot.probe.add_method("block", "v", "()", lambda: (begun.append(1), robot.probe.gate.wait(PATIENCE)))  # 107
+        for number in range(20):
+            greedy.send(Message(CALL, 2, 1, 107, identity=number))
+        (connection,) = robot.server._connections
+        until(lambda: len(connection.running) == 20 and len(begun) == 3, "the calls have not come")
+        with robot.peer() as other:
+            assert add(other) == 3 and len(begun) == 3
+        robot.probe.gate.set()
+        assert sorted(greedy.next(REPLY).identity for _ in range(20)) == list(range(20))
+
+
+def test_the_last_word_of_a_client_that_goes_is_obeyed() -> None:
+    with Robot() as robot, robot.peer() as peer:
+        queue, gate, obeyed = ServedObject(parallel=False), threading.Event(), threading.Event()
+        queue.add_method("walk", "v", "()", lambda: gate.wait(PATIENCE) and None)
+        queue.add_method("stop", "v", "()", obeyed.set)
+        robot.server.register("Legs", queue)
+        peer.send(Message(CALL, 3, 1, 100).pack() + Message(POST, 3, 1, 101, identity=2).pack())
+        (connection,) = robot.server._connections
+        until(lambda: len(connection.running) == 2, "the calls have not come")
+        peer.close()
+        until(lambda: not robot.server._connections, "the client has not gone")
+        gate.set()
+        assert obeyed.wait(PATIENCE)
+
+
 def test_far_too_many_open_calls_are_not_read() -> None:
     with Robot(limits=Limits(pending_calls=10)) as robot, robot.peer() as peer:
         for number in range(200):
@@ -387,7 +416,7 @@ def test_the_limits_of_one_connection() -> None:
     limits = Limits(subscriptions=3, references=4, services=2, capabilities=8)
     with Robot(limits=limits) as robot:
         with robot.peer() as peer:
-            assert [subscribe(peer, link).kind for link in range(4)] == [REPLY] * 3 + [ERROR]
+            assert [subscribe(peer, link).kind for link in (0, 0, 1, 2, 3)] == [REPLY] * 4 + [ERROR]
             assert [peer.answer(Message(CALL, 2, 1, 105)).kind for _ in range(5)] == [REPLY] * 4 + [ERROR]
             assert [register(peer, f"S{number}").kind for number in range(3)] == [REPLY] * 2 + [ERROR]
             assert add(peer) == 3
