@@ -22,6 +22,7 @@ from typing import Any
 
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
+from pepper_sim.naoqi.video.calls import PictureCalls
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
 from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
@@ -30,7 +31,9 @@ from pepper_sim.robot import Pepper
 log = logging.getLogger(__name__)
 
 MAX_WAITING = 64
-"""This many calls may wait for a picture at once; more wait for their turn."""
+"""Calls that may wait for pictures of one subscription; the next one is refused."""
+MAX_SERVED = 64
+"""Subscriptions whose calls are served at once, with a thread each; others wait for their turn."""
 MAX_INSTANCES = 8
 """Subscriptions that may share a name; the next one is refused."""
 FORGET_AFTER = 300.0
@@ -54,7 +57,7 @@ class _Subscription:
     views: list[_CameraView]
     fps: int
     used: float = field(default_factory=time.monotonic)
-    lock: threading.Lock = field(default_factory=threading.Lock)
+    calls: PictureCalls = field(default_factory=lambda: PictureCalls(MAX_WAITING))
 
 
 class ALVideoDevice(Module):
@@ -67,7 +70,7 @@ class ALVideoDevice(Module):
         self._streams = Streams(robot)
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
-        self._pool = concurrent.futures.ThreadPoolExecutor(MAX_WAITING, thread_name_prefix="picture-call")
+        self._pool = concurrent.futures.ThreadPoolExecutor(MAX_SERVED, thread_name_prefix="picture-call")
         self._closing = threading.Event()
         self._cleanup = threading.Thread(target=self._end_unused, name="video-cleanup", daemon=True)
         self._cleanup.start()
@@ -78,6 +81,7 @@ class ALVideoDevice(Module):
     def close(self) -> None:
         self._closing.set()
         self._cleanup.join(timeout=2.0)
+        self._end(list(self._subscriptions))
         self._pool.shutdown(wait=False, cancel_futures=True)
         self._streams.close()
 
@@ -105,17 +109,14 @@ class ALVideoDevice(Module):
     @remote("b(s)")
     def unsubscribe(self, nameId: str) -> bool:
         """Ends a subscription; false if the handle is unknown."""
-        with self._lock:
-            return self._subscriptions.pop(nameId, None) is not None
+        return bool(self._end([nameId]))
 
     @remote("b(s)")
     def unsubscribeAllInstances(self, id: str) -> bool:
         """Ends all subscriptions under a name; false if there is none."""
         with self._lock:
             handles = [handle for handle, known in self._subscriptions.items() if id in (handle, known.name)]
-            for handle in handles:
-                del self._subscriptions[handle]
-        return bool(handles)
+        return bool(self._end(handles))
 
     @remote("[s]()")
     def getSubscribers(self) -> list[str]:
@@ -131,7 +132,7 @@ class ALVideoDevice(Module):
         subscription = self._use(name)
         if subscription is None:
             return None
-        return self._pool.submit(self._image, subscription, subscription.views[0])
+        return subscription.calls.run(self._pool, lambda: self._image(subscription, subscription.views[0]))
 
     @remote("m(s)")
     def getImagesRemote(self, name: str) -> concurrent.futures.Future | None:
@@ -139,7 +140,8 @@ class ALVideoDevice(Module):
         subscription = self._use(name)
         if subscription is None:
             return None
-        return self._pool.submit(lambda: [self._image(subscription, view) for view in subscription.views])
+        views = subscription.views
+        return subscription.calls.run(self._pool, lambda: [self._image(subscription, view) for view in views])
 
     @remote("m(s)")
     def getDirectRawImageRemote(self, name: str) -> concurrent.futures.Future | None:
@@ -263,6 +265,14 @@ class ALVideoDevice(Module):
                 return _unknown("colour space", space, camera.spaces, camera)
         return None
 
+    def _end(self, handles: list[str]) -> list[str]:
+        """End subscriptions and the calls that wait for their pictures; return the handles that there were."""
+        with self._lock:
+            ended = {handle: self._subscriptions.pop(handle) for handle in handles if handle in self._subscriptions}
+        for subscription in ended.values():
+            subscription.calls.close()
+        return list(ended)
+
     def _use(self, handle: str) -> _Subscription | None:
         with self._lock:
             subscription = self._subscriptions.get(handle)
@@ -286,10 +296,9 @@ class ALVideoDevice(Module):
         camera = view.camera
         if not self.settings.is_open(camera):
             return None
-        with subscription.lock:  # two calls with one handle get two pictures
-            flips = self.settings.parameters[camera.index].flips
-            key = (camera.name, view.resolution, subscription.fps, *flips)
-            image = self._streams.read(camera, key, view.space, view.cursor)
+        flips = self.settings.parameters[camera.index].flips
+        key = (camera.name, view.resolution, subscription.fps, *flips)
+        image = self._streams.read(camera, key, view.space, view.cursor)
         if image is None:
             return None
         width, height = RESOLUTIONS[view.resolution]
@@ -306,9 +315,7 @@ class ALVideoDevice(Module):
         limit = time.monotonic() - age
         with self._lock:
             unused = [handle for handle, known in self._subscriptions.items() if known.used < limit]
-            for handle in unused:
-                del self._subscriptions[handle]
-        for handle in unused:
+        for handle in self._end(unused):
             log.warning("subscription '%s' ended: not used for %.0f s", handle, age)
 
 

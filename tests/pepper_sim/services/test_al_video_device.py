@@ -93,6 +93,18 @@ def test_pictures_come_at_the_asked_rate_each_one_new(video):
     assert 20.0 < rate < 33.0  # 30 on an idle machine
 
 
+def test_a_client_that_asks_for_hundreds_of_pictures_at_once_holds_up_itself(video, connect):
+    greedy = connect().service("ALVideoDevice")
+    handle = greedy.subscribeCamera("greedy", TOP, VGA, RGB, 4)
+    calls = [greedy.getImageRemote(handle, _async=True) for _ in range(200)]
+    assert _image(video, TOP, QQVGA, RGB, 30)[0] == 160
+    assert greedy.unsubscribe(handle) is True, "which ends what waits"
+    errors = [call.error(30_000) for call in calls if call.hasError(30_000)]
+    assert len(errors) > 100 and set(errors) == {
+        "ALVideoDevice::getImageRemote: 64 calls wait for pictures of this subscription already"
+    }
+
+
 def test_two_clients_at_two_sizes(video, connect):
     other = connect().service("ALVideoDevice")
     small = other.subscribeCamera("small", BOTTOM, QQVGA, RGB, 10)
