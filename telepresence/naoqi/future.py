@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import sys
 import threading
 import weakref
 from collections.abc import Callable, Iterable
@@ -296,7 +297,8 @@ class Promise:
             self._future.set_on_cancel(cancel)
 
     def __del__(self) -> None:
-        if (future := getattr(self, "_future", None)) is not None and future._state == _RUNNING:
+        future = getattr(self, "_future", None)
+        if future is not None and future._state == _RUNNING and not sys.is_finalizing():
             future.finish_with_error(BROKEN_TEXT)
 
     def future(self) -> Future:

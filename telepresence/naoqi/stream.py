@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import collections
 import logging
+import os
 import select
 import socket
 import ssl
@@ -21,6 +22,7 @@ from .limits import Limits
 from .message import Header, MessageReader
 from .reactor import READ, WRITE, Reactor
 from .signature import WireError
+from .workers import Strand
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +37,10 @@ _LINGER_S = 1.0
 _HANG_UP = getattr(select, "POLLRDHUP", 0)
 """Linux reports it beside POLLHUP and POLLERR, which are always reported."""
 _AGAIN = (BlockingIOError, InterruptedError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
+
+_handshakes = Strand()
+"""TLS handshakes of the whole process, one step at a time: they may take one processor, and no more."""
+os.register_at_fork(after_in_child=_handshakes.__init__)  # type: ignore[misc]
 
 
 def prepare(stream: socket.socket) -> None:
@@ -209,8 +215,11 @@ class Stream:
                 self._readable()  # what TLS has decrypted wakes nobody
 
     def _ready(self, mask: int) -> None:
-        if self._handshake and not self._shake_hands():
+        if self._ended:
             return
+        if self._handshake:
+            self._watch(0)
+            return _handshakes.submit(self._shake_hands)
         if mask & WRITE or self._tls:
             with self._lock:
                 error = self._flush() if self.queued else None
@@ -227,22 +236,28 @@ class Stream:
         elif not self._paused:
             self._readable()
 
-    def _shake_hands(self) -> bool:
-        try:
-            self._socket.do_handshake()  # type: ignore[attr-defined]
-        except ssl.SSLWantReadError:
-            self._watch(READ)
-            return False
-        except ssl.SSLWantWriteError:
-            self._watch(WRITE)
-            return False
-        except (OSError, ValueError) as error:
-            self.end(f"no TLS: {error}")
-            return False
+    def _shake_hands(self) -> None:
+        """A step of the TLS handshake, on a worker: a thousand of them must not hold up those who are in."""
+        mask, failure = 0, ""
         with self._lock:
-            self._handshake = False
-        self._update()
-        return True
+            if self._ended:
+                return
+            try:
+                self._socket.do_handshake()  # type: ignore[attr-defined]
+                self._handshake = False
+            except ssl.SSLWantReadError:
+                mask = READ
+            except ssl.SSLWantWriteError:
+                mask = WRITE
+            except (OSError, ValueError) as error:
+                failure = f"no TLS: {error}"
+        if failure:
+            self.end(failure)
+        elif mask:
+            self._reactor.call_soon(self._watch, mask)
+        else:
+            self._reactor.call_soon(self._update)
+            self._reactor.call_soon(self._ready, READ | WRITE)
 
     def _receive(self, view: memoryview) -> int:
         """Read into `view`; return the number of bytes, 0 if there are none now, -1 at the end of the connection."""
@@ -354,7 +369,7 @@ class Stream:
             self._watch(READ | WRITE)
 
     def _watch(self, mask: int) -> None:
-        if mask != self._mask:
+        if mask != self._mask and not self._ended:
             self._mask = mask
             self._reactor.change(self._socket, mask, self._ready)
 

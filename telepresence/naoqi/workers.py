@@ -75,7 +75,12 @@ class Workers:
 
     def _act(self, start: int, watch: bool) -> None:
         for _ in range(start):
-            threading.Thread(target=self._run, name="naoqi-worker", daemon=True).start()
+            try:
+                threading.Thread(target=self._run, name="naoqi-worker", daemon=True).start()
+            except RuntimeError as error:  # the system has no more, or the interpreter is ending: others do the work
+                log.debug("no new worker: %s", error)
+                with self._lock:
+                    self._threads -= 1
         if watch:
             reactor().call_later(STUCK_S, self._look, self._begun)
 

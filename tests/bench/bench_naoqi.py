@@ -33,6 +33,7 @@ REFERENCE = "libqi to libqi"
 PATIENCE = 300.0
 METRICS = {
     "bare call, p50": ("call", 50, 1e3, "ms"),
+    "bare call, p90": ("call", 90, 1e3, "ms"),
     "bare call, p99": ("call", 99, 1e3, "ms"),
     "time per 640x480 picture": ("pictures", None, -1e3, "ms"),
     "processor per picture, client": ("picture_client", None, 1e3, "ms"),

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from server import KEYS, PICTURE
 
 TICKS = os.sysconf("SC_CLK_TCK")
-CALLS, PICTURES, LISTS, EVENTS = 3000, 150, 200, 10_000
+CALLS, PICTURES, LISTS, EVENTS = 3000, 400, 200, 10_000
 CLIENTS, POLLS, POLL_RATE = 50, 20, 10.0
 """Clients that poll at once, how often each, and how often a second."""
 PATIENCE = 120.0

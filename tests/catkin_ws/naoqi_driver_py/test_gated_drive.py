@@ -27,7 +27,7 @@ class Driven:
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             if self.measures:
-                self.gate.receive(self.reading())
+                self.gate.receive(self.reading(), self.now)
             if vx is not None:
                 self.gate.command(vx, 0.0, 0.0, self.now)
             decision = self.gate.decide(self.now)

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import telepresence.naoqi as ours
+from telepresence.naoqi.workers import Workers
 
 MS = 20_000
 """Milliseconds after which something counts as never coming."""
@@ -440,3 +441,18 @@ if sys.argv[2] == "fork":
 @pytest.mark.parametrize("how", ["fork", "exit"])
 def test_a_program_ends_whatever_runs_and_says_nothing(robot: Any, how: str) -> None:
     assert run(LEAVES, robot.url(), how) == ("2.5\n2.5\n" if how == "fork" else "", "")
+
+
+def test_work_without_a_new_thread_waits_for_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As at the end of a program under Python 3.12, where no thread starts any more: nothing is raised."""
+    done: queue.Queue = queue.Queue()
+    pool = Workers()
+
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't create new thread at interpreter shutdown")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", refuse)
+        pool.submit(done.put, 1)
+    pool.submit(done.put, 2)
+    assert [done.get(timeout=MS / 1000) for _ in range(2)] == [1, 2]

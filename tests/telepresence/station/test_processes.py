@@ -62,3 +62,9 @@ def test_orphans_in_sessions_of_their_own_are_ended(wait_until):
     answer = subprocess.run([sys.executable, "-c", supervisor], capture_output=True, text=True, timeout=60)
     assert answer.returncode == 0, answer.stderr
     assert not processes.send(int(answer.stdout), 0), "the orphan lives on"
+
+
+def test_an_emulation_that_knows_no_adopting_is_named_and_not_fatal(monkeypatch, caplog):
+    monkeypatch.setattr(processes, "PR_SET_CHILD_SUBREAPER", 12345)  # the kernel answers as QEMU does: EINVAL
+    processes.adopt_orphans()
+    assert "nobody adopts orphans here" in caplog.text

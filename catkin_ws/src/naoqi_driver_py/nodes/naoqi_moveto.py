@@ -68,10 +68,12 @@ class MoveTo:
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
         # First, as both take their time: the greeting, and the sensors' first readings.
         self._link = self._open_link()
-        self._gated = GatedDrive() if rospy.get_param("~safety", True) else None
-        self._gate = self._gated or CommandGate()
-        if self._gated is not None:
-            self._sensors = RangeSensorReader(self._node.connection, self._gated.receive).start()
+        self._gated = gated = GatedDrive() if rospy.get_param("~safety", True) else None
+        self._gate = gated or CommandGate()
+        if gated is not None:
+            self._sensors = RangeSensorReader(
+                self._node.connection, lambda reading: gated.receive(reading, time.monotonic())
+            ).start()
         look = rospy.get_param("~look", 0.15)
         self._base = BaseDriver(
             self._node.connection,

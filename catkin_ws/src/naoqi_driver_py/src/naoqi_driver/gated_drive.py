@@ -9,7 +9,6 @@ from __future__ import annotations
 import cmath
 import math
 import threading
-from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -23,8 +22,6 @@ from telepresence.safety import PEPPER, Command, Odometry, State, VelocityGate
 PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
 """One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
 silent is at zero within 0.35 s."""
-MOST_READINGS = 20
-"""Readings that may wait for the drive loop: one second of them."""
 BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_COMMAND)
 """A zero for these reasons ends the motion as fast as the robot can; other zeros follow the gate's own braking law."""
 
@@ -43,7 +40,6 @@ class GatedDrive:
         self._lock = threading.Lock()  # protects the gate and the latches
         self._command: Command | None = None
         self._odometry: Odometry | None = None
-        self._readings: deque[Reading] = deque(maxlen=MOST_READINGS)
         self._pressed: tuple[float, ...] = ()
         self._stopped = ""
         self._bumped = False
@@ -67,9 +63,10 @@ class GatedDrive:
         """Do the same as `CommandGate.clear`."""
         self._commands.clear()
 
-    def receive(self, reading: Reading) -> None:
-        """Take what the robot has measured; it counts from the next decision on."""
-        self._readings.append(reading)
+    def receive(self, reading: Reading, now: float) -> None:
+        """Take what the robot has measured; it counts from the next decision on, which does not wait for this work."""
+        with self._lock:
+            self._take(reading, now)
 
     def stop(self, reason: str) -> None:
         """Stop, goals too, and stay stopped until `reset_stop`. `reason` completes "stopped: ..."."""
@@ -98,8 +95,6 @@ class GatedDrive:
     def decide(self, now: float, master_alive: bool = True) -> Decision:
         """What may happen at `now` [s]; call it at least 20 times a second."""
         with self._lock:
-            while self._readings:
-                self._take(self._readings.popleft(), now)
             self.decision = self._gate.step(now, self._command, self._odometry)
             stopped, bumped = self._stopped, self._bumped
         return judge(self._commands.decide(now, master_alive), self.decision, stopped, bumped)
