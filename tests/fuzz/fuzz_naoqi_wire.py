@@ -222,7 +222,8 @@ def naoqi_metaobject() -> Target:
 
 def robot_side() -> Target:
     """What the client of the programs on a robot takes: answers of the directory, metaobjects, dynamics, signatures."""
-    from telepresence.robot_side.naoqi_client import _METAOBJECT_SIGNATURE, _SERVICE_INFO, _methods, _text
+    from telepresence.robot_side.naoqi_client import _METAOBJECT_SIGNATURE, _SERVICE_INFO, _methods
+    from telepresence.robot_side.naoqi_connection import _text
     from telepresence.robot_side.naoqi_values import NaoqiError, decode, encode, parse
 
     signatures = ("m", _METAOBJECT_SIGNATURE, _SERVICE_INFO, "[[m]]", "{m+s}", "[v]")
