@@ -16,9 +16,9 @@ import pytest
 import qi
 from python2_syntax import assert_python_2
 
-from telepresence.robot_side import naoqi_client
+from telepresence.robot_side import naoqi_connection
 from telepresence.robot_side.naoqi_client import Client, NaoqiError, place_of
-from telepresence.robot_side.naoqi_values import encode, parse
+from telepresence.robot_side.naoqi_values import decode, encode, parse
 
 HEADER = struct.Struct("<IIIHBBIII")
 MAGIC, CALL, REPLY, ERROR, POST, CAPABILITY = 0x42ADDE42, 1, 2, 3, 4, 6
@@ -74,7 +74,7 @@ def client(robot) -> Iterator[Client]:
 
 
 def test_it_keeps_to_python_2() -> None:
-    for module in ("naoqi_client", "naoqi_values"):
+    for module in ("naoqi_client", "naoqi_connection", "naoqi_values"):
         spec = importlib.util.find_spec(f"telepresence.robot_side.{module}")
         assert_python_2(Path(spec.origin))
 
@@ -243,7 +243,7 @@ def test_answers_are_taken_in_any_order_and_in_pieces_and_calls_are_refused() ->
 
 
 def test_calls_without_an_answer_are_bounded(monkeypatch) -> None:
-    monkeypatch.setattr(naoqi_client, "MOST_OPEN", 3)
+    monkeypatch.setattr(naoqi_connection, "MOST_OPEN", 3)
     with Crooked(let_in) as url:
         client = Client(url)
         wire = client.wires[0]
@@ -300,7 +300,7 @@ def test_an_aborted_connection_delivers_nothing_more() -> None:
 )
 def test_bytes_that_are_no_value_are_refused(signature, data) -> None:
     with pytest.raises(NaoqiError):
-        naoqi_client.decode(parse(signature), data)
+        decode(parse(signature), data)
 
 
 @pytest.mark.parametrize("signature", ["", "(", "[ii]", "{i}", "(i)<a", "?", "ii", "[" * 100, "i" * 100_000])
@@ -316,4 +316,4 @@ def test_values_survive_the_way() -> None:
         ("{s[(sm)<P,a,b>]}", {"key": [("a", b"raw"), ("b", None), ("c", {1: [2.5]})]}),
         ("(+i+i)", (None, 5)),
     ):
-        assert naoqi_client.decode(parse(signature), encode(parse(signature), value)) == value
+        assert decode(parse(signature), encode(parse(signature), value)) == value

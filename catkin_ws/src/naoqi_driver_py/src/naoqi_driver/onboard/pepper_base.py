@@ -27,7 +27,8 @@ if MYPY:
     from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
     from telepresence.drive.datagram import Goal, Vector  # noqa: F401
     from telepresence.drive.pilots import Command, Pilots  # noqa: F401
-    from telepresence.robot_side.naoqi_client import Answer, Service  # noqa: F401
+    from telepresence.robot_side.naoqi_client import Service  # noqa: F401
+    from telepresence.robot_side.naoqi_connection import Answer  # noqa: F401
 
 BRAKING_TIME = 0.1
 """Seconds of gentle braking that a robot gets whose pilot fell silent; then `killMove`. Gently alone, ALMotion needs
