@@ -1,5 +1,6 @@
 """ALVideoDevice over the wire: the container, colours, rates, limits."""
 
+import itertools
 import time
 
 import cv2
@@ -90,7 +91,9 @@ def test_pictures_come_at_the_asked_rate_each_one_new(video):
         stamps.append(image[4] + image[5] * 1e-6)
     rate = 45 / (time.monotonic() - begin)
     assert len(set(stamps)) == 45 and stamps == sorted(stamps)
-    assert 20.0 < rate < 33.0  # 30 on an idle machine
+    assert rate < 33.0
+    # A machine with other work draws some later than it should, but not all.
+    assert min(after - before for before, after in itertools.pairwise(stamps)) < 1.5 / 30
 
 
 def test_a_client_that_asks_for_hundreds_of_pictures_at_once_holds_up_itself(video, connect):
