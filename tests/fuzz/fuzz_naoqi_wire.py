@@ -218,3 +218,33 @@ def naoqi_metaobject() -> Target:
     small = MetaObject(methods, signals, properties, "A voice.")
     seeds = [b"".join(encode(METAOBJECT, meta.to_value())) for meta in (small, MetaObject(dict(BUILT_IN)))]
     return Target(feed, seeds, (WireError,), 4000)
+
+
+def robot_side() -> Target:
+    """What the client of the programs on a robot takes: answers of the directory, metaobjects, dynamics, signatures."""
+    from telepresence.robot_side.naoqi_client import _METAOBJECT_SIGNATURE, _SERVICE_INFO, _methods, _text
+    from telepresence.robot_side.naoqi_values import NaoqiError, decode, encode, parse
+
+    signatures = ("m", _METAOBJECT_SIGNATURE, _SERVICE_INFO, "[[m]]", "{m+s}", "[v]")
+
+    def feed(data: bytes) -> None:
+        index, payload = data[0] % 7 if data else 0, data[1:]
+        if index == 6:
+            parse(payload.decode("latin-1"))
+            return
+        _text(payload)
+        value = decode(parse(signatures[index]), payload)
+        if index == 1:
+            _methods(value)
+        else:
+            encode(parse("m"), value)
+
+    method = (100, "v", "move", "(fff)", "", [("x", "")], "")
+    seeds = (
+        b"\0" + encode(parse("m"), [1, "a", 2.5, None, {"k": [True, b"raw"]}]),
+        b"\1" + encode(parse(_METAOBJECT_SIGNATURE), ({100: method}, {86: (86, "trace", "(m)")}, {}, "")),
+        b"\2" + encode(parse(_SERVICE_INFO), ("ALMotion", 5, "machine", 1, ["tcp://10.0.0.2:9559"])) + bytes(8),
+        b"\3" + encode(parse("[[m]]"), [[1, 2], ["x"]]),
+        b"\6({I(Iss)<P,a,b,c>}[m]+s)",
+    )
+    return Target(feed, seeds, (NaoqiError,), 20_000)

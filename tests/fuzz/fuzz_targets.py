@@ -40,6 +40,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "naoqi-payload": fuzz_naoqi_wire.naoqi_payload,
     "naoqi-value": fuzz_naoqi_wire.naoqi_value,
     "naoqi-metaobject": fuzz_naoqi_wire.naoqi_metaobject,
+    "naoqi-robot-side": fuzz_naoqi_wire.robot_side,
     "naoqi-server": fuzz_naoqi_ends.naoqi_server,
     "naoqi-client": fuzz_naoqi_ends.naoqi_client,
 }
