@@ -8,8 +8,6 @@ import time
 import pytest
 from naoqi_clients import with_both_clients
 
-pytestmark = with_both_clients
-
 TOP, DEPTH = 0, 2
 VGA, QVGA = 2, 1
 YUV422, RGB, DISTANCE = 9, 11, 17
@@ -68,6 +66,7 @@ def test_driving_and_stopping(robot):
     assert motion.getRobotVelocity() == pytest.approx([0, 0, 0], abs=1e-3)
 
 
+@with_both_clients
 @pytest.mark.parametrize(
     ("camera", "resolution", "space", "layers"), [(TOP, VGA, RGB, 3), (TOP, VGA, YUV422, 2), (DEPTH, QVGA, DISTANCE, 2)]
 )
@@ -87,6 +86,7 @@ def test_pictures(robot, camera, resolution, space, layers):
         assert video.unsubscribe(client)
 
 
+@with_both_clients
 def test_reading_sensors(robot):
     memory = robot.service("ALMemory")
     robot.service("ALSonar").subscribe("python_client")
@@ -111,6 +111,7 @@ def test_reading_sensors(robot):
     robot.service("ALSonar").unsubscribe("python_client")
 
 
+@with_both_clients
 def test_hearing_a_touch(robot, naoqi):
     touched = threading.Event()
     memory = robot.service("ALMemory")
@@ -150,6 +151,7 @@ def test_showing_a_page_on_the_tablet(robot, naoqi, wait_until):
         thread.join()
 
 
+@with_both_clients
 def test_saying_something(robot):
     begin = time.time()
     robot.service("ALTextToSpeech").say("Hello, human.")

@@ -1,6 +1,8 @@
-"""ALMemory over the wire."""
+"""ALMemory over the wire, with both clients."""
 
-import pytest
+from naoqi_clients import with_both_clients
+
+pytestmark = with_both_clients
 
 
 def test_data_is_stored_and_read(naoqi):
@@ -103,15 +105,15 @@ def test_a_dead_callback_is_dropped(naoqi, connect, wait_until):
     wait_until(dropped, "the dead module was dropped")
 
 
-def test_keys_and_events_are_listed(naoqi):
-    memory = naoqi.ALMemory
-    memory.declareEvent("Test/Declared", "TestExtractor")
-    assert memory.getData("Test/Declared") is None
-    memory.raiseEvent("Test/Declared", 1)
-    memory.declareEvent("Test/Declared", "TestExtractor")
-    assert memory.getData("Test/Declared") == 1, "declaring it again keeps the value"
-    assert "Test/Declared" in memory.getEventList()
-    assert memory.getExtractorEvent("TestExtractor") == ["Test/Declared"]
+def test_keys_and_events_are_listed(qi, naoqi):
+    memory, event = naoqi.ALMemory, f"Test/Declared/{qi.__name__}"
+    memory.declareEvent(event, qi.__name__)
+    assert memory.getData(event) is None
+    memory.raiseEvent(event, 1)
+    memory.declareEvent(event, qi.__name__)
+    assert memory.getData(event) == 1, "declaring it again keeps the value"
+    assert event in memory.getEventList()
+    assert memory.getExtractorEvent(qi.__name__) == [event]
     assert set(memory.getDataList("HeadYaw/Position")) == {
         "Device/SubDeviceList/HeadYaw/Position/Actuator/Value",
         "Device/SubDeviceList/HeadYaw/Position/Sensor/Value",
@@ -131,16 +133,3 @@ def test_time_stamps_and_descriptions(naoqi):
     assert memory.getEventHistory("Test/Stamped")[-1][0] == 7
     memory.setDescription("Test/Stamped", "a test")
     assert memory.getDescriptionList(["Test/Stamped"]) == [["Test/Stamped", "Event", "a test"]]
-
-
-def test_the_memory_cannot_be_filled(monkeypatch):
-    from pepper_sim.services import al_memory as module
-
-    monkeypatch.setattr(module, "_MAX_KEYS", 10)
-    memory = module.ALMemory(lambda: None, {}, None)
-    with pytest.raises(module.ServiceError, match="full"):
-        for number in range(20):
-            memory.insertData(f"k{number}", number)
-    with pytest.raises(module.ServiceError, match="full"):
-        for number in range(20):
-            memory.declareEvent(f"e{number}")
