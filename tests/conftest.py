@@ -16,9 +16,9 @@ import pytest
 import vendors_qi
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
+from private_master import start_master
 
 from telepresence.station import processes
-from telepresence.station.ros_master import master_answers
 
 # Containers run the tests as root; a station of a test must end with the test, whoever runs it.
 os.environ.setdefault("TELEPRESENCE_AS_ROOT", "1")
@@ -207,9 +207,6 @@ def ros_environment(
 
 @pytest.fixture
 def ros_master(ros_environment: dict[str, str], run_program: Callable, wait_until: Callable) -> dict[str, str]:
-    """A bare ROS master; returns the environment in which nodes find it."""
-    uri = ros_environment["ROS_MASTER_URI"]
-    port = uri.rpartition(":")[2]
-    run_program("rosmaster", "--core", "-p", port, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    wait_until(lambda: master_answers(uri), "the ROS master answers")
+    """A ROS master; returns the environment in which nodes find it."""
+    start_master(ros_environment["ROS_MASTER_URI"], run_program, wait_until)
     return ros_environment

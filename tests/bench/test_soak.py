@@ -33,14 +33,12 @@ def test_a_program_keeps_its_name_across_restarts(words, name):
     assert program_name(words.split()) == name
 
 
-def test_a_running_program_is_sampled(run_program, wait_until):
-    program = run_program(sys.executable, "-m", "http.server", "0", "--bind", "127.0.0.1", stdout=subprocess.DEVNULL)
-
-    def listens():
-        usage = sample([program.pid]).get("http.server")
-        return usage if usage and usage.descriptors > 3 else None  # the socket, beside the three that every program has
-
-    usage = wait_until(listens, "it listens")
+def test_a_running_program_is_sampled(run_program):
+    command = (sys.executable, "-u", "-m", "http.server", "0", "--bind", "127.0.0.1")
+    program = run_program(*command, stdout=subprocess.PIPE, text=True)
+    assert "Serving HTTP" in program.stdout.readline()  # before, it grows between the readings of one sample
+    usage = sample([program.pid])["http.server"]
+    assert usage.descriptors > 3  # the socket, beside the three that every program has
     assert usage.rss >= usage.pss > 1000 and usage.threads >= 1
     assert usage.life.startswith(f"{program.pid}@")
     assert names([program.pid]) == {"http.server"}

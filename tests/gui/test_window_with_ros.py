@@ -5,10 +5,11 @@ import subprocess
 import time
 
 import pytest
+from private_master import start_master
 
 from gui.faults import NOTICED, Cause
 from telepresence.station import processes
-from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.ros_master import master_proxy
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
@@ -103,9 +104,7 @@ def test_pictures_come_back_after_a_restart_of_master_and_robot(
     screen, wait_until, place, ros_environment, run_program, start_robot
 ):
     uri = ros_environment["ROS_MASTER_URI"]
-    command = ("rosmaster", "--core", "-p", uri.rpartition(":")[2])
-    master = run_program(*command, **QUIET)
-    wait_until(lambda: master_answers(uri), "the master answers")
+    master = start_master(uri, run_program, wait_until)
     robot = start_robot()
     window = open_attached(screen, wait_until, "--tell")
     wait_until(lambda: shows_picture(screen, place), "the picture is on the screen")
@@ -117,7 +116,6 @@ def test_pictures_come_back_after_a_restart_of_master_and_robot(
         process.wait()
     wait_until(lambda: NOTICED[Cause.MASTER] in window.output, "the window says what its cause is by now")
     wait_until(lambda: not shows_picture(screen, place), "the picture is greyed")
-    run_program(*command, **QUIET)
-    wait_until(lambda: master_answers(uri), "a new master answers")
+    start_master(uri, run_program, wait_until)
     start_robot()
     wait_until(lambda: shows_picture(screen, place), "the picture is back")
