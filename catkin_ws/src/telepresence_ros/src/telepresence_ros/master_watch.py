@@ -34,6 +34,8 @@ RETRY_PERIOD = 0.1
 """Seconds until the next question to a master that has not answered."""
 START_TIMEOUT = 10.0
 """Seconds that a node waits for a master at its start."""
+START_ANSWER = 2.0
+"""Seconds that an answer may take then: a small computer that starts twenty nodes at once is slow."""
 PATIENCE = 0.5
 """Seconds after which it says what it waits for."""
 
@@ -52,7 +54,7 @@ def wait_for_master(timeout: float = START_TIMEOUT, stop: threading.Event | None
     advice = f"No ROS master answers at {uri}. Start one with:  roscore\nor set ROS_MASTER_URI to where one runs."
     stop = stop or threading.Event()
     began, reported = time.monotonic(), False
-    while not master_answers(uri):
+    while not master_answers(uri, START_ANSWER):
         waited = time.monotonic() - began
         if waited > timeout:
             sys.exit(f"No ROS master answered at {uri} within {timeout:g} s.")
