@@ -110,6 +110,7 @@ def test_ros_for_other_machines_is_refused_without_firewall_rules(monkeypatch):
 def test_a_bare_rosmaster_is_named_as_what_it_is_instead_of_waited_for(ros_master, monkeypatch):
     uri = ros_master["ROS_MASTER_URI"]
     monkeypatch.setattr(up, "RUN_ID_PATIENCE", 0.3)
+    master_proxy(uri).deleteParam("/test", "/run_id")
     with pytest.raises(RuntimeError, match=r"bare rosmaster.*roscore"):
         up.require_roscore(uri, threading.Event())
     master_proxy(uri).setParam("/test", "/run_id", "as roscore sets it")
