@@ -11,7 +11,6 @@ import itertools
 import logging
 import os
 import socket
-import ssl
 import struct
 import threading
 import time
@@ -36,7 +35,7 @@ from .message import (
 )
 from .reactor import reactor
 from .signature import WireError
-from .stream import Stream, prepare
+from .stream import Stream
 
 if TYPE_CHECKING:
     from .references import References
@@ -46,9 +45,6 @@ log = logging.getLogger(__name__)
 
 LOST = 0
 """Given to a call's `done` instead of a message's kind: the connection has ended, the payload is the reason."""
-CONNECT_S = 10.0
-"""To connect, TLS included [s]."""
-DEFAULT_PORT = 9559
 _CHECK_S = 2.0
 _AUTHENTICATE = 8
 _LOST_TEXT = "Socket is not connected"
@@ -380,45 +376,6 @@ class Connection:
             self._stream.resume()
 
 
-def connect(
-    url: str,
-    *,
-    capabilities: dict[str, bool],
-    tls: ssl.SSLContext | None = None,
-    timeout: float = CONNECT_S,
-    limits: Limits = Limits(),  # noqa: B008 -- frozen
-    dialect: Dialect = PYTHON,
-) -> Connection:
-    """Connect to "tcp://host:port" or "tcps://host:port"; the caller's thread waits. Log in next, see `login.py`.
-
-    Args:
-        capabilities: To announce, see `releases.py`.
-        tls: For tcps; without it as libqi: TLS 1.2, and no certificate is checked.
-        timeout: Until it is connected, TLS included [s].
-    Raises:
-        RuntimeError: It cannot connect; the text begins with "Connect error" as libqi's.
-    """
-    secure, host, port = split_url(url)
-    deadline = time.monotonic() + timeout
-    try:
-        stream = socket.create_connection((host, port), timeout)
-    except OSError as error:
-        raise RuntimeError(f"Connect error: {_number(error)}{error.strerror or error} ({url})") from None
-    try:
-        if secure:
-            stream.settimeout(max(0.001, deadline - time.monotonic()))
-            stream = (tls or client_tls()).wrap_socket(stream, server_hostname=host)
-        prepare(stream)
-    except (OSError, ValueError) as error:
-        stream.close()
-        raise RuntimeError(f"Connect error: {error} ({url})") from None
-    connection = Connection(
-        stream, capabilities=capabilities, limits=limits, dialect=dialect, dialled=True, peer=f"{host}:{port}"
-    )
-    connection.url = url
-    return connection
-
-
 def _check_later(reference: weakref.ref[Connection]) -> None:
     """Look after a dialled connection; a server looks after all of its own at once."""
     connection = reference()
@@ -427,42 +384,12 @@ def _check_later(reference: weakref.ref[Connection]) -> None:
         reactor().call_later(_CHECK_S, _check_later, reference)
 
 
-def client_tls() -> ssl.SSLContext:
-    """Return libqi's idea of TLS: version 1.2, no certificate is checked. Passwords are visible to a man in the middle;
-    whoever knows the robot's certificate gives a context of his own."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    context.check_hostname = False
-    context.verify_mode = ssl.CERT_NONE
-    context.minimum_version = context.maximum_version = ssl.TLSVersion.TLSv1_2
-    return context
-
-
-def split_url(url: str) -> tuple[bool, str, int]:
-    """Return (TLS, host, port) of "tcp://host:port", "tcps://host:port", "host:port" or "host".
-
-    Raises: RuntimeError: It is no such address.
-    """
-    scheme, separator, rest = url.partition("://")
-    if not separator:
-        scheme, rest = "tcp", url
-    host, separator, number = rest.rpartition(":")
-    if not separator or (":" in host and not host.endswith("]")):
-        host, number = rest, str(DEFAULT_PORT)
-    if scheme not in ("tcp", "tcps") or not number.isdigit() or int(number) > 65535:
-        raise RuntimeError(f"Invalid url: {url!r} is not tcp://host:port or tcps://host:port")
-    return scheme == "tcps", host.strip("[]") or "127.0.0.1", int(number)
-
-
 def _local_host(stream: socket.socket) -> str:
     try:
         name = stream.getsockname()
         return str(name[0]) if isinstance(name, tuple) else ""  # a pair of sockets inside a process has no host
     except OSError:
         return ""
-
-
-def _number(error: OSError) -> str:
-    return f"{error.errno}: " if error.errno else ""
 
 
 def _after_fork() -> None:

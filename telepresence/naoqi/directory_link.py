@@ -10,7 +10,8 @@ import uuid
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import CONNECT_S, Connection, split_url
+from .connection import Connection
+from .dial import CONNECT_S, split_url
 from .dynamics import Record
 from .future import Future
 from .metaobject import METAOBJECT, MetaObject, choose_overload

@@ -16,7 +16,8 @@ from collections.abc import Mapping
 from typing import Any, Callable, Protocol
 
 from .codec import decode, encode
-from .connection import CONNECT_S, LOST, Connection
+from .connection import LOST, Connection
+from .dial import CONNECT_S
 from .dynamics import Typed
 from .message import CALL, CAPABILITY, ERROR, POST, REPLY, Header
 from .releases import Release

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterable, Sequence
 
-from .connection import split_url
+from .dial import split_url
 
 DIRECTORY = "qi:ServiceDirectory"
 MAX_ADDRESSES = 16

@@ -13,7 +13,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .codec import decode, encode
-from .connection import LOST, Connection, split_url
+from .connection import LOST, Connection
+from .dial import split_url
 from .directory import MAIN_OBJECT, SERVICE_ID, Directory, this_machine
 from .dynamics import ROBOT, Dialect, Record
 from .limits import Limits

@@ -16,7 +16,8 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .connection import CONNECT_S, Connection, connect
+from .connection import Connection
+from .dial import CONNECT_S, connect
 from .directory_link import SESSION_CLOSED, DirectoryLink, describe_object, machine_id
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed

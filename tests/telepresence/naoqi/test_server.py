@@ -34,7 +34,8 @@ from naoqi_bytes import (
 )
 
 import telepresence.naoqi.server as server_module
-from telepresence.naoqi.connection import Connection, connect
+from telepresence.naoqi.connection import Connection
+from telepresence.naoqi.dial import connect
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.limits import Limits
 from telepresence.naoqi.login import log_in
