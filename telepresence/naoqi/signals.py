@@ -112,11 +112,8 @@ def answer(value: Any, _async: bool) -> Any:
     return Future(value) if _async else value
 
 
-class Signal:
-    """An event of an object. `signal(*args)` emits it; `onConnect(bool)` learns of the first and the last callback.
-
-    signature: A tuple of types such as "(is)", or "m" for any arguments. WireError, a RuntimeError: it is none.
-    """
+class _Observable:
+    """What signals and properties have in common: a signature, and callbacks."""
 
     def __init__(self, signature: str = "m", onConnect: Callable[[bool], Any] | None = None) -> None:
         _checked(signature)
@@ -125,7 +122,7 @@ class Signal:
 
     @property
     def signature(self) -> str:
-        """The types of the arguments."""
+        """The types of the arguments of a signal, or of a property's value."""
         return self._signature
 
     @property
@@ -133,13 +130,25 @@ class Signal:
         """Whether somebody's function is called with the first and after the last callback."""
         return self._subscriptions.changed is not None
 
+    def connect_direct(self, callback: Callback) -> int:
+        """Have a short callback called by the thread that emits or sets, before it goes on; return its link."""
+        return self._subscriptions.add(callback, direct=True)
+
+    def disconnectAll(self, _async: bool = False) -> Any:
+        """Remove all callbacks and return True."""
+        self._subscriptions.clear()
+        return answer(True, _async)
+
+
+class Signal(_Observable):
+    """An event of an object. `signal(*args)` emits it; `onConnect(bool)` learns of the first and the last callback.
+
+    signature: A tuple of types such as "(is)", or "m" for any arguments. WireError, a RuntimeError: it is none.
+    """
+
     def connect(self, callback: Callback, _async: bool = False) -> Any:
         """Have `callback(*args)` called at each emission; return the link to disconnect it with."""
         return answer(self._subscriptions.add(callback), _async)
-
-    def connect_direct(self, callback: Callback) -> int:
-        """Have a short callback called by the emitting thread, before the emission returns; return its link."""
-        return self._subscriptions.add(callback, direct=True)
 
     def disconnect(self, id: int, _async: bool = False) -> Any:
         """Remove the callback with this link and return whether there was one."""
@@ -148,11 +157,6 @@ class Signal:
             _log.warning("disconnect: No subscription found for SignalLink %s.", id)
         return answer(found, _async)
 
-    def disconnectAll(self, _async: bool = False) -> Any:
-        """Remove all callbacks and return True."""
-        self._subscriptions.clear()
-        return answer(True, _async)
-
     def emit(self, *args: Any) -> None:
         """Emit the signal with these arguments."""
         self._subscriptions.run(args)
@@ -160,28 +164,16 @@ class Signal:
     __call__ = emit
 
 
-class Property:
+class Property(_Observable):
     """A value of an object that others may read, write and observe. Values are converted to the signature's type.
 
     signature: One type such as "f", or "m" for any value. WireError, a RuntimeError: it is none.
     """
 
     def __init__(self, signature: str = "m", onConnect: Callable[[bool], Any] | None = None) -> None:
-        _checked(signature)
-        self._signature = signature
+        super().__init__(signature, onConnect)
         self._lock = threading.Lock()
         self._value: Any = default_of(signature)
-        self._subscriptions = Subscriptions(onConnect)
-
-    @property
-    def signature(self) -> str:
-        """The type of the value."""
-        return self._signature
-
-    @property
-    def watched(self) -> bool:
-        """Whether somebody's function is called with the first and after the last callback."""
-        return self._subscriptions.changed is not None
 
     def value(self, _async: bool = False) -> Any:
         """Return the value."""
@@ -206,18 +198,9 @@ class Property:
 
     addCallback = connect
 
-    def connect_direct(self, callback: Callback) -> int:
-        """Have a short callback called by the setting thread, before `setValue` returns; return its link."""
-        return self._subscriptions.add(callback, direct=True)
-
     def disconnect(self, id: int, _async: bool = False) -> Any:
         """Remove the callback with this link and return whether there was one."""
         return answer(self._subscriptions.remove(id), _async)
-
-    def disconnectAll(self, _async: bool = False) -> Any:
-        """Remove all callbacks and return True."""
-        self._subscriptions.clear()
-        return answer(True, _async)
 
 
 def _checked(signature: str) -> None:
