@@ -22,16 +22,6 @@ MS = 20_000
 LEFT_OUT = {"Translator", "defaultTranslator", "listModules", "module", "path", "tr"}
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param("qi", marks=pytest.mark.vendor), "telepresence.naoqi"], ids=["libqi", "ours"]
-)
-def qi(request: pytest.FixtureRequest) -> Any:
-    module = importlib.import_module(request.param)
-    module.logging.setLevel(module.logging.SILENT)
-    yield module
-    module.logging.setLevel(module.logging.INFO)
-
-
 def outcome(function: Callable[[], Any]) -> Any:
     """Return what a function returns, or the first line of its RuntimeError."""
     try:

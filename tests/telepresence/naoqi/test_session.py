@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import importlib
 import queue
 import socket
 import ssl
@@ -105,16 +104,6 @@ def session(robot: Robot) -> Iterator[ours.Session]:
     session.connect(robot.url)
     yield session
     session.close()
-
-
-@pytest.fixture(
-    scope="module", params=[pytest.param("qi", marks=pytest.mark.vendor), "telepresence.naoqi"], ids=["libqi", "ours"]
-)
-def qi(request: pytest.FixtureRequest) -> Any:
-    module = importlib.import_module(request.param)
-    module.logging.setLevel(module.logging.SILENT)
-    yield module
-    module.logging.setLevel(module.logging.INFO)
 
 
 def error_of(function: Callable[[], Any]) -> str:
