@@ -22,17 +22,7 @@ from . import workers
 from .codec import decode, encode
 from .dynamics import PYTHON, Dialect, Typed
 from .limits import Limits
-from .message import (
-    CALL,
-    CANCEL,
-    CANCELED,
-    CAPABILITY,
-    ERROR,
-    EVENT,
-    POST,
-    REPLY,
-    Header,
-)
+from .message import CALL, CANCEL, CANCELED, CAPABILITY, ERROR, EVENT, POST, REPLY, Header
 from .reactor import reactor
 from .signature import WireError
 from .stream import Stream

@@ -15,7 +15,7 @@ from .dial import CONNECT_S, split_url
 from .dynamics import Record
 from .future import Future
 from .metaobject import METAOBJECT, MetaObject, choose_overload
-from .proxy import Proxy, proxy_of
+from .proxy import Proxy
 from .remote_object import DISCONNECTED, RemoteObject
 from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
@@ -63,7 +63,7 @@ class DirectoryLink:
 
     def follow(self, added: Callable[[int, str], Any], removed: Callable[[int, str], Any]) -> None:
         """Call `added(id, name)` and `removed(id, name)` when services come and go."""
-        directory = proxy_of(self._directory)
+        directory = Proxy(self._directory)
         asked = [
             directory.serviceAdded.connect(added, _async=True),
             directory.serviceRemoved.connect(removed, _async=True),
@@ -123,7 +123,7 @@ class DirectoryLink:
         remote = self.remotes.get(name)
         if remote is None or not remote.alive:
             remote = self.remotes[name] = self._reach(_info(self._ask("service", name)))
-        return proxy_of(remote)
+        return Proxy(remote)
 
     def _ask(self, name: str, *args: Any) -> Any:
         """Call the directory."""

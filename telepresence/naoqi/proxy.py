@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .connection import Connection
 from .future import Future, failed
 from .metaobject import FIRST_OWN_ID, METAOBJECT, MetaObject, choose_overload
-from .remote_object import DISCONNECTED, RemoteObject, arity
+from .remote_object import RemoteObject, arity
 from .remote_signal import RemoteProperty, RemoteSignal
 
 
@@ -54,30 +53,9 @@ def _refused(text: str, _async: bool) -> Future:
 
 
 class Proxy:
-    """An object of a service: its methods, signals and properties are attributes.
+    """An object of a service, which `remote` stands for: its methods, signals and properties are attributes."""
 
-    Args:
-        connection, service, object: Where it is.
-        meta: Its members.
-        reference: It was passed by reference: the other end is told when the last use of it here ends.
-        lost_text: What pending calls fail with when the connection ends.
-    """
-
-    def __init__(
-        self,
-        connection: Connection,
-        service: int,
-        object: int,
-        meta: MetaObject,
-        *,
-        reference: bool = False,
-        lost_text: str = DISCONNECTED,
-        uid: bytes = b"",
-    ) -> None:
-        remote = RemoteObject(connection, service, object, meta, reference=reference, lost_text=lost_text, uid=uid)
-        self._stand_for(remote)
-
-    def _stand_for(self, remote: RemoteObject) -> None:
+    def __init__(self, remote: RemoteObject) -> None:
         self._remote = remote
         if remote.meta.methods_named("post"):  # a member of that name is what the caller means
             self.__dict__["post"] = RemoteMethod(remote, "post")
@@ -131,13 +109,6 @@ class Proxy:
 
 
 setattr(Proxy, "async", Proxy.async_)
-
-
-def proxy_of(remote: RemoteObject) -> Proxy:
-    """Return a proxy of a remote object that is known already."""
-    proxy = Proxy.__new__(Proxy)
-    proxy._stand_for(remote)
-    return proxy
 
 
 def _member(remote: RemoteObject, name: str) -> Any:

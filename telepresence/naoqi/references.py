@@ -164,9 +164,10 @@ class References:
         return (meta, cached, service, number, uid, at) if at <= len(payload) else None
 
     def _proxy(self, service: int, number: int, meta: MetaObject, uid: bytes) -> Any:
-        from .proxy import Proxy  # imports the connection
+        from .proxy import Proxy  # imports the connection, as the next does
+        from .remote_object import RemoteObject
 
-        return Proxy(self._connection, service, number, meta, reference=True, uid=uid)
+        return Proxy(RemoteObject(self._connection, service, number, meta, reference=True, uid=uid))
 
 
 class ReferenceCoder:

@@ -21,8 +21,10 @@ from .limits import Limits
 from .login import ServerLogin
 from .message import REPLY
 from .metaobject import METAOBJECT, MetaObject
+from .proxy import Proxy
 from .reactor import READ, Timer, reactor
 from .releases import RELEASES, Release
+from .remote_object import RemoteObject
 from .served_object import META_OBJECT, ServedObject
 from .signals import Signal
 from .stream import prepare
@@ -150,14 +152,12 @@ class Server:
 
         Raises: RuntimeError: There is none, or the client does not answer.
         """
-        from .proxy import Proxy  # imports the connection
-
         entry = self._directory.find(name)
         if entry is None or entry.owner is None:
             raise RuntimeError(f"Cannot find service '{name}' in index")
         if entry.meta is None:
             entry.meta = _ask_meta(entry.owner, entry.number)
-        return Proxy(entry.owner, entry.number, MAIN_OBJECT, entry.meta)
+        return Proxy(RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta))
 
     # --- on the reactor's thread
 

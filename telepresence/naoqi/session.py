@@ -22,7 +22,7 @@ from .directory_link import SESSION_CLOSED, DirectoryLink, describe_object, mach
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
 from .login import log_in
-from .proxy import Proxy, proxy_of
+from .proxy import Proxy
 from .python_object import served
 from .reactor import reactor
 from .releases import CLIENT_CAPABILITIES
@@ -223,7 +223,7 @@ class Session:
         if remote is None or not remote.alive or remote.service != own[0]:
             connection = self._local(link)
             remote = link.remotes[name] = RemoteObject(connection, own[0], 1, describe_object(connection, own[0]))
-        return proxy_of(remote)
+        return Proxy(remote)
 
     def services(self, _async: bool = False) -> Any:
         """Return the records of all services: name, serviceId, machineId, processId, endpoints ..."""
