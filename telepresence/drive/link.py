@@ -12,9 +12,7 @@ when the robot was not heard to drive to it for half a second.
 from __future__ import annotations
 
 import contextlib
-import getpass
 import math
-import secrets
 import select
 import socket
 import threading
@@ -22,20 +20,18 @@ import time
 from typing import NamedTuple
 
 from telepresence.drive.datagram import (
-    DEFAULT_PORT,
-    DRIVING,
-    ENDED,
     MAX_DATAGRAM,
     PERIOD,
     BadMessage,
-    Goal,
     Report,
     decode,
     encode,
     parse_report,
     short,
 )
-from telepresence.drive.session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
+from telepresence.drive.link_ends import default_name, parse_address
+from telepresence.drive.pilots_goal import PilotsGoal
+from telepresence.drive.session import COOKIE_LIFE, KeyMismatch, PilotHandshake, Session
 from telepresence.security.robot_key import RobotKey, is_loopback
 
 COMMAND_TIMEOUT = 0.3
@@ -48,12 +44,6 @@ REOPEN_PERIOD = 2.0
 """Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0
 """Seconds; until then a request without an answer is repeated with every command."""
-
-
-GOAL_TIMEOUT = 0.5
-"""Seconds within which the robot must say that it drives to a goal; older ones are not begun."""
-ASKED = "asked"
-"""State of a goal of which the robot has not said anything yet."""
 
 
 class Done(NamedTuple):
@@ -88,10 +78,7 @@ class DriveLink:
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
         self._careful = self._hard = False
-        self._goal: Goal | None = None
-        self._goal_state = ENDED
-        self._goal_seen = -math.inf  # when it was given, or the robot said last that it drives there
-        self._goal_number = secrets.randbelow(1 << 48)  # another pilot's goals have other numbers
+        self._goal = PilotsGoal()
         self._requests: dict[int, str] = {}
         self._answers: dict[int, Done] = {}
         self._answered = threading.Condition(self._lock)
@@ -154,29 +141,22 @@ class DriveLink:
         if not all(map(math.isfinite, (x, y, theta))):
             raise ValueError(f"a goal must be finite numbers, got ({x}, {y}, {theta})")
         with self._lock:
-            self._goal_number += 1
-            self._goal = Goal(self._goal_number, (x, y, theta))
-            self._goal_state, self._goal_seen = ASKED, time.monotonic()
+            number = self._goal.give((x, y, theta), time.monotonic())
         with contextlib.suppress(OSError):
             self._waker.send(b"x")
-        return self._goal_number
+        return number
 
     def end_goal(self) -> None:
         """Have the robot stop driving to the goal."""
         with self._lock:
-            self._goal_state = ENDED if self._goal_state in (ASKED, DRIVING) else self._goal_state
+            self._goal.end()
         with contextlib.suppress(OSError):
             self._waker.send(b"x")
 
     def goal_state(self) -> str:
-        """What became of the newest goal: `ASKED`, or one of `datagram.GOAL_STATES`; ended before the first."""
+        """What became of the newest goal, see `PilotsGoal.state`."""
         with self._lock:
-            return self._judged_goal(time.monotonic())
-
-    def _judged_goal(self, now: float) -> str:
-        if self._goal_state in (ASKED, DRIVING) and now - self._goal_seen > GOAL_TIMEOUT:
-            self._goal_state = ENDED
-        return self._goal_state
+            return self._goal.state(time.monotonic())
 
     def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
         """Have the robot do one of `datagram.REQUESTS`; waits for the answer, asking again until it comes."""
@@ -233,7 +213,9 @@ class DriveLink:
                 due = 0.0  # something new must not wait for its turn
             if self._socket in ready:
                 self._receive()
-        self._velocity, self._goal_state = None, ENDED
+        with self._lock:
+            self._velocity = None
+            self._goal.end()
         self._send_drive(time.monotonic())
         with self._sending:
             self._send_body(encode(type="ask", id=0, what="leave"))
@@ -307,12 +289,9 @@ class DriveLink:
             fresh = now - self._given_at <= COMMAND_TIMEOUT
             velocity = self._velocity if fresh else None
             echo, heard_at = self._echo, self._heard_at
-            state = self._judged_goal(now)
-            if velocity is not None and state in (ASKED, DRIVING):
-                state = self._goal_state = ENDED
-            goal = self._goal if state in (ASKED, DRIVING) else None
-            # A goal that is not known to be begun is as old as its giving; one that is, was wanted just now.
-            given_at = self._given_at if goal is None else self._goal_seen if state == ASKED else now
+            if velocity is not None:
+                self._goal.end()
+            goal, given_at = self._goal.wanted(now) or (None, self._given_at)
             after, careful, hard = given_at - heard_at, self._careful, self._hard
         if echo is None:
             return
@@ -379,8 +358,8 @@ class DriveLink:
             if session is not self._session:
                 self._session, self._handshake, self._obstacle = session, None, ""
                 with self._lock:
-                    # To a robot that knows nothing of it the goal would be another one: relative to where it is now.
-                    self._echo, self._goal_state = None, ENDED if self._goal_state == DRIVING else self._goal_state
+                    self._echo = None
+                    self._goal.end_begun()
             self._handle(decode(body))
             return
         try:
@@ -404,38 +383,9 @@ class DriveLink:
                 with self._lock:
                     self._report, self._heard_at, self._hint = report, time.monotonic(), ""
                     self._echo = report.stamp
-                    if report.goal and self._goal and report.goal.number == self._goal.number:
-                        self._take_goal_state(report.goal.state)
+                    if report.goal:
+                        self._goal.reported(report.goal, self._heard_at)
                 self._fresh.set()
-
-    def _take_goal_state(self, state: str) -> None:
-        if self._goal_state in (ASKED, DRIVING):
-            self._goal_state = state
-            self._goal_seen = time.monotonic()
-
-
-def default_name() -> str:
-    """User and computer, as what the robot knows this pilot."""
-    try:
-        user = getpass.getuser()
-    except (KeyError, OSError):  # a number without a name
-        user = "somebody"
-    name = "".join(letter for letter in f"{user}@{socket.gethostname()}" if letter.isprintable())
-    return name[:LONGEST_NAME]
-
-
-def parse_address(text: str) -> tuple[str, int]:
-    """Host and port of `host` or `host:port`.
-
-    Raises:
-        ValueError: It is neither.
-    """
-    host, colon, port = text.strip().rpartition(":") if text.count(":") == 1 else (text.strip(), "", "")
-    if not host or any(letter.isspace() or letter == "/" for letter in host):
-        raise ValueError(f"not the address of a drive server: {text!r}; wanted is host or host:port")
-    if colon and not (port.isdigit() and 0 < int(port) < 65536):
-        raise ValueError(f"{port!r} is not a port, in {text!r}")
-    return host.strip("[]"), int(port) if colon else DEFAULT_PORT
 
 
 def _cause(error: OSError) -> str:

@@ -9,7 +9,7 @@ from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import Address, Connection
 
 from telepresence.drive.datagram import DRIVING, ENDED, REACHED, Report
-from telepresence.drive.link import ASKED
+from telepresence.drive.pilots_goal import ASKED
 
 NOTHING, HARD = "nothing", "nothing, and brake hard"
 

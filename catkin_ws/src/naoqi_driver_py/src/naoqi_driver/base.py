@@ -16,7 +16,8 @@ from naoqi_driver.connection import CallRefused, Connection, PendingCall
 from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.replies import flag, kind, numbers, sequence
 from telepresence.drive.datagram import DRIVING, REACHED
-from telepresence.drive.link import ASKED, DriveLink
+from telepresence.drive.link import DriveLink
+from telepresence.drive.pilots_goal import ASKED
 from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
 from telepresence.safety import State
 from telepresence.security.change_log import ChangeLog
