@@ -30,6 +30,7 @@ from telepresence.teleop.lease_messages import (
     sign_request,
 )
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.lease_windows import LEASE
 
 LIFE_PERIOD = 0.25
 """[s] between two renewals; a lease lasts four of them."""
@@ -84,6 +85,8 @@ class LeaseClient:
         changed: Called when `state`, `mine` or `obstacle` has changed.
         refused: Called with a sentence when a request was refused.
         ended: Called with a sentence when the account was removed or changed, and acts no more.
+        own_clock: This program's clock dates what is sent. Otherwise only `command` sends anything: two clocks in one
+            session would make the newest command look old.
     Attributes:
         account: Who acts; None for nobody.
         state: Who drives; None when drive_lease is silent.
@@ -95,8 +98,9 @@ class LeaseClient:
         changed: Callable[[], object],
         refused: Callable[[str], object],
         ended: Callable[[str], object],
+        own_clock: bool = True,
     ) -> None:
-        self._link = link
+        self._link, self._own_clock = link, own_clock
         self._changed, self._refused, self._ended = changed, refused, ended
         self.account: Account | None = None
         self.state: LeaseState | None = None
@@ -175,6 +179,11 @@ class LeaseClient:
         `telepresence.teleop.drive_lease`."""
         self._send(Velocity(vx, vy, wz))
 
+    def command(self, velocity: Velocity | None, hold: str, sent: float) -> None:
+        """Send what somebody else's controls say, dated by their clock [s]; it renews the lease, too."""
+        self._hold = hold
+        self._send(velocity, sent)
+
     def take(self) -> None:
         """Take the robot, or ask the pilot for it."""
         self._wants = True
@@ -230,7 +239,7 @@ class LeaseClient:
         if was_mine and state.pilot and not self.mine:
             self._wants = False  # it was handed over or taken: do not take it back as soon as it is free
             self._refused(f"{state.pilot} drives now.")
-        if self._session and self._wants and not state.pilot:
+        if self._session and self._wants and not state.pilot and self._lives():
             self._take_free()
         if before is None or dataclasses.replace(state, arrived=before.arrived) != before:
             self._changed()
@@ -244,6 +253,10 @@ class LeaseClient:
         if now - self._missed_at >= MISSED:
             self._missed_at = now
             self.ask("present", quiet=True)
+
+    def _lives(self) -> bool:
+        """Whether somebody is there who could drive: whoever commands by another clock may have gone."""
+        return self._own_clock or time.monotonic() - self._sent_at < LEASE
 
     def _take_free(self) -> None:
         now = time.monotonic()
@@ -263,7 +276,7 @@ class LeaseClient:
             self._send(None)
 
     def _send(self, velocity: Velocity | None, sent: float | None = None) -> None:
-        if not self._session:
+        if not self._session or (sent is None and not self._own_clock):
             return
         self._number += 1
         self._sent_at = time.monotonic()
