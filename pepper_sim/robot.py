@@ -197,6 +197,17 @@ class Pepper:
             self._check_able()
             self._snapshot = None
 
+    def ramp_stiffness(self, stiffness: Mapping[str, float], duration: float) -> Future:
+        """Change the share of torque of joints evenly over `duration` [s].
+
+        Returns:
+            Future: True when it is reached, False when `set_stiffness` came in between; cancelling it ends the change.
+        Raises:
+            ValueError: Unknown joint or a value that is not finite.
+        """
+        with self.world.locked():
+            return self._joints.ramp_stiffness(stiffness, duration, self.world.time)
+
     # --- people and parts --------------------------------------------------------------------------------------------
 
     def press(self, part: str, pressed: bool) -> None:
@@ -288,6 +299,7 @@ class Pepper:
         with self.world.locked():
             self._motion.release()
             self._joints.stop(JOINTS)
+            self._joints.set_stiffness(dict(zip(JOINTS, self._joints.stiffness.tolist(), strict=True)))
 
     def _tick(self, now: float) -> None:
         with self.world.locked() as data:

@@ -34,6 +34,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "RHand": ("RHand",),
 }
 CHAINS = ("Head", "LArm", "Leg", "RArm")
+STIFFNESS = {joint: f"{joint}/Stiffness" for joint in BODY}
+"""Joint -> what a motion task books that changes its stiffness and not its angle."""
 
 
 def joints_of(names: Any, argument: str = "names") -> list[str]:

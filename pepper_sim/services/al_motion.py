@@ -12,8 +12,9 @@ from pepper_sim.naoqi.motion.frames import MotionFrames
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.reflexes import MotionReflexes
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import Module, remote
-from pepper_sim.naoqi.tasks import MotionTasks, Workers
+from pepper_sim.naoqi.tasks import Watch, Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
 
@@ -25,15 +26,24 @@ class ALMotion(Module):
 
     name = "ALMotion"
 
-    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers) -> None:
+    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers, watch: Watch) -> None:
+        self._robot = robot
         self.tasks = MotionTasks()
-        self.base = MotionBase(robot, workers, self.tasks)
+        self.base = MotionBase(robot, watch, self.tasks)
         self.joints = MotionJoints(robot, self.tasks)
         self.stiffness = MotionStiffness(robot, memory, workers, self.tasks, self.joints)
         self._others = (MotionFrames(robot), MotionConfig(robot, self.tasks), MotionReflexes(robot, memory))
 
     def parts(self) -> tuple[Any, ...]:
         return (self, self.base, self.joints, self.stiffness, *self._others)
+
+    def restart(self) -> None:
+        """Stand awake again and forget what waits for its turn, because the world was reset; its lock is held."""
+        self.stiffness.restart()
+        self._robot.world.post(self.tasks.drop_waiting)
+
+    def close(self) -> None:
+        self.tasks.close()
 
     @remote("v()")
     def moveInit(self) -> concurrent.futures.Future:

@@ -11,8 +11,9 @@ import math
 from typing import Any
 
 from pepper_sim.naoqi.motion.move_config import configured_limits, move_config_table
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown
-from pepper_sim.naoqi.tasks import MotionTasks, Workers, chained
+from pepper_sim.naoqi.tasks import Watch, chained
 from pepper_sim.robot import BaseLimits, Pepper
 
 _MAX_POINTS = 1000
@@ -25,9 +26,9 @@ class MotionBase:
     and moveTo answers false.
     """
 
-    def __init__(self, robot: Pepper, workers: Workers, tasks: MotionTasks) -> None:
+    def __init__(self, robot: Pepper, watch: Watch, tasks: MotionTasks) -> None:
         self._robot = robot
-        self._workers = workers
+        self._watch = watch
         self._tasks = tasks
         self._arms = {"LArm": True, "RArm": True}
 
@@ -78,7 +79,7 @@ class MotionBase:
     @remote("v()")
     def waitUntilMoveIsFinished(self) -> concurrent.futures.Future:
         """Ends when the robot no longer moves."""
-        return self._workers.run(self._workers.wait_until, lambda: not self._robot.snapshot().moving)
+        return self._watch.until(lambda: not self._robot.snapshot().moving)
 
     # --- state -------------------------------------------------------------------------------------------------------
 

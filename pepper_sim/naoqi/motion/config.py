@@ -6,9 +6,9 @@ from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.naoqi.identity import ARM_VERSION, BODY_VERSION, HEAD_VERSION, MODEL_TYPE
-from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, joints_of
+from pepper_sim.naoqi.joint_names import BODY, CHAINS, STIFFNESS, joints_of
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
-from pepper_sim.naoqi.tasks import MotionTasks
 from pepper_sim.robot import Pepper
 
 MASS = 28.68
@@ -109,8 +109,7 @@ class MotionConfig:
     @remote("v([s])")
     def killTasksUsingResources(self, resourceNames: list[str]) -> None:
         """Ends the motions of these joints."""
-        for task in self._tasks.using(_resources(resourceNames)):
-            task.end()
+        self._tasks.end_using(_resources(resourceNames))
 
     @remote("b([s])")
     def areResourcesAvailable(self, resourceNames: list[str]) -> bool:
@@ -119,7 +118,8 @@ class MotionConfig:
 
     @remote("v()")
     def killAll(self) -> None:
-        """Ends everything that moves, the base abruptly."""
+        """Ends everything that moves or waits for its turn, the base abruptly."""
+        self._tasks.end_using((*BODY, *STIFFNESS.values()))
         self._robot.stop_move(abrupt=True)
         self._robot.stop_joints()
 
@@ -170,12 +170,11 @@ def _switch(switched_on: set[str], name: str, on: bool) -> None:
 
 
 def _resources(names: list[str]) -> list[str]:
-    joints: list[str] = []
+    resources: list[str] = []
     for name in names:
-        joints += (
-            ["Base"] if name in ("Base", "Wheels") else list(GROUPS.get(name, ())) or joints_of(name, "resourceNames")
-        )
-    return joints
+        joints = [] if name in ("Base", "Wheels") else joints_of(name, "resourceNames")
+        resources += [*joints, *(STIFFNESS[joint] for joint in joints)] or ["Base"]
+    return resources
 
 
 def _named(value: Any, argument: str) -> list[tuple[str, Any]]:
