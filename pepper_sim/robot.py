@@ -33,7 +33,7 @@ from pepper_sim.body.description import (
     WHEELS,
     JointLimits,
 )
-from pepper_sim.body.frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
 from pepper_sim.body.motion import BaseMotion
@@ -279,6 +279,16 @@ class Pepper:
         """
         with self.world.locked() as data:
             return self._frames.in_odometry(data, name, self._base.odometry)
+
+    def center_of_mass(self, names: Sequence[str]) -> tuple[float, np.ndarray]:
+        """Return mass [kg] and centre of mass (3,) [m] in the odometry frame, of some links together.
+
+        Raises:
+            ValueError: One of them is no link with a mass.
+        """
+        with self.world.locked() as data:
+            mass, center = self._frames.center_of_mass(self.world.model, data, names)
+            return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 

@@ -148,6 +148,26 @@ class MotionBase:
         """Old name of waitUntilMoveIsFinished."""
         return self.waitUntilMoveIsFinished()
 
+    @remote("v()")
+    def killWalk(self) -> None:
+        """Old name of killMove."""
+        self.killMove()
+
+    @remote("m(s)")
+    def getFootGaitConfig(self, config: str) -> list:
+        """Old name of getMoveConfig."""
+        return self.getMoveConfig(config)
+
+    @remote("m()")
+    def getWalkArmsEnabled(self) -> bool:
+        """Whether both arms may swing; see getMoveArmsEnabled."""
+        return self.getMoveArmsEnabled("Arms")
+
+    @remote("v(bb)")
+    def setWalkArmsEnabled(self, leftArmEnabled: bool, rightArmEnabled: bool) -> None:
+        """Old name of setMoveArmsEnabled."""
+        self.setMoveArmsEnabled(leftArmEnabled, rightArmEnabled)
+
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _drive(self, vx: float, vy: float, wz: float, limits: BaseLimits) -> None:

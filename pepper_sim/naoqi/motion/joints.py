@@ -142,7 +142,9 @@ class MotionJoints:
 
     # --- for the other services --------------------------------------------------------------------------------------
 
-    def go(self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation") -> Any:
+    def go(
+        self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation", *, yields: bool = False
+    ) -> concurrent.futures.Future:
         """Move joints so that all arrive together, the slowest at `fraction` of its top speed; see `plan`."""
 
         def knots(setpoints: Mapping[str, float]) -> Knots:
@@ -153,7 +155,7 @@ class MotionJoints:
                 duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
             return {joint: [(duration, angle)] for joint, angle in angles.items()}
 
-        return self.plan(name, angles, knots)
+        return self.plan(name, angles, knots, yields=yields)
 
     def follow(self, name: str, knots: Knots, *, yields: bool = False) -> concurrent.futures.Future:
         """Move joints through (seconds from the start, angle) as the task `name`; see `plan`."""
