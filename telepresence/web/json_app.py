@@ -27,6 +27,7 @@ JSON, HTML, JPEG, PNG, TEXT, BINARY = (
 )
 _STATUS_LINES = {
     200: "200 OK",
+    303: "303 See Other",
     400: "400 Bad Request",
     403: "403 Forbidden",
     404: "404 Not Found",
