@@ -95,8 +95,9 @@ class Pepper:
             model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
         )
         self.security = SecurityZone()
-        self.fall_manager = self.diagnosis_effect = True
-        """Whether a fall takes the joints' stiffness, and a faulty device keeps the robot from waking up."""
+        self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
+        gives way to a push."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
@@ -318,7 +319,7 @@ class Pepper:
             self._inertial.reset(data)
 
     def _switch_reflexes_on(self) -> None:
-        self.security.enabled = self.fall_manager = self.diagnosis_effect = True
+        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""

@@ -40,7 +40,7 @@ class ALMotionRecorder(Module):
         mode 2 of the chest button. It ends after nbPoses, or with extensionAllowed when it is stopped."""
         one_of(mode, (_BUMPERS, _CHEST_BUTTON), "mode")
         ended = self._begin(jointsToRecord, nbPoses)
-        self._workers.run(self._record_presses, mode, 0 if extensionAllowed else nbPoses, ended)
+        self._workers.run(self._record_presses, mode, self._pressed(mode), 0 if extensionAllowed else nbPoses, ended)
 
     @remote("v([s]ibf[s]m)")
     def startPeriodicRecording(
@@ -100,9 +100,8 @@ class ALMotionRecorder(Module):
         while not ended.wait(step):
             self._store(begin, wanted, ended)
 
-    def _record_presses(self, mode: int, wanted: int, ended: threading.Event) -> None:
+    def _record_presses(self, mode: int, before: tuple[bool, bool], wanted: int, ended: threading.Event) -> None:
         begin = self._robot.snapshot().time
-        before = self._pressed(mode)
         while not ended.wait(MOTION_CYCLE):
             now = self._pressed(mode)
             stored, switched = (new and not old for new, old in zip(now, before, strict=True))
