@@ -108,9 +108,9 @@ class ALMemory(Module):
             entry = self._entry(key)
             before, entry.value, entry.stamp = entry.value, value, time.time()
         if not known:
-            self._tell(_KEY_ADDED, key)
+            self._report(_KEY_ADDED, key)
         elif before is not None and value is not None and type(before) is not type(value):
-            self._tell(_KEY_TYPE_CHANGED, key)
+            self._report(_KEY_TYPE_CHANGED, key)
 
     def read(self, key: str) -> Any:
         """Return the value of a key; None if it is missing or void."""
@@ -184,7 +184,7 @@ class ALMemory(Module):
         with self._lock:
             if self._entries.pop(key, None) is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
-        self._tell(_KEY_REMOVED, key)
+        self._report(_KEY_REMOVED, key)
 
     @remote("[s](s)")
     def getDataList(self, filter: str) -> list[str]:
@@ -332,7 +332,7 @@ class ALMemory(Module):
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
-    def _tell(self, event: str, key: str) -> None:
+    def _report(self, event: str, key: str) -> None:
         """Raise an event about a key; it leaves no value behind."""
         topic = self._topics[event]
         topic.event.signal(key)
