@@ -69,12 +69,12 @@ def read_qianim(file: Path) -> Timeline:
 
 
 def read_curves(parent: ElementTree.Element, fps: float, first: float, last: float, file: Path) -> Timeline:
-    """Read the curves below `parent`; keys outside the frames `first` to `last` are left out.
+    """Read the curves of `parent`, but not those of boxes inside it, from the frame `first` to the frame `last`.
 
     Raises: NotReadable: A curve has a joint, a unit or a number that is none.
     """
     curves: dict[str, tuple[Key, ...]] = {}
-    for curve in parent.iter("ActuatorCurve"):
+    for curve in (*parent.iterfind("ActuatorCurve"), *parent.iterfind("ActuatorList/ActuatorCurve")):
         joint = curve.get("actuator", "")
         if curve.get("mute", "0").lower() in ("1", "true"):
             continue
