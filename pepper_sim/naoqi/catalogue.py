@@ -85,6 +85,7 @@ class Catalogue:
         }
         for service in service_classes():
             self._make(service)
+        self.clients.offer(self.services)
         self._events = BodyEvents(robot, self.memory)
 
     def close(self) -> None:

@@ -9,6 +9,7 @@ import math
 import threading
 import time
 import wave
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -155,6 +156,16 @@ class Room:
         self.surroundings = Track()
         self._random = np.random.default_rng([seed, 4])
         self._lock = threading.Lock()
+        self._listeners: list[Callable[[str, Sound], None]] = []
+
+    def on_speech(self, listener: Callable[[str, Sound], None]) -> None:
+        """Call `listener(text, sound)` when a person in the room begins to speak."""
+        self._listeners.append(listener)
+
+    def spoken(self, text: str, sound: Sound) -> None:
+        """Let everybody who listens know which text a sound in the room is; nobody recognises it from its samples."""
+        for listener in self._listeners:
+            listener(text, sound)
 
     def listen(self, start: float, count: int, rate: int) -> np.ndarray:
         """Return what the microphones pick up.
