@@ -105,7 +105,7 @@ class DialogTurns:
             for event in set(self._followed) - wanted:
                 self._followed.pop(event)()
             for event in wanted - set(self._followed):
-                self._followed[event] = self._memory.follow(event, lambda _, event=event: self.event(event))
+                self._followed[event] = self._memory.follow(event, self._raise(event))
 
     def event(self, event: str) -> None:
         """Answer an event. One that waits already is dropped."""
@@ -118,6 +118,9 @@ class DialogTurns:
             self._fall_silent()
         since = time.monotonic()
         self._take(lambda: self._notice(event, since))
+
+    def _raise(self, event: str) -> Callable[[Any], None]:
+        return lambda _: self.event(event)
 
     def close(self) -> None:
         with self.lock:
