@@ -68,6 +68,11 @@ class ALSpeechRecognition(Extractor):
     def parts(self) -> tuple[Any, ...]:
         return self, self._contexts
 
+    @property
+    def running(self) -> bool:
+        """Whether the robot listens."""
+        return self._running
+
     def on_sentence(self, listener: Callable[[str], None]) -> None:
         """Call `listener(text)` at the end of every sentence that the robot listens to."""
         self._listeners.append(listener)

@@ -130,6 +130,8 @@ class Loudspeaker:
         self.volume = 0.6
         """0 to 1."""
         self.muted = False
+        self.closed = False
+        """Whether another program has it; nothing is played then."""
 
     def play(self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0) -> Sound:
         """Play mono samples at the present volume."""
@@ -140,7 +142,7 @@ class Loudspeaker:
         self.track.extend(stream, self._loud(samples))
 
     def _loud(self, samples: np.ndarray, gain: float = 1.0) -> np.ndarray:
-        loudness = 0.0 if self.muted else self.volume * gain
+        loudness = 0.0 if self.muted or self.closed else self.volume * gain
         return np.clip(np.asarray(samples, np.float32) * loudness, -1.0, 1.0)
 
 
@@ -157,6 +159,17 @@ class Room:
         self._random = np.random.default_rng([seed, 4])
         self._lock = threading.Lock()
         self._listeners: list[Callable[[str, Sound], None]] = []
+        self.microphones_closed = False
+        """Whether another program has the microphones; they pick up nothing then."""
+        self._recording: tuple[np.ndarray, int, float] | None = None
+
+    def replace_microphones(self, samples: np.ndarray | None, rate: int = 0) -> None:
+        """Let a recording stand for the microphones, from now on and once; None for the microphones.
+
+        Args:
+            samples: (n, 4) int16.
+        """
+        self._recording = None if samples is None else (samples, rate, time.monotonic())
 
     def on_speech(self, listener: Callable[[str, Sound], None]) -> None:
         """Call `listener(text, sound)` when a person in the room begins to speak."""
@@ -174,11 +187,24 @@ class Room:
             (count, 4) int16, in the order that `description.MICROPHONES` explains. All get the same sound, each with
             noise of its own; the direction of a sound is not modelled.
         """
+        if self.microphones_closed:
+            return np.zeros((count, MICROPHONES), np.int16)
+        if self._recording is not None:
+            return _cut(*self._recording, start, count, rate)
         sound = self.surroundings.render(start, count, rate)
         sound += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
         with self._lock:
             noise = self._random.standard_normal((count, MICROPHONES), np.float32) * np.float32(NOISE_FLOOR)
         return (np.clip(sound[:, None] + noise, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
+
+
+def _cut(samples: np.ndarray, recorded_at: int, since: float, start: float, count: int, rate: int) -> np.ndarray:
+    """Return what a recording that begins at `since` holds from `start` on; silence outside."""
+    at = np.round((start - since + np.arange(count) / rate) * recorded_at).astype(np.int64)
+    inside = (at >= 0) & (at < len(samples))
+    block = np.zeros((count, MICROPHONES), np.int16)
+    block[inside] = samples[at[inside]]
+    return block
 
 
 def sine(frequency: float, duration: float, rate: int, amplitude: float = 1.0) -> np.ndarray:
@@ -203,7 +229,13 @@ def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
 
 
 def read_wave(path: Path) -> tuple[np.ndarray, int]:
-    """Read a 16-bit WAV file; return the mean of its channels, (n,) float32, and its rate [Hz].
+    """Read a 16-bit WAV file; return the mean of its channels, (n,) float32, and its rate [Hz]; see `read_channels`."""
+    samples, rate = read_channels(path)
+    return samples.mean(axis=1, dtype=np.float32) / 32768.0, rate
+
+
+def read_channels(path: Path) -> tuple[np.ndarray, int]:
+    """Read a 16-bit WAV file; return its samples, (n, channels) int16, and its rate [Hz].
 
     Raises:
         ValueError: It is not such a file.
@@ -214,7 +246,6 @@ def read_wave(path: Path) -> tuple[np.ndarray, int]:
             if reader.getsampwidth() != 2:
                 raise ValueError(f"{8 * reader.getsampwidth()} bits per sample; only 16 can be played")
             frames = reader.readframes(reader.getnframes())
-            samples = np.frombuffer(frames, "<i2").reshape(-1, reader.getnchannels())
-            return samples.mean(axis=1, dtype=np.float32) / 32768.0, reader.getframerate()
+            return np.frombuffer(frames, "<i2").reshape(-1, reader.getnchannels()), reader.getframerate()
     except (wave.Error, EOFError) as error:
         raise ValueError(f"not a WAV file: {error}") from None

@@ -59,7 +59,6 @@ def test_missing_files_and_wrong_values_are_refused(player, refused):
     assert "streams" in refused(player.playWebStream, "http://127.0.0.1/", 1.0, 0.0)
     assert "position" in refused(player.goTo, player.loadFile("/home/nao/tone.wav"), 9.0)
     assert "frequence" in refused(player.playSine, 0, 50, 0, 0.1)
-    assert player.getInstalledSoundSetsList() == []
     player.setMasterVolume(0.7)
     assert player.getMasterVolume() == pytest.approx(0.7)
     player.setMasterVolume(1.0)
@@ -79,3 +78,22 @@ def test_recording_chosen_microphones(naoqi, simulation, refused):
         assert recording.getnchannels() == 1 and recording.getframerate() == 16000 and recording.getnframes() > 3000
     assert "type" in refused(recorder.startMicrophonesRecording, "a.ogg", "ogg", 16000, [0, 0, 1, 0])
     assert "channels" in refused(recorder.startMicrophonesRecording, "a.wav", "wav", 16000, [0, 0, 0, 0])
+
+
+def test_the_robot_brings_sounds(player, naoqi, refused):
+    """Under the documented paths and as a sound set; a recording that does not run can be ended."""
+    number = player.loadFile("/usr/share/naoqi/wav/random.wav")
+    assert player.getFileLength(number) > 6.0
+    assert player.loadFile("/opt/aldebaran/share/naoqi/wav/begin_reco.wav") > number
+    assert player.getLoadedFilesNames()[-2:] == [
+        "/usr/share/naoqi/wav/random.wav",
+        "/opt/aldebaran/share/naoqi/wav/begin_reco.wav",
+    ]
+    assert player.isSoundSetFileInstalled("Aldebaran", "bip_gentle")
+    begin, track = time.monotonic(), naoqi.simulation.room.loudspeaker.track
+    player.playSoundSetFile("Aldebaran", "bip_gentle")
+    assert track.render(begin, 8000, 16000).std() > 0.01, "the tone is in the room"
+    assert "sound set" in refused(player.playSoundSetFile, "no_such_sound")
+    player.unloadAllFiles()
+    naoqi.ALAudioRecorder.stopMicrophonesRecording()
+    naoqi.ALAudioDevice.stopMicrophonesRecording()
