@@ -21,7 +21,6 @@ from pepper_sim.naoqi.tasks import Alarm, chained
 from pepper_sim.sound.room import Room, read_wave, sine
 
 MAX_FILES = 200
-_LOOPED_AHEAD = 3600.0
 
 
 class ALAudioPlayer(Module):
@@ -61,10 +60,10 @@ class ALAudioPlayer(Module):
         return self.begin(self._open(fileName), volume, pan, loop=False)
 
     @remote("v(s)", "v(sff)")
-    def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
-        """Plays a file again and again until stopAll."""
+    def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> None:
+        """Plays a file again and again until stopAll; the call ends at once, because no call waits for ever."""
         number = self.loadFile(fileName)
-        return self.begin(self._files[number], volume, pan, loop=True)
+        self.begin(self._files[number], volume, pan, loop=True)
 
     @remote("v(i)", "v(iff)")
     def play(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
@@ -72,9 +71,9 @@ class ALAudioPlayer(Module):
         return self.begin(self._file(taskId), volume, pan, loop=False)
 
     @remote("v(i)", "v(iff)")
-    def playInLoop(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
-        """Plays a loaded file again and again until it is stopped."""
-        return self.begin(self._file(taskId), volume, pan, loop=True)
+    def playInLoop(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> None:
+        """Plays a loaded file again and again until it is stopped; the call ends at once."""
+        self.begin(self._file(taskId), volume, pan, loop=True)
 
     @remote("v(i)")
     def pause(self, id: int) -> None:
@@ -144,11 +143,11 @@ class ALAudioPlayer(Module):
         file.position = within(position, 0.0, file.length, "position")
         return self.begin(file, volume, pan, loop=False)
 
-    @remote("[i]()")
-    def getLoadedFilesIds(self) -> list[int]:
-        """Lists the numbers of the loaded files."""
+    @remote("[s]()")
+    def getLoadedFilesIds(self) -> list[str]:
+        """Lists the numbers of the loaded files, as text, as robots answer."""
         with self._lock:
-            return list(self._files)
+            return [str(number) for number in self._files]
 
     @remote("v(iiif)")
     def playSine(self, frequence: int, gain: int, pan: int, duration: float) -> concurrent.futures.Future:
@@ -216,13 +215,12 @@ class ALAudioPlayer(Module):
         within(pan, -1.0, 1.0, "pan")
         with self._lock:
             self._halt(file)
-            samples = file.samples[int(file.position * file.rate) :]
-            if loop and len(file.samples):
-                repeats = min(int(_LOOPED_AHEAD / file.length) + 1, int(2e7 / len(file.samples)) + 1)
-                samples = np.concatenate([samples, np.tile(file.samples, repeats)])
+            shift = int(file.position * file.rate)
+            samples = np.roll(file.samples, -shift) if loop else file.samples[shift:]
+            loudness = volume * file.volume * self._master
             file.loop = loop
-            file.sound = self._loudspeaker.play(samples, file.rate, gain=volume * file.volume * self._master)
-            file.end = self._alarm.after(len(samples) / file.rate)
+            file.sound = self._loudspeaker.play(samples, file.rate, gain=loudness, loop=loop)
+            file.end = self._alarm.after(0.0 if loop else len(samples) / file.rate)
             return chained(file.end, lambda _: None)
 
     def _halt(self, file: SoundFile) -> None:

@@ -29,15 +29,28 @@ FULL_SCALE = 32767.0
 
 @dataclass
 class Sound:
-    """Samples that play from `start` on."""
+    """Samples that play from `start` on, once, or again and again up to `until`."""
 
     samples: np.ndarray
     rate: int
     start: float
+    until: float | None = None
 
     @property
     def end(self) -> float:
-        return self.start + len(self.samples) / self.rate
+        return self.start + len(self.samples) / self.rate if self.until is None else self.until
+
+    def at(self, moments: np.ndarray) -> np.ndarray:
+        """Return the samples at times after `start` [s], linearly interpolated."""
+        places = moments * self.rate
+        if self.until is not None:
+            places = np.where(moments < self.until - self.start, places % len(self.samples), -1.0)
+        first = max(0, int(places.min()))
+        samples = self.samples[first : int(places.max()) + 2]
+        if not len(samples):
+            return np.zeros(len(moments), np.float32)
+        known = np.arange(first, first + len(samples))
+        return np.interp(places, known, samples, left=0.0, right=0.0).astype(np.float32)
 
 
 _S = TypeVar("_S", bound=Sound)
@@ -73,9 +86,11 @@ class Track:
         self._lock = threading.Lock()
         self._sounds: list[Sound] = []
 
-    def play(self, samples: np.ndarray, rate: int, start: float | None = None) -> Sound:
-        """Add a sound; `start` defaults to now."""
-        return self._add(Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start))
+    def play(self, samples: np.ndarray, rate: int, start: float | None = None, loop: bool = False) -> Sound:
+        """Add a sound; `start` defaults to now. One that loops plays until it is cut."""
+        start = time.monotonic() if start is None else start
+        until = math.inf if loop and len(samples) else None
+        return self._add(Sound(np.asarray(samples, np.float32), rate, start, until))
 
     def open(self, rate: int, start: float | None = None) -> Stream:
         """Add an empty sound for `extend`; `start` defaults to now."""
@@ -97,6 +112,9 @@ class Track:
         """End a sound at a time; default now."""
         at = time.monotonic() if at is None else at
         with self._lock:
+            if sound.until is not None:
+                sound.until = min(sound.until, at)
+                return
             keep = max(0, min(len(sound.samples), math.ceil((at - sound.start) * sound.rate)))
             sound.samples = sound.samples[:keep]
 
@@ -113,12 +131,7 @@ class Track:
         with self._lock:
             sounds = [sound for sound in self._sounds if sound.start < stop and sound.end > start]
         for sound in sounds:
-            at = (start - sound.start + np.arange(count) / rate) * sound.rate
-            first = max(0, int(at[0]))
-            samples = sound.samples[first : int(at[-1]) + 2]
-            if len(samples):
-                known = np.arange(first, first + len(samples))
-                mixed += np.interp(at, known, samples, left=0.0, right=0.0).astype(np.float32)
+            mixed += sound.at(start - sound.start + np.arange(count) / rate)
         return mixed
 
 
@@ -133,9 +146,11 @@ class Loudspeaker:
         self.closed = False
         """Whether another program has it; nothing is played then."""
 
-    def play(self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0) -> Sound:
-        """Play mono samples at the present volume."""
-        return self.track.play(self._loud(samples, gain), rate, start)
+    def play(
+        self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0, loop: bool = False
+    ) -> Sound:
+        """Play mono samples at the present volume, once or until they are cut."""
+        return self.track.play(self._loud(samples, gain), rate, start, loop)
 
     def extend(self, stream: Stream, samples: np.ndarray) -> None:
         """Extend a stream of `track` at the present volume."""
@@ -221,7 +236,7 @@ def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
     if samples.dtype != np.int16:
         samples = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with wave.open(str(path), "wb") as writer:
+    with path.open("wb") as stream, wave.open(stream, "wb") as writer:
         writer.setnchannels(1 if samples.ndim == 1 else samples.shape[1])
         writer.setsampwidth(2)
         writer.setframerate(rate)

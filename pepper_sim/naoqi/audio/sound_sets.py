@@ -88,7 +88,7 @@ class SoundSets:
         self._loaded.remove(one_of(setName, self._loaded, "setName"))
 
     @remote("v(s)")
-    def playSoundSetFile(self, fileName: str) -> concurrent.futures.Future:
+    def playSoundSetFile(self, fileName: str) -> concurrent.futures.Future | None:
         """Plays a sound of the first loaded set that holds it; ends with it."""
         for name in self._loaded:
             if fileName in self.getSoundSetFileNames(name):
@@ -104,17 +104,18 @@ class SoundSets:
         volume: float = 1.0,
         pan: float = 0.0,
         loop: bool = False,
-    ) -> concurrent.futures.Future:
-        """Plays a sound of a set from a position on [s]; ends with it."""
+    ) -> concurrent.futures.Future | None:
+        """Plays a sound of a set from a position on [s]; ends with it, in a loop at once."""
         return self._play(soundSetName, fileName, position, volume, pan, loop)
 
     def _play(
         self, set_name: str, name: str, position: float = 0.0, volume: float = 1.0, pan: float = 0.0, loop: bool = False
-    ) -> concurrent.futures.Future:
+    ) -> concurrent.futures.Future | None:
         one_of(name, self.getSoundSetFileNames(set_name), "fileName")
         file = SoundFile(*read_wave(self._set(set_name) / f"{name}.wav"), name)
         file.position = within(position, 0.0, file.length, "position")
-        return self._begin(file, volume, pan, loop=loop)
+        end = self._begin(file, volume, pan, loop=loop)
+        return None if loop else end
 
     def _set(self, name: str) -> Path:
         if not self.isSoundSetInstalled(name):
