@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from pepper_sim.body.collision_protection import SecurityZone
+from pepper_sim.body.consent import OwnerConsent
 from pepper_sim.body.description import (
     ACC_THETA,
     ACC_XY,
@@ -33,7 +34,7 @@ from pepper_sim.body.description import (
     WHEELS,
     JointLimits,
 )
-from pepper_sim.body.frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
 from pepper_sim.body.motion import BaseMotion
@@ -61,13 +62,21 @@ class Pepper:
     JOINTS: tuple[str, ...] = JOINTS
     LIMITS: Mapping[str, JointLimits] = LIMITS
 
-    def __init__(self, world: World, cameras: Cameras | None, prefix: str = PREFIX, seed: int = 0) -> None:
+    def __init__(
+        self,
+        world: World,
+        cameras: Cameras | None,
+        prefix: str = PREFIX,
+        seed: int = 0,
+        owner_consents: bool = False,
+    ) -> None:
         """
         Args:
             world: Built with `pepper_sim.models.pepper_model(prefix)` among its robots.
             cameras: Renders this world's cameras; without it the robot has no pictures and its tablet stays dark.
             prefix: Prefix of this robot's names in the world.
             seed: Seed of the sensors' noise, together with the world's seed.
+            owner_consents: Programs may switch safety reflexes off; see `OwnerConsent`.
         """
         model = world.model
         self.world = world
@@ -86,6 +95,10 @@ class Pepper:
             model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
         )
         self.security = SecurityZone()
+        self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
+        gives way to a push."""
+        self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
@@ -280,12 +293,23 @@ class Pepper:
         with self.world.locked() as data:
             return self._frames.in_odometry(data, name, self._base.odometry)
 
+    def center_of_mass(self, names: Sequence[str]) -> tuple[float, np.ndarray]:
+        """Return mass [kg] and centre of mass (3,) [m] in the odometry frame, of some links together.
+
+        Raises:
+            ValueError: One of them is no link with a mass.
+        """
+        with self.world.locked() as data:
+            mass, center = self._frames.center_of_mass(self.world.model, data, names)
+            return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
+
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
         with self.world.locked() as data:
             self._motion.reset()
             self.security.reset()
+            self.consent.reset()
             self._joints.reset(data, STAND)
             self._base.write(data)
             self._sensors.reset()
@@ -293,6 +317,9 @@ class Pepper:
             self._snapshot = None
             mujoco.mj_kinematics(self.world.model, data)
             self._inertial.reset(data)
+
+    def _switch_reflexes_on(self) -> None:
+        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""
@@ -323,7 +350,8 @@ class Pepper:
             if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):
                 self._fallen = True
                 self._motion.refuse("fallen")
-                self._joints.set_stiffness(dict.fromkeys(JOINTS, 0.0))
+                if self.fall_manager:
+                    self._joints.set_stiffness(dict.fromkeys(JOINTS, 0.0))
 
     def _update_power(self, now: float) -> None:
         with self.world.locked() as data:

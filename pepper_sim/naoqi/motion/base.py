@@ -121,9 +121,15 @@ class MotionBase:
 
     # --- names of the walking robots, mapped to driving --------------------------------------------------------------
 
-    @remote("v(ffff)", "v(ffffm)")
+    @remote("v(ffff)", "v(ffffm)", "v(ffffmm)")
     def setWalkTargetVelocity(
-        self, x: float, y: float, theta: float, frequency: float, feetGaitConfig: Any = ()
+        self,
+        x: float,
+        y: float,
+        theta: float,
+        frequency: float,
+        leftFootGaitConfig: Any = (),
+        rightFootGaitConfig: Any = (),
     ) -> None:
         """Old name of moveToward; there are no steps to count."""
         self.moveToward(x, y, theta)
@@ -132,6 +138,11 @@ class MotionBase:
     def walkTo(self, x: float, y: float, theta: float, feetGaitConfig: Any = ()) -> concurrent.futures.Future:
         """Old name of moveTo."""
         return self.moveTo(x, y, theta)
+
+    @remote("b(m)", "b(mm)", name="walkTo")
+    def walkToPoints(self, controlPoints: Any, feetGaitConfig: Any = ()) -> concurrent.futures.Future:
+        """Old name of moveTo."""
+        return self.moveToPoints(controlPoints)
 
     @remote("b()")
     def stopWalk(self) -> concurrent.futures.Future:
@@ -147,6 +158,26 @@ class MotionBase:
     def waitUntilWalkIsFinished(self) -> concurrent.futures.Future:
         """Old name of waitUntilMoveIsFinished."""
         return self.waitUntilMoveIsFinished()
+
+    @remote("v()")
+    def killWalk(self) -> None:
+        """Old name of killMove."""
+        self.killMove()
+
+    @remote("m(s)")
+    def getFootGaitConfig(self, config: str) -> list:
+        """Old name of getMoveConfig."""
+        return self.getMoveConfig(config)
+
+    @remote("m()")
+    def getWalkArmsEnabled(self) -> bool:
+        """Whether both arms may swing; see getMoveArmsEnabled."""
+        return self.getMoveArmsEnabled("Arms")
+
+    @remote("v(bb)")
+    def setWalkArmsEnabled(self, leftArmEnabled: bool, rightArmEnabled: bool) -> None:
+        """Old name of setMoveArmsEnabled."""
+        self.setMoveArmsEnabled(leftArmEnabled, rightArmEnabled)
 
     # --- inside ------------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
-from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, values_for
+from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
@@ -39,23 +39,23 @@ class MotionJoints:
         """Moves joints to angles at a fraction of their top speed; returns at once."""
         joints = joints_of(names)
         fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
-        self._set(values_for(joints, angles, "angles"), dict.fromkeys(joints, fraction))
+        self._set(values_for(joints, per_joint(names, angles), "angles"), dict.fromkeys(joints, fraction))
 
     @remote("v(mm[f])", name="setAngles")
     def setAnglesWithSpeeds(self, names: Any, angles: Any, fractionMaxSpeeds: list[float]) -> None:
         """Moves joints to angles, each at its own fraction of top speed; returns at once."""
         joints = joints_of(names)
-        fractions = values_for(joints, fractionMaxSpeeds, "fractionMaxSpeeds", spread=True)
+        fractions = values_for(joints, per_joint(names, fractionMaxSpeeds), "fractionMaxSpeeds", spread=True)
         for fraction in fractions.values():
             within(fraction, 0.0, 1.0, "fractionMaxSpeeds")
-        self._set(values_for(joints, angles, "angles"), fractions)
+        self._set(values_for(joints, per_joint(names, angles), "angles"), fractions)
 
     @remote("v(mmf)")
     def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: float) -> None:
         """Moves joints by angles relative to their setpoints; returns at once."""
         joints = joints_of(names)
         fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
-        steps = values_for(joints, changes, "changes")
+        steps = values_for(joints, per_joint(names, changes), "changes")
         setpoints = self._robot.snapshot().joint_setpoints
         targets = {joint: setpoints[joint] + step for joint, step in steps.items()}
         self._set(targets, dict.fromkeys(joints, fraction))
@@ -78,8 +78,8 @@ class MotionJoints:
         """
         joints = joints_of(names)
         _require_distinct(joints)
-        angles = _rows(joints, angleLists, "angleLists")
-        times = _rows(joints, timeLists, "timeLists", spread=True)
+        angles = _rows(joints, per_joint(names, angleLists), "angleLists")
+        times = _rows(joints, per_joint(names, timeLists), "timeLists", spread=True)
         knots: Knots = {}
         for joint, row, moments in zip(joints, angles, times, strict=True):
             if len(row) != len(moments):
@@ -102,7 +102,7 @@ class MotionJoints:
         _require_distinct(joints)
         if not 0.0 < maxSpeedFraction <= 1.0:
             raise ServiceError(f"maxSpeedFraction must be above 0 and at most 1, got {maxSpeedFraction:g}")
-        return self.go(values_for(joints, targetAngles, "targetAngles"), maxSpeedFraction)
+        return self.go(values_for(joints, per_joint(names, targetAngles), "targetAngles"), maxSpeedFraction)
 
     @remote("v([s]mm)")
     def angleInterpolationBezier(self, jointNames: list[str], times: Any, controlPoints: Any) -> Any:
@@ -142,7 +142,9 @@ class MotionJoints:
 
     # --- for the other services --------------------------------------------------------------------------------------
 
-    def go(self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation") -> Any:
+    def go(
+        self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation", *, yields: bool = False
+    ) -> concurrent.futures.Future:
         """Move joints so that all arrive together, the slowest at `fraction` of its top speed; see `plan`."""
 
         def knots(setpoints: Mapping[str, float]) -> Knots:
@@ -153,7 +155,7 @@ class MotionJoints:
                 duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
             return {joint: [(duration, angle)] for joint, angle in angles.items()}
 
-        return self.plan(name, angles, knots)
+        return self.plan(name, angles, knots, yields=yields)
 
     def follow(self, name: str, knots: Knots, *, yields: bool = False) -> concurrent.futures.Future:
         """Move joints through (seconds from the start, angle) as the task `name`; see `plan`."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.body.postures import CROUCH, STAND
-from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, STIFFNESS, joints_of, values_for
+from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, STIFFNESS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, one_of, remote, within
@@ -99,7 +99,7 @@ class MotionStiffness:
         """
         joints = joints_of(names)
         targets = self._wanted(names, _last(stiffnessLists, len(joints)))
-        times = values_for(joints, _last(timeLists, len(joints)), "timeLists", spread=True)
+        times = values_for(joints, per_joint(names, _last(timeLists, len(joints))), "timeLists", spread=True)
         duration = within(max(times.values()), 0.0, 600.0, "timeLists")
         return self._tasks.book(
             "stiffnessInterpolation",
@@ -110,7 +110,7 @@ class MotionStiffness:
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _wanted(self, names: Any, stiffnesses: Any) -> dict[str, float]:
-        wanted = values_for(joints_of(names), stiffnesses, "stiffnesses", spread=True)
+        wanted = values_for(joints_of(names), per_joint(names, stiffnesses), "stiffnesses", spread=True)
         for joint, value in wanted.items():
             within(value, 0.0, 1.0, f"stiffnesses of {joint}")
         return {joint: value for joint, value in wanted.items() if joint not in LEG}

@@ -36,6 +36,16 @@ def test_each_joint_may_have_its_own_speed(naoqi, wait_until):
     _near(naoqi, "Head", [0.3, 0.1], wait_until)
 
 
+def test_chains_may_have_one_value_each(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    motion.setAngles(["Head", "LHand"], [0.1, 0.9], 0.5)
+    _near(naoqi, ["Head", "LHand"], [0.1, 0.1, 0.9], wait_until)
+    motion.angleInterpolation(["Head", "LHand"], [[0.2], [0.5, 0.3]], [[0.3], [0.2, 0.4]], True)
+    assert motion.getAngles(["Head", "LHand"], True) == pytest.approx([0.2, 0.2, 0.3], abs=0.03)
+    motion.setStiffnesses(["Head", "LArm"], [0.5, 0.6])
+    assert motion.getStiffnesses(["Head", "LArm"]) == pytest.approx([0.5] * 2 + [0.6] * 6)
+
+
 def test_angles_beyond_the_limits_are_clipped(naoqi, wait_until):
     naoqi.ALMotion.setAngles("HeadYaw", 5.0, 1.0)
     _near(naoqi, "HeadYaw", [2.08567], wait_until)
