@@ -26,8 +26,9 @@ LEAD = 0.8
 RETURN_TIME = 0.8
 """Time of the way back after the last pose [s]."""
 SPEED_SHARE = 0.45
-"""Fraction of a joint's top speed that a curve uses at most; the torso of a robot on wheels moves slower."""
-TORSO_SPEED = 1.0
+"""Fraction of a joint's top speed that a curve uses at most; a robot on wheels moves its torso slower, or it would tip,
+and the wrists' motors are weak."""
+TORSO_SPEED, WRIST_SPEED = 0.5, 3.0
 """[rad/s]"""
 
 _FILE = Path(__file__).with_name("sketches.toml")
@@ -190,7 +191,11 @@ def _times(tracks: Iterable[list[dict[str, float]]], count: int, step: float, pa
 
 
 def _least_time(joint: str, distance: float) -> float:
-    speed = TORSO_SPEED if joint in _TORSO else SPEED_SHARE * LIMITS[joint].velocity
+    speed = SPEED_SHARE * LIMITS[joint].velocity
+    if joint in _TORSO:
+        speed = TORSO_SPEED
+    elif joint.endswith("WristYaw"):
+        speed = WRIST_SPEED
     return _PEAK_OVER_MEAN_SPEED * abs(distance) / speed
 
 
