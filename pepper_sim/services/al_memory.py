@@ -130,6 +130,14 @@ class ALMemory(Module):
         for callback in callbacks:
             self._call_back(key, topic, callback, value)
 
+    def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Call `callback(value)` at each event, on another thread; return the function that ends it."""
+        with self._lock:
+            self._make_room(event)
+            signal = self._topics.setdefault(event, _Topic()).event.signal
+        link = signal.connect(callback)
+        return lambda: signal.disconnect(link)
+
     def declare(self, events: Iterable[str], extractor: str = "") -> None:
         """Make events known before they are first raised; until then their value is void, unless it is stored."""
         with self._lock:
