@@ -1,5 +1,6 @@
 """ALMemory over the wire, with both clients."""
 
+import pytest
 from naoqi_clients import with_both_clients
 
 pytestmark = with_both_clients
@@ -133,3 +134,14 @@ def test_time_stamps_and_descriptions(naoqi):
     assert memory.getEventHistory("Test/Stamped")[-1][0] == 7
     memory.setDescription("Test/Stamped", "a test")
     assert memory.getDescriptionList(["Test/Stamped"]) == [["Test/Stamped", "Event", "a test"]]
+
+
+def test_sensors_are_read_while_the_world_is_busy(naoqi):
+    """Between two ticks the last readings are there, and nobody waits for the next one."""
+    keys = [f"Device/SubDeviceList/{joint}/Position/Sensor/Value" for joint in ("HeadYaw", "HipPitch")]
+    with naoqi.robot.world.locked():
+        snapshot = naoqi.robot.snapshot()
+        measured = pytest.approx([snapshot.joint_positions[joint] for joint in ("HeadYaw", "HipPitch")], abs=1e-6)
+        assert naoqi.ALMemory.getListData(keys) == measured
+        assert [naoqi.ALMemory.getData(key) for key in keys] == measured
+        assert naoqi.ALMotion.getAngles(["HeadYaw", "HipPitch"], True) == measured
