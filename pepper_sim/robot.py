@@ -34,7 +34,7 @@ from pepper_sim.body.description import (
     WHEELS,
     JointLimits,
 )
-from pepper_sim.body.frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
 from pepper_sim.body.motion import BaseMotion
@@ -95,8 +95,9 @@ class Pepper:
             model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
         )
         self.security = SecurityZone()
-        self.fall_manager = self.diagnosis_effect = True
-        """Whether a fall takes the joints' stiffness, and a faulty device keeps the robot from waking up."""
+        self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
+        gives way to a push."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
@@ -208,6 +209,17 @@ class Pepper:
             self._check_able()
             self._snapshot = None
 
+    def ramp_stiffness(self, stiffness: Mapping[str, float], duration: float) -> Future:
+        """Change the share of torque of joints evenly over `duration` [s].
+
+        Returns:
+            Future: True when it is reached, False when `set_stiffness` came in between; cancelling it ends the change.
+        Raises:
+            ValueError: Unknown joint or a value that is not finite.
+        """
+        with self.world.locked():
+            return self._joints.ramp_stiffness(stiffness, duration, self.world.time)
+
     # --- people and parts --------------------------------------------------------------------------------------------
 
     def press(self, part: str, pressed: bool) -> None:
@@ -289,6 +301,16 @@ class Pepper:
         with self.world.locked() as data:
             return self._frames.in_odometry(data, name, self._base.odometry)
 
+    def center_of_mass(self, names: Sequence[str]) -> tuple[float, np.ndarray]:
+        """Return mass [kg] and centre of mass (3,) [m] in the odometry frame, of some links together.
+
+        Raises:
+            ValueError: One of them is no link with a mass.
+        """
+        with self.world.locked() as data:
+            mass, center = self._frames.center_of_mass(self.world.model, data, names)
+            return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
+
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
@@ -305,13 +327,14 @@ class Pepper:
             self._inertial.reset(data)
 
     def _switch_reflexes_on(self) -> None:
-        self.security.enabled = self.fall_manager = self.diagnosis_effect = True
+        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""
         with self.world.locked():
             self._motion.release()
             self._joints.stop(JOINTS)
+            self._joints.set_stiffness(dict(zip(JOINTS, self._joints.stiffness.tolist(), strict=True)))
 
     def _tick(self, now: float) -> None:
         with self.world.locked() as data:

@@ -23,7 +23,7 @@ from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Service
-from pepper_sim.naoqi.tasks import Alarm, Workers
+from pepper_sim.naoqi.tasks import Alarm, Watch, Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_leds import ALLeds
 from pepper_sim.services.al_memory import ALMemory
@@ -61,12 +61,13 @@ class Catalogue:
         self.room = Room(Loudspeaker(), seed)
         self._workers = Workers()
         self._alarm = Alarm()
+        self._watch = Watch()
         self.clients = ClientServices(server, self._alarm)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
-        motion = ALMotion(robot, self.memory, self._workers)
-        robot.world.on_reset(motion.stiffness.restart)
+        motion = ALMotion(robot, self.memory, self._workers, self._watch, self._alarm)
+        robot.world.on_reset(motion.restart)
         self.services: list[Service] = [leds, self.memory, motion]
         self._parts: dict[type, Any] = {
             Pepper: robot,
@@ -78,6 +79,7 @@ class Catalogue:
             ClientServices: self.clients,
             Workers: self._workers,
             Alarm: self._alarm,
+            Watch: self._watch,
             MotionBase: motion.base,
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
@@ -90,7 +92,15 @@ class Catalogue:
     def close(self) -> None:
         """End threads, newest first."""
         with contextlib.ExitStack() as stack:
-            closing: list[Any] = [self.disk, self.clients, self._alarm, self._workers, *self.services, self._events]
+            closing: list[Any] = [
+                self.disk,
+                self.clients,
+                self._alarm,
+                self._watch,
+                self._workers,
+                *self.services,
+                self._events,
+            ]
             for part in closing:
                 stack.callback(part.close)
 

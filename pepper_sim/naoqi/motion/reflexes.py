@@ -24,7 +24,6 @@ class MotionReflexes:
         self._arms = {"LArm": True, "RArm": True}
         self._self_collision = {"Arms": True, "LArm": True, "RArm": True}
         self._smart_stiffness = True
-        self._push_recovery = True
 
     @remote("v(sb)")
     def setExternalCollisionProtectionEnabled(self, pName: str, pEnable: bool) -> None:
@@ -126,13 +125,14 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setPushRecoveryEnabled(self, pEnable: bool) -> None:
-        """Switches push recovery on or off. Stored only."""
-        self._push_recovery = pEnable
+        """Switches push recovery on or off; off only with the owner's consent. Stored only."""
+        self._require_consent(pEnable, "pEnable")
+        self._robot.push_recovery = pEnable
 
     @remote("b()")
     def getPushRecoveryEnabled(self) -> bool:
         """Whether push recovery is on."""
-        return self._push_recovery
+        return self._robot.push_recovery
 
     def _require_consent(self, enable: bool, argument: str) -> None:
         if not enable and not self._robot.consent.given:
