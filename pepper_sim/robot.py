@@ -98,6 +98,8 @@ class Pepper:
         self.fall_manager = self.diagnosis_effect = self.push_recovery = True
         """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
         gives way to a push."""
+        self.smart_stiffness = True
+        """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
@@ -364,7 +366,10 @@ class Pepper:
     def _update_power(self, now: float) -> None:
         with self.world.locked() as data:
             speed = math.hypot(self._base.vx, self._base.vy) + 0.2 * abs(self._base.wz)
-            self._power.update(POWER_PERIOD, self._torques(data), self._joints.stiffness, speed)
+            torques, stiffness = self._torques(data), self._joints.stiffness
+            if self.smart_stiffness:
+                stiffness = self._joints.smart_stiffness(data, torques)
+            self._power.update(POWER_PERIOD, torques, stiffness, speed)
 
     def _torques(self, data: mujoco.MjData) -> np.ndarray:
         dofs = self._joints.dofs

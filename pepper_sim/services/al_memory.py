@@ -30,6 +30,7 @@ from telepresence.naoqi.signals import Signal
 log = logging.getLogger(__name__)
 
 _HISTORY_LENGTH = 32
+_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED = "ALMemory/KeyAdded", "ALMemory/KeyRemoved", "ALMemory/KeyTypeChanged"
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not use up this machine's RAM."""
 
@@ -99,6 +100,8 @@ class ALMemory(Module):
         self._topics: dict[str, _Topic] = {}
         self._micro_events: set[str] = set()
         self._changes = Changes(self.read)
+        self.declare((_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED), self.name)
+        self.announce("NAOqiReady", True)
 
     def close(self) -> None:
         """End what waits for a change."""
@@ -107,10 +110,15 @@ class ALMemory(Module):
     # --- for the other services --------------------------------------------------------------------------------------
 
     def store(self, key: str, value: Any) -> None:
-        """Write a value without raising an event."""
+        """Write a value without raising an event, but for those that tell of new keys and of values of another type."""
         with self._lock:
-            self._entry(key).value = value
-            self._entries[key].stamp = time.time()
+            known = key in self._entries
+            entry = self._entry(key)
+            before, entry.value, entry.stamp = entry.value, value, time.time()
+        if not known:
+            self._report(_KEY_ADDED, key)
+        elif before is not None and value is not None and type(before) is not type(value):
+            self._report(_KEY_TYPE_CHANGED, key)
 
     def read(self, key: str) -> Any:
         """Return the value of a key; None if it is missing or void."""
@@ -129,6 +137,14 @@ class ALMemory(Module):
         topic.event.signal(value)
         for callback in callbacks:
             self._call_back(key, topic, callback, value)
+
+    def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Call `callback(value)` at each event, on another thread; return the function that ends it."""
+        with self._lock:
+            self._make_room(event)
+            signal = self._topics.setdefault(event, _Topic()).event.signal
+        link = signal.connect(callback)
+        return lambda: signal.disconnect(link)
 
     def declare(self, events: Iterable[str], extractor: str = "") -> None:
         """Make events known before they are first raised; until then their value is void, unless it is stored."""
@@ -201,6 +217,7 @@ class ALMemory(Module):
         with self._lock:
             if self._entries.pop(key, None) is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+        self._report(_KEY_REMOVED, key)
 
     @remote("[s](s)")
     def getDataList(self, filter: str) -> list[str]:
@@ -347,6 +364,13 @@ class ALMemory(Module):
         return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
 
     # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _report(self, event: str, key: str) -> None:
+        """Raise an event about a key; it leaves no value behind."""
+        topic = self._topics[event]
+        topic.event.signal(key)
+        for callback in list(topic.callbacks):
+            self._call_back(event, topic, callback, key)
 
     def _stored(self, key: str) -> Any:
         entry = self._entries.get(key)
