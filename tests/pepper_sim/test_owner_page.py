@@ -81,6 +81,11 @@ def test_only_the_pages_own_form_is_taken(naoqi, open_page, body):
     assert not naoqi.robot.consent.given
 
 
+def test_listening_for_other_machines_is_warned_about(naoqi, caplog):
+    owner_page.serve(naoqi.robot.consent, "0.0.0.0", 0, KEY).close()
+    assert "crosses the network in the clear" in caplog.text
+
+
 def test_page_is_left_out_unless_asked_for_and_then_on_loopback():
     assert SimulatedPepper().page_url is None
     assert SimulatedPepper(page_port=0)._page == ("127.0.0.1", 0)
