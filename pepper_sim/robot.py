@@ -105,8 +105,7 @@ class Pepper:
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
-        self._snapshot: Snapshot | None = None
-        self._snapshot_tick = -1
+        self._snapshot: tuple[int, Snapshot] | None = None
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
@@ -268,13 +267,22 @@ class Pepper:
 
     # --- what can be read --------------------------------------------------------------------------------------------
 
+    def has_snapshot(self) -> bool:
+        """Return whether `snapshot` answers without waiting for the world: it has been asked since the last tick."""
+        taken = self._snapshot
+        return taken is not None and taken[0] == self.world.tick
+
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
+        taken = self._snapshot
+        if (
+            taken is not None and taken[0] == self.world.tick
+        ):  # without waiting for the next tick, which may be on its way
+            return taken[1]
         with self.world.locked() as data:
-            if self._snapshot is None or self._snapshot_tick != self.world.tick:
-                self._snapshot = self._take_snapshot(data)
-                self._snapshot_tick = self.world.tick
-            return self._snapshot
+            if self._snapshot is None or self._snapshot[0] != self.world.tick:
+                self._snapshot = self.world.tick, self._take_snapshot(data)
+            return self._snapshot[1]
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Return where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""

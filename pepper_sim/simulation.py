@@ -110,8 +110,8 @@ class SimulatedPepper(SimulatedRobot):
         return {"tablet": lambda: tablet.image} if tablet is not None else {}
 
     def say_nearby(self, text: str) -> None:
-        if self.room_sounds is not None:
-            self.room_sounds.say(text)
+        if self.room_sounds is not None and self.server is not None:
+            self.server.catalogue.room.spoken(text, self.room_sounds.say(text))
 
     def close(self) -> None:
         for part in (self.page, self.output, self.room_sounds, self.server, self.tablet):

@@ -28,6 +28,7 @@ from pepper_sim.robot import Pepper
 from pepper_sim.services.al_leds import ALLeds
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_motion import ALMotion
+from pepper_sim.sound import robot_sounds
 from pepper_sim.sound.room import Loudspeaker, Room
 from pepper_sim.sound.speech import Voice
 from pepper_sim.tablet.tablet import Tablet
@@ -57,6 +58,7 @@ class Catalogue:
 
     def __init__(self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0) -> None:
         self.disk = RobotDisk()
+        robot_sounds.install(self.disk)
         self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
         self._workers = Workers()
@@ -65,7 +67,7 @@ class Catalogue:
         self.clients = ClientServices(server, self._alarm)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
-        self.memory = ALMemory(robot.snapshot, body, self.clients)
+        self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
         motion = ALMotion(robot, self.memory, self._watch, self._alarm)
         robot.world.on_reset(motion.restart)
         self.services: list[Service] = [leds, self.memory, motion]
@@ -87,6 +89,7 @@ class Catalogue:
         }
         for service in service_classes():
             self._make(service)
+        self.clients.offer(self.services)
         self._events = BodyEvents(robot, self.memory)
 
     def close(self) -> None:
