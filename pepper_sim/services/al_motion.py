@@ -50,7 +50,7 @@ class ALMotion(Module):
     def restart(self) -> None:
         """Stand awake again and forget what waits for its turn, because the world was reset; its lock is held."""
         self.stiffness.restart()
-        self._robot.world.post(self.tasks.drop_waiting)
+        self._robot.world.post(self.tasks.drop_waiting())
 
     def close(self) -> None:
         self._idle.close()
