@@ -40,7 +40,7 @@ _PAGE = """<!DOCTYPE html>
 <h1>Pepper (simulated)</h1>
 <h2>Safety reflexes</h2>
 <p>Programs <strong>{may}</strong> switch off what keeps the robot from driving into obstacles, from moving on after a
-fall, and from waking up with a faulty device.</p>
+fall, and from falling when it is pushed.</p>
 <form method="post" action="consent">
 <input type="hidden" name="programs" value="{other}">
 <button>{action}</button>

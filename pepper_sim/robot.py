@@ -329,7 +329,7 @@ class Pepper:
             self._inertial.reset(data)
 
     def _switch_reflexes_on(self) -> None:
-        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        self.security.enabled = self.fall_manager = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""

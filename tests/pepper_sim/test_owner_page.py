@@ -55,12 +55,12 @@ def test_programs_may_switch_reflexes_off_while_the_owner_consents(naoqi, refuse
     assert "may not" not in owner.ask("GET", "")[1]
     motion.setExternalCollisionProtectionEnabled("All", False)
     motion.setFallManagerEnabled(False)
-    motion.setDiagnosisEffectEnabled(False)
+    motion.setPushRecoveryEnabled(False)
     assert not naoqi.robot.security.enabled and not motion.getExternalCollisionProtectionEnabled("Move")
-    assert not motion.getFallManagerEnabled() and not motion.getDiagnosisEffectEnabled()
+    assert not motion.getFallManagerEnabled() and not motion.getPushRecoveryEnabled()
     owner.consent(False)
     assert naoqi.robot.security.enabled and motion.getExternalCollisionProtectionEnabled("Move")
-    assert motion.getFallManagerEnabled() and motion.getDiagnosisEffectEnabled()
+    assert motion.getFallManagerEnabled() and motion.getPushRecoveryEnabled()
     assert "consent" in refused(motion.setExternalCollisionProtectionEnabled, "Move", False)
 
 
