@@ -50,6 +50,7 @@ def test_a_topic_holds_what_its_text_says():
         ("topic: ~a()\nu:(a _) b", 2, 6, "'_' needs"),
         ("topic: ~a()\nu:(a) $ b", 2, 7, "variable"),
         ("topic: ~a()\nu:(a) ^goto(b", 2, 12, "')' is missing"),
+        ("topic: ~a()\nu:(a) b\n%script\nprint 1\n%script", 3, 1, "%script"),
         ("topic: ~a()\nconcept: b c", 2, 10, "concept:(name)"),
         ("topic: ~a()\nu:(" + "[" * 60, 2, 43, "nested"),
     ],
