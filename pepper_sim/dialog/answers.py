@@ -87,6 +87,9 @@ class Speaker(Context, Protocol):
     def user_info(self, name: str) -> str | None:
         """Return what is known about the user who speaks."""
 
+    def knowledge(self, function: str, arguments: list[str]) -> str | None:
+        """Return what a function of `ASKING` finds, "" if only whether; None if nothing."""
+
 
 JUMPS = frozenset(
     {"goto", "gotoReactivate", "gotoRandom", "topicTag", "topicTagReactivate", "topic", "topicRandom"}
@@ -99,6 +102,16 @@ _SILENT = frozenset({"activate", "deactivate", "clear", "stayInScope", "stay", "
     "removeFromConcept",
     "clearConcept",
 }
+
+
+REMEMBERING = frozenset({"addKnowledge", "updateKnowledge", "removeKnowledge"}) | {
+    "addMetadata",
+    "updateMetadata",
+    "removeMetadata",
+}
+"""Functions that change what the robot knows."""
+ASKING = frozenset({"containsKnowledge", "queryKnowledge", "getKnowledgeId", "containsMetadata", "queryMetadata"})
+"""Functions that ask what the robot knows; with nothing found, the sentence cannot be said."""
 
 
 class AnswerMaker:
@@ -243,6 +256,14 @@ class AnswerMaker:
             self._require(value is not None)
             if name == "getUserInfo":
                 yield gap + str(value)
+        elif name in REMEMBERING:
+            self._answer.effects.append(Effect(name, tuple(texts)))
+        elif name in ASKING:
+            found = self._speaker.knowledge(name, texts)
+            self._require(found is not None)
+            yield f"{gap}{found}"
+        elif name.startswith("notContains"):
+            self._require(self._speaker.knowledge("c" + name.removeprefix("notC"), texts) is None)
         elif name in ("isInConcept", "size", "enumerate"):
             yield from self._about_concept(name, texts, gap)
         elif name == "concatenate":

@@ -126,6 +126,25 @@ def test_concepts_users_and_settings(naoqi, dialog, refused):
     assert dialog.getLanguage() == "English"
 
 
+def test_rules_ask_and_change_what_is_known(naoqi, dialog, said):
+    dialog.loadTopicContent(
+        "topic: ~colours()\nlanguage: enu\nu:(Bob likes _[blue red]) ok ^addKnowledge(bob, likes, $1)\n"
+        'u:(what does he like) ^first["he likes ^queryKnowledge(bob, likes, ?)" nothing]\n'
+        'u:(does he like _[blue red]) ^first["yes ^containsKnowledge(bob, likes, $1)" no]\n'
+    )
+    dialog.activateTopic("colours")
+    for text, answer in (
+        ("what does he like", "nothing"),
+        ("bob likes blue", "ok"),
+        ("what does he like", "he likes blue"),
+        ("does he like red", "no"),
+        ("does he like blue", "yes"),
+    ):
+        dialog.forceInput(text)
+        said(answer)
+    naoqi.ALKnowledge.resetKnowledge("com.aldebaran.learning")
+
+
 def test_a_service_answers_what_no_rule_understands(naoqi, dialog, said):
     class Fallback:
         def findOutput(self, language, text):
