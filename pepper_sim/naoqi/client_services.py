@@ -95,15 +95,20 @@ class ClientServices:
         return done
 
     def _start_own(self, name: str, method: str, arguments: tuple) -> concurrent.futures.Future:
-        for binding in self._offered[name].bindings():
-            if binding.name == method and len(binding.arguments) == len(arguments):
-                result = binding(*arguments)
-                if isinstance(result, concurrent.futures.Future):
-                    return result
-                done: concurrent.futures.Future = concurrent.futures.Future()
-                done.set_result(result)
-                return done
-        raise _no_method(name, method)
+        overloads = [
+            binding
+            for binding in self._offered[name].bindings()
+            if binding.name == method and len(binding.arguments) == len(arguments)
+        ]
+        if not overloads:
+            raise _no_method(name, method)
+        binding = next((overload for overload in overloads if overload.takes(*arguments)), overloads[0])
+        result = binding(*arguments)
+        if isinstance(result, concurrent.futures.Future):
+            return result
+        done: concurrent.futures.Future = concurrent.futures.Future()
+        done.set_result(result)
+        return done
 
     def post(self, name: str, method: str, *arguments: Any) -> None:
         """Call `name`.`method` without waiting for an answer; only the first call may wait, for CALL_TIMEOUT.

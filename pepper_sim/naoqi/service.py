@@ -106,6 +106,15 @@ class Binding:
             raise self.explain(error) from None
         return None if self.returns == "v" and not isinstance(result, concurrent.futures.Future) else result
 
+    def takes(self, *values: Any) -> bool:
+        """Whether the arguments are of this overload's types."""
+        try:
+            for (kind, name), value in zip(self.arguments, values, strict=True):
+                check_argument(kind, value, name)
+        except (ServiceError, ValueError):
+            return False
+        return True
+
     def explain(self, error: BaseException) -> ServiceError:
         """Return the error that the client reads; an unexpected one is logged with its traceback."""
         if not isinstance(error, ServiceError | ValueError):
