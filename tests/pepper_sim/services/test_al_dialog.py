@@ -102,6 +102,21 @@ def test_topics_of_the_disk_with_what_they_include(naoqi, dialog, refused):
     assert naoqi.ALMemory.getData("Dialog/Language/French") == 1
 
 
+def test_two_topics_share_the_lexicon(naoqi, dialog, said):
+    for name in ("one", "two"):
+        text = (
+            f"topic: ~{name}()\nlanguage: enu\ninclude: lexicon_enu.top\nu:({name} {{~please}}) sure\n u1:(~yes) {name}"
+        )
+        dialog.activateTopic(dialog.loadTopicContent(text + "\n"))
+    dialog.unloadTopic("one")
+    assert dialog.getActivatedTopics() == ["lexicon", "two"]
+    dialog.forceInput("two please")
+    dialog.forceInput("of course")
+    said("two")
+    dialog.unloadTopic("two")
+    assert "lexicon" not in dialog.getAllLoadedTopics()
+
+
 def test_concepts_users_and_settings(naoqi, dialog, refused):
     dialog.loadTopicContent("topic: ~ride()\nlanguage: enu\ndynamic: thing\nconcept:(fixed) a\nu:(ride _~thing) a $1\n")
     dialog.setConcept("thing", "English", ["bike", "double-decker bus"])
