@@ -98,13 +98,14 @@ class Pepper:
         self.fall_manager = self.diagnosis_effect = self.push_recovery = True
         """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
         gives way to a push."""
+        self.smart_stiffness = True
+        """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
-        self._snapshot: Snapshot | None = None
-        self._snapshot_tick = -1
+        self._snapshot: tuple[int, Snapshot] | None = None
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
@@ -266,13 +267,22 @@ class Pepper:
 
     # --- what can be read --------------------------------------------------------------------------------------------
 
+    def has_snapshot(self) -> bool:
+        """Return whether `snapshot` answers without waiting for the world: it has been asked since the last tick."""
+        taken = self._snapshot
+        return taken is not None and taken[0] == self.world.tick
+
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
+        taken = self._snapshot
+        if (
+            taken is not None and taken[0] == self.world.tick
+        ):  # without waiting for the next tick, which may be on its way
+            return taken[1]
         with self.world.locked() as data:
-            if self._snapshot is None or self._snapshot_tick != self.world.tick:
-                self._snapshot = self._take_snapshot(data)
-                self._snapshot_tick = self.world.tick
-            return self._snapshot
+            if self._snapshot is None or self._snapshot[0] != self.world.tick:
+                self._snapshot = self.world.tick, self._take_snapshot(data)
+            return self._snapshot[1]
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Return where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
@@ -356,7 +366,10 @@ class Pepper:
     def _update_power(self, now: float) -> None:
         with self.world.locked() as data:
             speed = math.hypot(self._base.vx, self._base.vy) + 0.2 * abs(self._base.wz)
-            self._power.update(POWER_PERIOD, self._torques(data), self._joints.stiffness, speed)
+            torques, stiffness = self._torques(data), self._joints.stiffness
+            if self.smart_stiffness:
+                stiffness = self._joints.smart_stiffness(data, torques)
+            self._power.update(POWER_PERIOD, torques, stiffness, speed)
 
     def _torques(self, data: mujoco.MjData) -> np.ndarray:
         dofs = self._joints.dofs

@@ -16,6 +16,10 @@ from pepper_sim.body.description import JOINTS, LEG_JOINTS, LIMITS, MOTION_CYCLE
 
 ARRIVED = 1e-3
 """A setpoint this close [rad] to the last knot has arrived."""
+SMART_MARGIN = 0.2
+"""Smart stiffness leaves each motor this share of its torque beyond what the posture needs."""
+STILL_SPEED = 0.02
+"""A joint that turns more slowly [rad/s] does not move."""
 MAX_TRAJECTORY = 3600.0
 """Longest trajectory [s]."""
 
@@ -235,6 +239,15 @@ class JointMotion:
         off = np.flatnonzero(self.stiffness == 0.0)
         self._limp = np.setdiff1d(off, self._legs)
         self._braked = np.intersect1d(off, self._legs)
+
+    def smart_stiffness(self, data: mujoco.MjData, torques: np.ndarray) -> np.ndarray:
+        """Return the stiffness that the posture needs, never more than was set; what was set while a joint moves.
+
+        Source: NAOqi 2.8 documentation, reflexes-smart-stiffness. `torques` are the motors' [N m].
+        """
+        if np.abs(data.qvel[self.dofs]).max() > STILL_SPEED:
+            return self.stiffness
+        return np.minimum(self.stiffness, np.abs(torques) / _EFFORT + SMART_MARGIN)
 
     def tick(self, now: float, dt: float, data: mujoco.MjData) -> None:
         """Advance all setpoints by one tick and hand them to the servos."""

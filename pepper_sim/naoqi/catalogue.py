@@ -67,7 +67,7 @@ class Catalogue:
         self.clients = ClientServices(server, self._alarm)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
-        self.memory = ALMemory(robot.snapshot, body, self.clients)
+        self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
         motion = ALMotion(robot, self.memory, self._workers, self._watch, self._alarm)
         robot.world.on_reset(motion.restart)
         self.services: list[Service] = [leds, self.memory, motion]

@@ -1,4 +1,7 @@
-"""Compressed sound files, Ogg and MP3, by PyAV, which comes with the extra "media"; without it there are WAV files only."""
+"""Compressed sound files, Ogg and MP3.
+
+PyAV reads and writes them. It comes with the extra "media"; without it there are WAV files only.
+"""
 
 from __future__ import annotations
 

@@ -163,3 +163,23 @@ def test_what_takes_time_is_answered_with_limp_joints(naoqi, wait_until):
 def test_motions_are_answered_in_every_state(naoqi, wait_until, enter):
     enter(naoqi, wait_until)
     assert [_call_all(naoqi, methods, BUSY) for methods in _slow(MOVING)] == [[], []]
+
+
+def test_calls_that_wait_keep_no_others_waiting(naoqi, connect, wait_until):
+    """Far more of them than the robot has threads, of several clients."""
+    _busy(naoqi, wait_until)
+    waiting = []
+    for client in [connect() for _ in range(3)]:
+        motion, posture = client.service("ALMotion"), client.service("ALRobotPosture")
+        for _ in range(40):
+            waiting.append(motion.angleInterpolation("HeadYaw", 0.1, 60.0, True, _async=True))
+            waiting.append(posture.goToPosture("Stand", 0.5, _async=True))
+            waiting.append(motion.waitUntilMoveIsFinished(_async=True))
+    calls = Calls(naoqi)
+    for method in ("getAngles", "rest", "wakeUp", "stopMove", "killAll"):
+        calls.start("ALMotion", method, ("Body", True) if method == "getAngles" else (), 4.0)
+        calls.wait()
+    assert calls.unanswered == []
+    for call in waiting:
+        call.wait(5000)
+        assert call.isFinished()

@@ -38,7 +38,8 @@ _BREATH = {
 _RETURN_SPEED = 0.1
 _POINTS = 8
 _REACHED = 0.02
-_STILL = 1e-4
+_STILL = 5e-3
+"""Setpoints that differ by less [rad] are the same."""
 
 
 class MotionIdle:
@@ -107,6 +108,7 @@ class MotionIdle:
                 before = self._modes.get(part)
                 if on:
                     self._modes[part] = mode
+                    self._seen.pop(part, None)
                 elif before == mode:
                     del self._modes[part]
                 changed = before != self._modes.get(part)
@@ -143,7 +145,7 @@ class MotionIdle:
 
     def _breathe(self, part: str) -> concurrent.futures.Future | None:
         joints = [joint for joint in GROUPS[part] if joint in _BREATH]
-        if self._limp(joints):
+        if self._limp(joints) or self._moved(part) is True:
             return None
         period, amplitude = 60.0 / self._breath["Bpm"], self._breath["Amplitude"]
 
@@ -159,13 +161,17 @@ class MotionIdle:
     def _return(self, part: str) -> concurrent.futures.Future | None:
         joints = GROUPS[part]
         setpoints = self._robot.snapshot().joint_setpoints
-        here = tuple(setpoints[joint] for joint in joints)
-        before, self._seen[part] = self._seen.get(part), here
-        still = before is not None and max(abs(a - b) for a, b in zip(here, before, strict=True)) < _STILL
         there = all(abs(setpoints[joint] - STAND[joint]) < _REACHED for joint in joints)
-        if there or not still or self._limp(joints):
+        if self._moved(part) is not False or there or self._limp(joints):
             return None
         return self._joints.go({joint: STAND[joint] for joint in joints}, _RETURN_SPEED, "idlePosture", yields=True)
+
+    def _moved(self, part: str) -> bool | None:
+        """Whether something has moved a chain since the last look; None at the first one."""
+        setpoints = self._robot.snapshot().joint_setpoints
+        here = tuple(setpoints[joint] for joint in GROUPS[part])
+        before, self._seen[part] = self._seen.get(part), here
+        return None if before is None else max(abs(a - b) for a, b in zip(here, before, strict=True)) > _STILL
 
     def _limp(self, joints: Any) -> bool:
         stiffness = self._robot.snapshot().stiffness

@@ -17,6 +17,7 @@ from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
 from pepper_sim.robot import Pepper
+from telepresence.naoqi.incoming_call import NotNow
 
 PEAK_OVER_MEAN_SPEED = 1.5
 """Peak speed over mean speed of a cubic motion from rest to rest."""
@@ -60,7 +61,13 @@ class MotionJoints:
         targets = {joint: setpoints[joint] + step for joint, step in steps.items()}
         self._set(targets, dict.fromkeys(joints, fraction))
 
-    @remote("[f](mb)")
+    def quick_angles(self, names: Any, useSensors: bool) -> list[float]:
+        """getAngles, while nobody has to wait for the world."""
+        if not self._robot.has_snapshot():
+            raise NotNow
+        return self.getAngles(names, useSensors)
+
+    @remote("[f](mb)", quick="quick_angles")
     def getAngles(self, names: Any, useSensors: bool) -> list[float]:
         """Returns the measured angles, or with useSensors false the commanded ones."""
         snapshot = self._robot.snapshot()

@@ -23,7 +23,6 @@ class MotionReflexes:
         self._memory = memory
         self._arms = {"LArm": True, "RArm": True}
         self._self_collision = {"Arms": True, "LArm": True, "RArm": True}
-        self._smart_stiffness = True
 
     @remote("v(sb)")
     def setExternalCollisionProtectionEnabled(self, pName: str, pEnable: bool) -> None:
@@ -93,13 +92,13 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setSmartStiffnessEnabled(self, pEnable: bool) -> None:
-        """Switches smart stiffness on or off. Stored only."""
-        self._smart_stiffness = pEnable
+        """Switches smart stiffness on or off: motors that save power while nothing moves."""
+        self._robot.smart_stiffness = pEnable
 
     @remote("b()")
     def getSmartStiffnessEnabled(self) -> bool:
         """Whether smart stiffness is on."""
-        return self._smart_stiffness
+        return self._robot.smart_stiffness
 
     @remote("v(b)")
     def setFallManagerEnabled(self, pEnable: bool) -> None:

@@ -1,5 +1,6 @@
 """ALMemory over the wire, with both clients."""
 
+import pytest
 from naoqi_clients import with_both_clients
 
 pytestmark = with_both_clients
@@ -154,3 +155,14 @@ def test_the_next_change_is_waited_for(naoqi):
     memory.insertData("Test/Changing", 1)
     memory.insertData("Test/Changing", 2)
     assert change.value(20_000) == 2
+
+
+def test_sensors_are_read_while_the_world_is_busy(naoqi):
+    """Between two ticks the last readings are there, and nobody waits for the next one."""
+    keys = [f"Device/SubDeviceList/{joint}/Position/Sensor/Value" for joint in ("HeadYaw", "HipPitch")]
+    with naoqi.robot.world.locked():
+        snapshot = naoqi.robot.snapshot()
+        measured = pytest.approx([snapshot.joint_positions[joint] for joint in ("HeadYaw", "HipPitch")], abs=1e-6)
+        assert naoqi.ALMemory.getListData(keys) == measured
+        assert [naoqi.ALMemory.getData(key) for key in keys] == measured
+        assert naoqi.ALMotion.getAngles(["HeadYaw", "HipPitch"], True) == measured

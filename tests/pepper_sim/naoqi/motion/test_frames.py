@@ -71,8 +71,8 @@ def test_the_support_polygon_moves_with_the_wheels(naoqi, refused):
     motion = naoqi.ALMotion
     start = np.array(motion.getSupportPolygon(ROBOT, True))
     assert len(start) == 3
-    a, b, c = start
-    assert np.cross(b - a, c - a) > 0.05, "counter-clockwise"
+    sides = start[1:] - start[0]
+    assert np.linalg.det(sides) > 0.05, "counter-clockwise"
     motion.moveTo(0.2, 0.0, 0.0)
     assert np.array(motion.getSupportPolygon(WORLD, True)) == pytest.approx(start + np.array([0.2, 0.0]), abs=0.02)
     assert "pFrame" in refused(motion.getSupportPolygon, TORSO, True)

@@ -7,7 +7,7 @@ from pepper_sim.naoqi.motion import idle
 
 @pytest.fixture(autouse=True)
 def _soon(monkeypatch, simulation):
-    monkeypatch.setattr(idle, "PATIENCE", 0.1)
+    monkeypatch.setattr(idle, "PATIENCE", 0.4)
     yield
     motion = {service.name: service for service in simulation.server.catalogue.services}["ALMotion"]
     motion._idle.close()
