@@ -27,13 +27,17 @@ from pepper_sim.dialog.nodes import (
     Rule,
     Sequence,
     Tag,
+    Topic,
     Variable,
     Word,
+    walk,
 )
 
 MAX_JUMPS = 20
 """^goto after ^goto; more of them are a circle."""
 MAX_NESTING = 30
+MAX_PIECES = 20_000
+"""Nodes that one answer may evaluate."""
 SPOKEN = frozenset(f"{verb}{what}" for verb in ("start", "run", "stop", "wait") for what in ("", "Tag", "Sound")) | {
     "mode",
     "pCall",
@@ -114,6 +118,17 @@ ASKING = frozenset({"containsKnowledge", "queryKnowledge", "getKnowledgeId", "co
 """Functions that ask what the robot knows; with nothing found, the sentence cannot be said."""
 
 
+_OTHERS = frozenset({"exist", "notExist", "hasUserInfo", "getUserInfo", "isInConcept", "size", "enumerate"}) | {
+    "concatenate",
+    "empty",
+    "break",
+    "notContainsKnowledge",
+    "notContainsMetadata",
+    "addword",
+    "replace",
+}
+
+
 class AnswerMaker:
     """Makes one answer.
 
@@ -131,6 +146,7 @@ class AnswerMaker:
         self._topic = ""
         self._jumps = 0
         self._depth = 0
+        self._count = 0
 
     def make(self, rule: Rule) -> Answer:
         """Return the answer of a rule.
@@ -151,9 +167,9 @@ class AnswerMaker:
     def _pieces(self, node: Node) -> Iterator[str]:
         """Yield the text of a node in pieces, white space included."""
         self._depth += 1
-        if self._depth > MAX_NESTING:
-            raise Unsayable
+        self._count += 1
         try:
+            self._require(self._depth <= MAX_NESTING and self._count <= MAX_PIECES)
             yield from self._one(node)
         finally:
             self._depth -= 1
@@ -326,6 +342,13 @@ class AnswerMaker:
     def _require(self, holds: bool) -> None:
         if not holds:
             raise Unsayable
+
+
+def unknown_functions(topic: Topic) -> list[str]:
+    """List the functions in a topic's outputs that nobody carries out; sentences with them are not said."""
+    known = JUMPS | SPOKEN | _SILENT | REMEMBERING | ASKING | set(_MOMENTS) | set(topic.definitions) | _OTHERS
+    used = {node.name for rule in topic.all_rules() for node in walk(rule.output) if isinstance(node, Function)}
+    return sorted(used - known)
 
 
 def call_of(text: str) -> tuple[str, str, list[Any]] | None:

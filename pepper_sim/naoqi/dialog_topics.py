@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
 
 from pepper_sim.dialog import lexicon
+from pepper_sim.dialog.answers import unknown_functions
 from pepper_sim.dialog.conversation import Conversation
 from pepper_sim.dialog.nodes import Topic, TopicError
 from pepper_sim.dialog.reader import read_topic
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.installed_packages import APPS, Package
 from pepper_sim.naoqi.service import ServiceError, shown
+
+log = logging.getLogger(__name__)
 
 MAX_INCLUDES = 50
 
@@ -77,6 +81,9 @@ class DialogTopics:
                 raise ServiceError(f"more than {MAX_INCLUDES} files are included")
             topics.append(_read(found, name))
             waiting += [(inner, found) for inner in topics[-1].includes]
+        for each in topics:
+            if unknown := unknown_functions(each):
+                log.warning("topic %s: sentences with ^%s are not said", each.name, ", ^".join(unknown))
         with self._lock:
             for each in topics:
                 self._conversation.add(each)
