@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from pepper_sim.dialog.answers import Answer, AnswerMaker, Effect, Unsayable
+from pepper_sim.dialog.answers import REMEMBERING, Answer, AnswerMaker, Effect, Unsayable
 from pepper_sim.dialog.concepts import Concepts
 from pepper_sim.dialog.matching import Match, Matcher, Utterance
 from pepper_sim.dialog.nodes import Definition, Function, Rule, Sequence, Topic, walk
@@ -52,6 +52,7 @@ class Conversation:
         read: Returns a variable as text; None if it is not set.
         write: Sets a variable, "" to clear it.
         user_info: Returns what is known of the user who speaks.
+        knowledge: Carries out one of QiChat's functions about knowledge; see `answers.Speaker`.
     """
 
     def __init__(
@@ -60,7 +61,9 @@ class Conversation:
         write: Callable[[str, str], None],
         user_info: Callable[[str], str | None],
         random_numbers: random.Random | None = None,
+        knowledge: Callable[[str, list[str]], str | None] = lambda function, arguments: None,
     ) -> None:
+        self.knowledge = knowledge
         self.language = "English"
         self.concepts = Concepts()
         self.focus = ""
@@ -404,6 +407,8 @@ class Conversation:
                 self._write(f"user/{name}", value)
             case "removeUserInfo", [name, *_]:
                 self._write(f"user/{name}", "")
+            case (kind, arguments) if kind in REMEMBERING:
+                self.knowledge(kind, arguments)
             case "clearConcept", [name, *_]:
                 self.concepts.fill(name, self.language, [])
 
