@@ -37,8 +37,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
     )
+    parser.add_argument(
+        "--poster",
+        dest="posters",
+        action="append",
+        default=[],
+        metavar="WHAT@AHEAD,LEFT,HEIGHT[,TURN[,WIDTH]]",
+        help="put a landmark (mark:85), a QR code (code:TEXT) or a picture file before the robot; metres and degrees",
+    )
     options = parser.parse_args(arguments)
-    parts = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "head", "packages")}
+    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters")
+    parts = {name: getattr(options, name) for name in names}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import mujoco
+
 from pepper_sim.body.description import HEADS
 from pepper_sim.models import PREFIX, pepper_model
+from pepper_sim.posters import parse_poster
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound.loudspeaker_output import LoudspeakerOutput
@@ -33,6 +36,7 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
+        posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -47,9 +51,11 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: str = "",
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
+        posters: Sequence[str] = (),
     ) -> None:
+        self._posters = [parse_poster(text) for text in posters]
         # ROS hands the parameter 1.8 over as a number.
-        self._model = pepper_model(prefix, offset=offset, head=str(head))
+        self._model = pepper_model(prefix, offset=offset, head=str(head), furnish=self._furnish)
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self._packages = [Path(package) for package in packages]
@@ -63,6 +69,10 @@ class SimulatedPepper(SimulatedRobot):
     @property
     def model(self) -> RobotModel:
         return self._model
+
+    def _furnish(self, scene: mujoco.MjSpec, start: mujoco.MjsBody) -> None:
+        for number, poster in enumerate(self._posters):
+            poster.put_into(scene, start, f"{self._model.prefix}poster_{number}")
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
@@ -35,12 +36,13 @@ def pepper_model(
     spawn: str = "spawn_pepper",
     offset: tuple[float, float] = (0.0, 0.0),
     head: str = HEADS[0],
+    furnish: Callable[[mujoco.MjSpec, mujoco.MjsBody], None] | None = None,
 ) -> RobotModel:
-    """Return Pepper for `telepresence.sim.scene.build_world`.
+    """Return Pepper for `telepresence.sim.scene.build_world`; `furnish` adds to its scene, see `RobotModel`.
 
     Raises:
         ValueError: There is no such head.
     """
     if head not in HEADS:
         raise ValueError(f"Pepper has no head {head!r}; heads: {', '.join(HEADS)}")
-    return RobotModel(functools.partial(load_pepper, head), prefix, spawn, offset)
+    return RobotModel(functools.partial(load_pepper, head), prefix, spawn, offset, furnish)

@@ -32,12 +32,15 @@ class RobotModel:
         prefix: Put before every name of the robot, e.g. `"pepper/"`; different for every robot of a world.
         spawn: Site of the scene where the robot starts.
         offset: Where it stands relative to `spawn`, along that site's axes (x, y [m]); for several robots at one.
+        furnish: Puts what the robot's options ask for into the scene: called with the scene and a fixed body at the
+            place where the robot starts, x forward.
     """
 
     load: Callable[[], mujoco.MjSpec]
     prefix: str
     spawn: str
     offset: tuple[float, float] = (0.0, 0.0)
+    furnish: Callable[[mujoco.MjSpec, mujoco.MjsBody], None] | None = None
 
 
 def scene_names() -> list[str]:
@@ -78,6 +81,9 @@ def _attach(spec: mujoco.MjSpec, robot: RobotModel, scene: str) -> None:
     if spawn is None:
         sites = sorted(site.name for site in spec.sites if site.name.startswith("spawn"))
         raise ValueError(f"scene {scene!r} has no site {robot.spawn!r}; it has: {', '.join(sites) or 'none'}")
+    if robot.furnish is not None:
+        place = spec.worldbody.add_body(name=f"{robot.prefix}spawn", pos=spawn.pos, quat=spawn.quat)
+        robot.furnish(spec, place.add_body(name=f"{robot.prefix}start", pos=(*robot.offset, 0.0)))
     child = robot.load()
     for geom in child.geoms:
         geom.group = ROBOT_GROUP
