@@ -26,6 +26,7 @@ from pepper_sim.naoqi.video.calls import PictureCalls
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
 from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
+from pepper_sim.naoqi.vision.pictures import Picture, camera_poses, closest_resolution
 from pepper_sim.robot import Pepper
 
 log = logging.getLogger(__name__)
@@ -67,6 +68,7 @@ class ALVideoDevice(Module):
 
     def __init__(self, robot: Pepper) -> None:
         self.settings = VideoSettings(robot, self._camera_of)
+        self._robot = robot
         self._streams = Streams(robot)
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
@@ -229,6 +231,31 @@ class ALVideoDevice(Module):
     def getActiveCamera(self, name: str) -> int:
         """Returns the camera of a subscription."""
         return self._views(name)[0].camera.index
+
+    # --- for the robot's other services ------------------------------------------------------------------------------
+
+    def picture(self, index: int, resolution: int, space: int, fps: float, cursor: Cursor) -> Picture | None:
+        """Wait for the next picture of a camera, newer than `cursor`'s last one; None if it is closed or none comes.
+
+        A resolution that the camera does not have is replaced by the one most like it.
+
+        Raises:
+            ServiceError: There is no such camera, or it has no such colour space.
+        """
+        camera = known_camera(self.settings.cameras, index)
+        if space not in camera.spaces:
+            raise ServiceError(_unknown("colour space", space, camera.spaces, camera))
+        if not self.settings.is_open(camera):
+            return None
+        if resolution not in camera.resolutions:
+            offered = tuple((number, RESOLUTIONS[number]) for number in camera.resolutions)
+            resolution = closest_resolution(RESOLUTIONS.get(resolution, RESOLUTIONS[1]), offered)
+        rate = min(max(1, round(fps)), camera.max_fps)
+        key = (camera.name, resolution, rate, *self.settings.parameters[camera.index].flips)
+        image = self._streams.read(camera, key, space, cursor)
+        if image is None:
+            return None
+        return Picture(camera, image.data, image.stamp, camera_poses(self._robot, camera.name))
 
     # --- inside ------------------------------------------------------------------------------------------------------
 

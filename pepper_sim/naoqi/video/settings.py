@@ -25,7 +25,7 @@ from pepper_sim.robot import STEREO_CAMERA, Pepper
 
 _OV5640, _XTION, _STEREO_DEPTH, _OV4689 = 3, 4, 7, 8
 _RATE, _STEREO_RATE = 30, 15
-_COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 7, 8)
+_COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 3, 7, 8)
 _STEREO_DEPTH_SIZES, _STEREO_SIZES = (5, 9, 10, 11, 12), (13, 14, 15, 16, 17)
 
 
