@@ -88,9 +88,7 @@ def _picture(what: str) -> np.ndarray:
             raise ValueError(f"a landmark has a number, got {text!r}")
         return landmarks.draw(int(text))
     if kind == "code" and text:
-        code = cv2.copyMakeBorder(
-            cv2.QRCodeEncoder.create().encode(text), *[_MARGIN] * 4, cv2.BORDER_CONSTANT, value=255
-        )
+        code = np.pad(np.asarray(cv2.QRCodeEncoder.create().encode(text)), _MARGIN, constant_values=255)
         enlarged = cv2.resize(code, None, fx=_MODULE, fy=_MODULE, interpolation=cv2.INTER_NEAREST)
         return cv2.cvtColor(enlarged, cv2.COLOR_GRAY2RGB)
     pixels = cv2.imread(what, cv2.IMREAD_COLOR) if Path(what).is_file() else None

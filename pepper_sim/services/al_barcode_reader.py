@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cv2
+import numpy as np
 
 from pepper_sim.naoqi.vision.picture_extractor import AdjustableExtractor
 from pepper_sim.naoqi.vision.pictures import Picture
@@ -28,7 +29,7 @@ class ALBarcodeReader(AdjustableExtractor):
         grey = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY)
         found, texts, corners, _ = self._detector.detectAndDecodeMulti(grey)
         # OpenCV's corners run clockwise from the one opposite to the corner without a square; NAOqi's the other way.
-        codes = [[text, places[[0, 3, 2, 1]].tolist()] for text, places in zip(texts, corners, strict=True) if text] \
-            if found else []  # fmt: skip
+        pairs = zip(texts, np.asarray(corners), strict=True) if found else ()
+        codes = [[text, places[[0, 3, 2, 1]].tolist()] for text, places in pairs if text]
         if codes:
             self.memory.announce(EVENT, codes)

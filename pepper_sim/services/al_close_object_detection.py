@@ -42,12 +42,13 @@ class ALCloseObjectDetection(PictureExtractor):
             self.nobody_looks()
             return
         x, y, width, height, amount = map(int, boxes[label])
+        centre = float(centres[label][0]), float(centres[label][1])
         shares = [amount / saturated.size, amount / (width * height)]
-        info = [picture.angles(*centres[label]), picture.box(x, y, width, height), shares]
+        info = [picture.angles(*centre), picture.box(x, y, width, height), shares]
         self._seen = True
         self.memory.store(INFO, [picture.time_stamp, info, *picture.origin])
         self.memory.announce(DETECTED, 1)
-        self.memory.announce(TRACKED, picture.target(*centres[label], _NEAREST / 2.0))
+        self.memory.announce(TRACKED, picture.target(*centre, _NEAREST / 2.0))
 
     def nobody_looks(self) -> None:
         if self._seen:

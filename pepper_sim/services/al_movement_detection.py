@@ -5,6 +5,8 @@ It looks only while the robot itself stands still, as documented.
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 
@@ -113,7 +115,7 @@ def _clusters(picture: Picture, moving: np.ndarray, metres: np.ndarray | None) -
         if amount < _LEAST_PIXELS:
             continue
         x, y, width, height, _ = map(int, boxes[label])
-        info = [
+        info: list[Any] = [
             picture.angles(*centres[label]),
             picture.box(x, y, width, height),
             [amount / moving.size, amount / (width * height)],

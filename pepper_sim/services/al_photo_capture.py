@@ -11,7 +11,7 @@ import cv2
 from pepper_sim.disk import HOME, RobotDisk
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Workers, chained
-from pepper_sim.naoqi.video.settings import known_camera
+from pepper_sim.naoqi.video.conversions import known_camera
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.services.al_video_device import ALVideoDevice
 

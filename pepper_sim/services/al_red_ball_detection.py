@@ -28,9 +28,11 @@ class ALRedBallDetection(PictureExtractor):
 
 
 def red(pixels: np.ndarray) -> np.ndarray:
-    """Return which pixels are red: saturated, and of a hue near 0 degrees; (height, width) uint8, 0 or 255."""
+    """Return which pixels are red: saturated, and of a hue near 0 degrees; (height, width) uint8, 0 or 1."""
     hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-    return cv2.inRange(hsv, (0, 150, 60), (6, 255, 255)) | cv2.inRange(hsv, (172, 150, 60), (180, 255, 255))
+    hue, saturation, value = (hsv[:, :, channel] for channel in range(3))
+    found = ((hue <= 6) | (hue >= 172)) & (saturation >= 150) & (value >= 60)
+    return found.astype(np.uint8)
 
 
 def _ball_info(picture: Picture, ball: Blob) -> list[float]:

@@ -142,7 +142,8 @@ class ALSegmentation3D(AdjustableExtractor):
             rows = np.flatnonzero(inside[:, column])
             top = (column, int(rows[0]) if len(rows) else y)
             distance = float(metres[inside].mean())
-            found.append(_Blob(tuple(map(float, centres[label])), (x, y, width, height), distance, top))
+            centre = (float(centres[label][0]), float(centres[label][1]))
+            found.append(_Blob(centre, (x, y, width, height), distance, top))
         return found
 
     def _top(self, picture: Picture, blob: _Blob, with_offset: bool) -> list[float]:

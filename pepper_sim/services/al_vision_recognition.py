@@ -151,7 +151,7 @@ class ALVisionRecognition(PictureExtractor):
         points, descriptors = self._key_points(cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY))
         if descriptors is None:
             return
-        found = []
+        found: list[list[Any]] = []
         for one in known:
             seen = self._find(one, points, descriptors)
             if seen is not None:
@@ -168,18 +168,19 @@ class ALVisionRecognition(PictureExtractor):
         good = [first for first, second in pairs if first.distance < _DISTINCT * second.distance]
         if len(good) < _LEAST_MATCHES:
             return None
-        learned = np.float32([one.points[match.queryIdx] for match in good])
-        seen = np.float32([points[match.trainIdx] for match in good])
+        learned = np.array([one.points[match.queryIdx] for match in good], np.float32)
+        seen = np.array([points[match.trainIdx] for match in good], np.float32)
         homography, inliers = cv2.findHomography(learned, seen, cv2.RANSAC, 4.0)
         matches = 0 if inliers is None else int(inliers.sum())
         if homography is None or matches < _LEAST_MATCHES:
             return None
-        corners = cv2.perspectiveTransform(np.float32([one.outline]), homography)[0]
+        corners = cv2.perspectiveTransform(np.array([one.outline], np.float32), homography)[0]
         return (matches, corners) if cv2.isContourConvex(corners.astype(np.float32)) else None
 
     def _key_points(self, grey: np.ndarray, mask: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray | None]:
-        found, descriptors = self._detector.detectAndCompute(grey, mask)
-        return np.float32([point.pt for point in found]), descriptors
+        everywhere = np.full_like(grey, 255) if mask is None else mask
+        found, descriptors = self._detector.detectAndCompute(grey, everywhere)
+        return np.array([point.pt for point in found], np.float32), descriptors
 
     def _learn(self, grey: np.ndarray, source: str, labels: list[str], whole: bool) -> _Object | None:
         height, width = grey.shape
