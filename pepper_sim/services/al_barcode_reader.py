@@ -23,7 +23,7 @@ class ALBarcodeReader(AdjustableExtractor):
     def __init__(self, memory: ALMemory, video: ALVideoDevice) -> None:
         super().__init__(memory, video)
         self._resolution = _VGA
-        self._detector = cv2.QRCodeDetector()
+        self._detector = cv2.QRCodeDetectorAruco()
 
     def look(self, picture: Picture) -> None:
         grey = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY)
