@@ -26,7 +26,7 @@ _MARGIN = 4  # of a QR code, in those squares
 
 @dataclass(frozen=True)
 class Poster:
-    """A picture on a thin plate. It can be seen and is no obstacle.
+    """A picture on a thin plate. It can be seen, is no obstacle, and may be carried elsewhere: a mocap body.
 
     Args:
         pixels: (height, width, 3) uint8, RGB.
@@ -42,8 +42,8 @@ class Poster:
     turn: float = 0.0
     width: float = DEFAULT_WIDTH
 
-    def put_into(self, spec: mujoco.MjSpec, start: mujoco.MjsBody, name: str) -> None:
-        """Add it to a scene, at a body at the robot's place."""
+    def put_into(self, spec: mujoco.MjSpec, start: np.ndarray, name: str) -> None:
+        """Add it to a scene; `start` is the pose of the robot's place, a homogeneous matrix."""
         rows, columns = self.pixels.shape[:2]
         spec.add_texture(
             name=name,
@@ -56,10 +56,21 @@ class Poster:
         material = spec.add_material(name=name, emission=0.3, specular=0.0, shininess=0.0)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
         size = [self.width / 2.0, self.width / 2.0 * rows / columns, _THICKNESS / 2.0]
-        plate = start.add_body(name=name, pos=(self.ahead, self.left, self.height), quat=_facing_the_robot(self.turn))
+        pose = start @ self._pose()
+        quaternion = np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
+        plate = spec.worldbody.add_body(name=name, mocap=True, pos=pose[:3, 3], quat=quaternion)
         kind = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, "contype": 0, "conaffinity": 0, "group": 1}
         plate.add_geom(name=name, material=name, **kind)
         plate.add_geom(name=f"{name}_back", pos=(0.0, 0.0, -_THICKNESS), rgba=(0.9, 0.9, 0.9, 1.0), **kind)
+
+    def _pose(self) -> np.ndarray:
+        """Return its pose from the robot's place: x is the picture's right, y is up, z comes towards who looks."""
+        sine, cosine = math.sin(self.turn), math.cos(self.turn)
+        right, up, towards = (sine, -cosine, 0.0), (0.0, 0.0, 1.0), (-cosine, -sine, 0.0)
+        pose = np.eye(4)
+        pose[:3] = np.stack([right, up, towards, (self.ahead, self.left, self.height)], axis=1)
+        return pose
 
 
 def parse_poster(text: str) -> Poster:
@@ -97,11 +108,3 @@ def _picture(what: str) -> np.ndarray:
     scale = min(1.0, _LARGEST / max(pixels.shape))
     smaller = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1.0 else pixels
     return cv2.cvtColor(smaller, cv2.COLOR_BGR2RGB)
-
-
-def _facing_the_robot(turn: float) -> np.ndarray:
-    """Return the quaternion of a plate: its x is the picture's right, y is up, z comes towards who looks at it."""
-    sine, cosine = math.sin(turn), math.cos(turn)
-    quaternion = np.empty(4)
-    mujoco.mju_mat2Quat(quaternion, np.array([sine, 0.0, -cosine, -cosine, 0.0, -sine, 0.0, 1.0, 0.0]))
-    return quaternion

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from pepper_sim.body.description import HEADS
 from pepper_sim.models import PREFIX, pepper_model
@@ -70,7 +71,7 @@ class SimulatedPepper(SimulatedRobot):
     def model(self) -> RobotModel:
         return self._model
 
-    def _furnish(self, scene: mujoco.MjSpec, start: mujoco.MjsBody) -> None:
+    def _furnish(self, scene: mujoco.MjSpec, start: np.ndarray) -> None:
         for number, poster in enumerate(self._posters):
             poster.put_into(scene, start, f"{self._model.prefix}poster_{number}")
 

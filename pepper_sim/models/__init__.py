@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from pepper_sim.body.description import EYES, HEADS, STEREO_DEPTH_FOVY, STEREO_FOVY
 from pepper_sim.models.shells import add_shells
@@ -36,7 +37,7 @@ def pepper_model(
     spawn: str = "spawn_pepper",
     offset: tuple[float, float] = (0.0, 0.0),
     head: str = HEADS[0],
-    furnish: Callable[[mujoco.MjSpec, mujoco.MjsBody], None] | None = None,
+    furnish: Callable[[mujoco.MjSpec, np.ndarray], None] | None = None,
 ) -> RobotModel:
     """Return Pepper for `telepresence.sim.scene.build_world`; `furnish` adds to its scene, see `RobotModel`.
 

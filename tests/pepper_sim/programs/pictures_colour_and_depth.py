@@ -25,11 +25,11 @@ def main(session, path):
         video.unsubscribe(subscriber)
     picture = np.frombuffer(colour[6], dtype=np.uint8).reshape((colour[1], colour[0], colour[2]))
     cv2.imwrite(path, picture)
-    print("picture %dx%d" % (colour[0], colour[1]))
+    print(f"picture {colour[0]}x{colour[1]}")
     distances = np.frombuffer(depth[6], dtype=np.uint16).reshape((depth[1], depth[0]))
-    print("nearest: %.3f m" % (distances[distances > 0].min() / 1000.0))
+    print(f"nearest: {distances[distances > 0].min() / 1000.0:.3f} m")
     light = np.frombuffer(infrared[6], dtype=np.uint16)
-    print("infrared: %d values up to %d" % (len(light), light.max()))
+    print(f"infrared: {len(light)} values up to {light.max()}")
 
 
 if __name__ == "__main__":
@@ -38,6 +38,6 @@ if __name__ == "__main__":
     parser.add_argument("--port", type=int, default=9559)
     parser.add_argument("path")
     args = parser.parse_args()
-    app = qi.Application(["ColourAndDepth", "--qi-url=tcp://%s:%d" % (args.ip, args.port)])
+    app = qi.Application(["ColourAndDepth", f"--qi-url=tcp://{args.ip}:{args.port}"])
     app.start()
     main(app.session, args.path)

@@ -14,7 +14,7 @@ class LandmarkDetector:
         self.found = {}
         self.memory = session.service("ALMemory")
         self.subscriber = self.memory.subscriber("LandmarkDetected")
-        self.subscriber.signal.connect(self.on_landmark_detected)
+        self.link = self.subscriber.signal.connect(self.on_landmark_detected)
         self.landmark_detection = session.service("ALLandMarkDetection")
         self.landmark_detection.subscribe("LandmarkDetector", 200, 0.0)
 
@@ -35,6 +35,7 @@ class LandmarkDetector:
         end = time.time() + seconds
         while time.time() < end and len(self.found) < wanted:
             time.sleep(0.05)
+        self.subscriber.signal.disconnect(self.link)
         self.landmark_detection.unsubscribe("LandmarkDetector")
         for number in sorted(self.found):
             x, y, z = self.found[number]
@@ -49,9 +50,9 @@ if __name__ == "__main__":
     parser.add_argument("--wanted", type=int, default=2)
     args = parser.parse_args()
     try:
-        app = qi.Application(["LandmarkDetector", "--qi-url=tcp://%s:%d" % (args.ip, args.port)])
+        app = qi.Application(["LandmarkDetector", f"--qi-url=tcp://{args.ip}:{args.port}"])
         app.start()
     except RuntimeError:
-        print("Can't connect to Naoqi at %s:%d" % (args.ip, args.port))
+        print(f"Can't connect to Naoqi at {args.ip}:{args.port}")
         sys.exit(1)
     LandmarkDetector(app.session, args.size).run(20.0, args.wanted)

@@ -20,7 +20,7 @@ def main(session):
     for code in data or []:
         text, corners = code
         print("code: " + text)
-        print("corners: " + " ".join("%d,%d" % (x, y) for x, y in corners))
+        print("corners: " + " ".join(f"{round(x)},{round(y)}" for x, y in corners))
 
 
 if __name__ == "__main__":

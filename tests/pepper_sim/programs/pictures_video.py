@@ -16,7 +16,7 @@ def main(session, seconds):
     time.sleep(seconds)
     video_info = video_recorder.stopRecording()
     print(f"Video was saved on the robot: {video_info[1]}")
-    print("Num frames: %d" % video_info[0])
+    print(f"Num frames: {video_info[0]}")
 
 
 if __name__ == "__main__":
@@ -26,5 +26,5 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=5.0)
     args = parser.parse_args()
     session = qi.Session()
-    session.connect("tcp://%s:%d" % (args.ip, args.port))
+    session.connect(f"tcp://{args.ip}:{args.port}")
     main(session, args.seconds)
