@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import pytest
 import qi
 
 pytestmark = pytest.mark.ros
+
+PROGRAMS = Path(__file__).parent / "programs"
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +113,11 @@ def test_speech_topic_reaches_the_robot(graph, naoqi_session, until_true):
     )
 
 
+def test_a_program_speaks_by_the_action_of_naoqi_bridge_msgs(graph, naoqi_session, probe):
+    greeting = graph.run(sys.executable, str(PROGRAMS / "greet.py"), "Hello.")
+    assert greeting.wait_for(r"begun: .*")[0] == "begun: True finished: True state: 3", "3 is SUCCEEDED"
+
+
 def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):
     assert naoqi_session.service("ALMemory").getData("Device/SubDeviceList/Platform/Back/Bumper/Sensor/Value") == 0.0
     assert probe.seen("/bumper") == [], "nothing touches the robot, so nothing is told"
@@ -116,7 +125,7 @@ def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):
 
 def test_robots_log_appears_on_rosout(naoqi_session, probe, until_true):
     manager = naoqi_session.service("LogManager")
-    message = ("test", 3, (0, 0), "motors", "here", "hot motor", 1, 0, 0)
+    message = ("test", 3, "motors", "here", "hot motor", 1, 0, 0)
 
     def told() -> bool:
         manager.log([message])
