@@ -22,6 +22,9 @@ class Extractor(Module):
         self._subscribers: dict[str, tuple[int, float]] = {}
         self._subscribers_lock = threading.Lock()
         memory.declare(self.events, self.name)
+        memory.start_with(
+            self.name, lambda module, wanted: self.subscribe(module) if wanted else self.unsubscribe(module)
+        )
 
     @property
     def active(self) -> bool:

@@ -18,7 +18,8 @@ log = logging.getLogger(__name__)
 
 RGB, DEPTH = 11, 17
 """Colour spaces of ALVideoDevice: red, green, blue; millimetres from the image plane."""
-_CAMERA_PERIOD = 1.0 / 30.0
+_SHORTEST_PERIOD = 1.0 / 15.0
+"""Time between two pictures [s]: more than that the robot's own processor does not look at either."""
 _END_TIMEOUT = 3.0
 
 
@@ -74,7 +75,7 @@ class PictureExtractor(Extractor):
             while self._goes_on():
                 began = time.monotonic()
                 camera, resolution, period = self.view()
-                period = max(period, _CAMERA_PERIOD)
+                period = max(period, _SHORTEST_PERIOD)
                 picture = self._video.picture(camera, resolution, self.space, 1.0 / period, cursor)
                 if picture is not None:
                     self.look(picture)

@@ -62,6 +62,25 @@ def test_nobody_looks_unless_somebody_has_subscribed(naoqi, looking, wait_until)
     wait_until(lambda: "ALRedBallDetection" not in [t.name for t in threading.enumerate()], "its thread has ended")
 
 
+def test_an_extractor_starts_by_itself_when_a_module_subscribes_to_its_event(naoqi, session, wait_until):
+    calls = []
+
+    class Module:
+        def on_ball(self, key, value, message):
+            calls.append((key, len(value), message))
+
+    registered = session.registerService("BallModule", Module())
+    try:
+        naoqi.ALMemory.subscribeToEvent("redBallDetected", "BallModule", "on_ball")
+        wait_until(lambda: calls, "the module was called")
+        assert calls[0] == ("redBallDetected", 5, "BallModule")
+        assert [info[0] for info in naoqi.ALRedBallDetection.getSubscribersInfo()] == ["BallModule"]
+        naoqi.ALMemory.unsubscribeToEvent("redBallDetected", "BallModule")
+        assert naoqi.ALRedBallDetection.getSubscribersInfo() == []
+    finally:
+        session.unregisterService(registered)
+
+
 def test_a_paused_extractor_raises_nothing(naoqi, looking, value):
     detection = looking("ALDarknessDetection")
     assert 0 <= value("DarknessDetection/DarknessValue") <= 100
