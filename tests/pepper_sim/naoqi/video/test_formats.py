@@ -50,6 +50,7 @@ def test_infrared_light_falls_with_the_square_of_the_distance_and_off_a_tilted_w
     tangents = np.tan(0.4) * np.linspace(-8 / 9, 8 / 9, 9, dtype=np.float32)
     tilted = np.tile(1.0 / (1.0 + np.tan(np.pi / 3) * tangents), (9, 1)).astype(np.float32)
     assert convert_depth(tilted, 20, 0.8)[4, 4] == pytest.approx(walls[1] * np.cos(np.pi / 3), rel=0.05)
+    assert (convert_depth(0.3 * tilted, 20, 0.8)[:, 4] == INFRARED_SATURATED).all(), "too close, at any angle"
 
 
 def test_points_lie_on_their_rays():
