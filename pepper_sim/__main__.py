@@ -38,6 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
     )
     parser.add_argument(
+        "--disk", default="", metavar="FOLDER", help="the robot's files, kept (default: a fresh disk that ends with it)"
+    )
+    parser.add_argument(
         "--poster",
         dest="posters",
         action="append",
@@ -61,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--page-address", default="127.0.0.1", help="address on which that page listens (default: %(default)s)"
     )
     options = parser.parse_args(arguments)
-    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters", "owner_consents")
+    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "disk", "posters", "owner_consents")
     parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)

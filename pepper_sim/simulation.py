@@ -10,6 +10,7 @@ import numpy as np
 
 from pepper_sim import owner_page
 from pepper_sim.body.description import HEADS
+from pepper_sim.disk import RobotDisk
 from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.posters import parse_poster
 from pepper_sim.robot import Pepper
@@ -43,6 +44,7 @@ class SimulatedPepper(SimulatedRobot):
         page_port: Of the owner's page, see `pepper_sim.owner_page`; 0 takes a free one, None leaves it out.
         page_address: On which the page listens.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
+        disk: Folder of this machine that is the robot's disk, and is kept; "" for a fresh one that ends with it.
         posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
     """
 
@@ -59,6 +61,7 @@ class SimulatedPepper(SimulatedRobot):
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
         posters: Sequence[str] = (),
+        disk: str = "",
         owner_consents: bool = False,
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
@@ -68,6 +71,7 @@ class SimulatedPepper(SimulatedRobot):
         self._model = pepper_model(prefix, offset=offset, head=str(head), furnish=self._furnish)
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
+        self._disk = Path(disk) if disk else None
         self._packages = [Path(package) for package in packages]
         self._owner_consents = owner_consents
         self._page = (page_address, page_port)
@@ -96,7 +100,8 @@ class SimulatedPepper(SimulatedRobot):
     def serve(self, address: str, port: int) -> None:
         if self.robot is None:
             raise RuntimeError("the robot must enter a world before it can serve")
-        self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+        disk = RobotDisk(self._disk) if self._disk is not None else None
+        self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed, disk)
         for package in self._packages:
             self.server.catalogue.packages.install(package)
         page_address, page_port = self._page
