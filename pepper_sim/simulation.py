@@ -44,6 +44,7 @@ class SimulatedPepper(SimulatedRobot):
         page_port: Of the owner's page, see `pepper_sim.owner_page`; 0 takes a free one, None leaves it out.
         page_address: On which the page listens.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
+        tablet_browser: What shows the tablet's pages, see `Tablet`: "built-in" or "chromium".
         disk: Folder of this machine that is the robot's disk, and is kept; "" for a fresh one that ends with it.
         posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
     """
@@ -62,6 +63,7 @@ class SimulatedPepper(SimulatedRobot):
         packages: Sequence[str] = (),
         posters: Sequence[str] = (),
         disk: str = "",
+        tablet_browser: str = "built-in",
         owner_consents: bool = False,
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
@@ -71,6 +73,7 @@ class SimulatedPepper(SimulatedRobot):
         self._model = pepper_model(prefix, offset=offset, head=str(head), furnish=self._furnish)
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
+        self._tablet_browser = tablet_browser
         self._disk = Path(disk) if disk else None
         self._packages = [Path(package) for package in packages]
         self._owner_consents = owner_consents
@@ -95,7 +98,7 @@ class SimulatedPepper(SimulatedRobot):
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed
         self.robot = Pepper(world, cameras, self._model.prefix, seed, self._owner_consents)
-        self.tablet = Tablet(self.robot.show_on_tablet)
+        self.tablet = Tablet(self.robot.show_on_tablet, self._tablet_browser)
 
     def serve(self, address: str, port: int) -> None:
         if self.robot is None:

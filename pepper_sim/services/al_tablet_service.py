@@ -62,6 +62,8 @@ class ALTabletService(Service):
         tablet.on_image_loaded = lambda: self.onImageLoaded()
         tablet.on_video_started = lambda: self.videoStarted()
         tablet.on_video_finished = lambda: self.videoFinished()
+        tablet.on_js_event = lambda text: self.onJSEvent(text)
+        tablet.on_console = lambda text: self.onConsoleMessage(text)
         tablet.on_answer = lambda confirmed, text: self.onInputText(int(confirmed), text)
         tablet.robot_files = self._file
 
@@ -71,6 +73,7 @@ class ALTabletService(Service):
         tablet.on_video_started = tablet.on_video_finished = lambda: None
         tablet.on_load_error = lambda *_: None
         tablet.on_answer = lambda *_: None
+        tablet.on_js_event = tablet.on_console = lambda *_: None
         tablet.robot_files = lambda _: None
 
     # --- web view ----------------------------------------------------------------------------------------------------
@@ -107,8 +110,9 @@ class ALTabletService(Service):
 
     @remote("v(s)")
     def executeJS(self, script: str) -> None:
-        """Runs a script in the page. Ignored with a warning: the simulated web view has no script engine."""
-        log.warning("executeJS is ignored: the simulated web view runs no script")
+        """Runs a script in the page. Ignored with a warning where the web view runs none, or has no page."""
+        if not self._tablet.execute(script):
+            log.warning("executeJS is ignored: there is no page that runs scripts")
 
     @remote("b(s)")
     def loadApplication(self, name: str) -> bool:

@@ -37,10 +37,11 @@ def _ignore(*_: Any) -> None:
 class Tablet:
     """A screen that shows the web view, an image, or nothing, whichever was shown last.
 
-    Addresses are really fetched, in the background. The owner may set the callbacks `on_page_started()`,
-    `on_page_finished()`, `on_load_error(code, text, url)` (code of android.webkit.WebViewClient) and
-    `on_image_loaded()`, `on_video_started()`, `on_video_finished()`, and `on_answer(confirmed, text)` when somebody has
-    answered a question; they are called on the tablet's threads. `robot_files` is what the robot's own web server has.
+    Addresses are really fetched, in the background. The owner may set the callbacks, which are called on the tablet's
+    threads: `on_page_started()`, `on_page_finished()`, `on_load_error(code, text, url)` (code of
+    android.webkit.WebViewClient), `on_image_loaded()`, `on_video_started()`, `on_video_finished()`,
+    `on_js_event(text)`, `on_console(text)`, and `on_answer(confirmed, text)` when somebody has answered a question;
+    and `robot_files`, what the robot's own web server has.
 
     Args:
         show: Receives every new picture of the screen, (400, 640, 3) uint8 RGB, at most 15 per second, always on the
@@ -58,8 +59,10 @@ class Tablet:
         self.on_video_started: Callable[[], None] = _ignore
         self.on_video_finished: Callable[[], None] = _ignore
         self.on_answer: Callable[[bool, str], None] = _ignore
+        self.on_js_event: Callable[[str], None] = _ignore
+        self.on_console: Callable[[str], None] = _ignore
         self.robot_files: RobotFiles = _no_file
-        self._browser = _make_browser(browser, lambda path: self.robot_files(path))
+        self._browser = self._make_browser(browser)
         self._image_viewer = BuiltInBrowser(lambda path: self.robot_files(path))
         self._lock = threading.Lock()
         self._page = Layer(_WHITE)
@@ -102,6 +105,10 @@ class Tablet:
         with self._lock:
             if self.url is not None and not self._closed:
                 self._load()
+
+    def execute(self, script: str) -> bool:
+        """Run a script in the page; false if there is no page, or the web view is the built-in one."""
+        return bool(self._browser.execute(script))
 
     def show_webview(self) -> None:
         with self._lock:
@@ -283,6 +290,19 @@ class Tablet:
             self._refresh()
         self._page_view = self._browser.open(self.url, page, events)
 
+    def _make_browser(self, name: str) -> Any:
+        if name == "built-in":
+            return BuiltInBrowser(lambda path: self.robot_files(path))
+        if name == "chromium":
+            from pepper_sim.tablet.chromium import Chromium
+
+            return Chromium(
+                lambda path: self.robot_files(path),
+                lambda text: self.on_js_event(text),
+                lambda text: self.on_console(text),
+            )
+        raise ValueError(f'the tablet\'s browser is "built-in" or "chromium", not {name!r}')
+
     def _refresh(self) -> None:
         """Show the layer that is on top."""
         page = self._page if self._webview_shown else None
@@ -324,13 +344,3 @@ def _colour(text: str) -> tuple[int, int, int]:
         raise ValueError(f"a colour must be written as #RRGGBB, got {text!r}")
     red, green, blue = (int(part, 16) for part in match.groups())
     return red, green, blue
-
-
-def _make_browser(name: str, robot_files: RobotFiles) -> Any:
-    if name == "built-in":
-        return BuiltInBrowser(robot_files)
-    if name == "chromium":
-        from pepper_sim.tablet.chromium import Chromium
-
-        return Chromium()
-    raise ValueError(f'the tablet\'s browser is "built-in" or "chromium", not {name!r}')

@@ -50,6 +50,10 @@ class BuiltInBrowser:
     def open(self, url: str, layer: Layer, events: Events) -> WebView:
         return WebView(url, layer, events, self.fetcher())
 
+    def execute(self, script: str) -> bool:
+        """Run no script: there is no engine."""
+        return False
+
     def fetcher(self) -> Fetcher:
         """Return what makes the requests of one page."""
         return Fetcher(self._cookies, self._robot_files)
