@@ -20,6 +20,8 @@ GREY, BGR = 0, 13
 """The colour spaces that can be saved."""
 _GREY_ONLY = (".pbm", ".pgm")
 MAX_PICTURES = 1000
+MAX_WAITING = 8
+"""Series that may wait for the camera; the next one is refused."""
 _RATE = 30.0
 
 
@@ -33,6 +35,7 @@ class ALPhotoCapture(Module):
         self._camera, self._resolution, self._space = 0, 1, BGR
         self._format, self._interval, self._half_pressed = "jpg", 200, False
         self._taking = threading.Lock()  # one series after the other, as one camera takes them
+        self._places = threading.BoundedSemaphore(MAX_WAITING)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
@@ -117,7 +120,7 @@ class ALPhotoCapture(Module):
     @remote("m(ss)", "m(ssb)")
     def takePicture(self, folderPath: str, fileName: str, overwrite: bool = True) -> concurrent.futures.Future:
         """Takes a picture and returns [file]; an existing file is an error unless it may be overwritten."""
-        return self._workers.run(self._take, [self._file(folderPath, fileName)], overwrite)
+        return self._start([self._file(folderPath, fileName)], overwrite)
 
     @remote("m(iss)", "m(issb)")
     def takePictures(
@@ -127,7 +130,7 @@ class ALPhotoCapture(Module):
         within(numberOfPictures, 1, MAX_PICTURES, "numberOfPictures")
         first = self._file(folderPath, fileName)
         files = [first.with_stem(f"{first.stem}_{number}") for number in range(numberOfPictures)]
-        return chained(self._workers.run(self._take, files, overwrite), lambda names: [names])
+        return chained(self._start(files, overwrite), lambda names: [names])
 
     def _file(self, folder: str, name: str) -> PurePosixPath:
         """Return a picture's file on the robot, with the chosen format's extension unless the name has one."""
@@ -138,6 +141,13 @@ class ALPhotoCapture(Module):
             file = file.with_name(f"{name}.{self._format}")
         self._disk.path(str(file))
         return file
+
+    def _start(self, files: list[PurePosixPath], overwrite: bool) -> concurrent.futures.Future:
+        if not self._places.acquire(blocking=False):
+            raise ServiceError(f"{MAX_WAITING} series of pictures wait for the camera already")
+        work = self._workers.run(self._take, files, overwrite)
+        work.add_done_callback(lambda _: self._places.release())
+        return work
 
     def _take(self, files: list[PurePosixPath], overwrite: bool) -> list[str]:
         with self._taking:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pepper_sim.naoqi.service import ServiceError, one_of, remote
+from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.naoqi.vision import depth
 from pepper_sim.naoqi.vision.picture_extractor import DEPTH, AdjustableExtractor
@@ -45,8 +47,9 @@ class ALSegmentation3D(AdjustableExtractor):
     cameras = (2,)
     space = DEPTH
 
-    def __init__(self, memory: ALMemory, video: ALVideoDevice) -> None:
+    def __init__(self, memory: ALMemory, video: ALVideoDevice, workers: Workers) -> None:
         super().__init__(memory, video)
+        self._workers = workers
         self._threshold, self._offset = depth.SAME, -0.2
         self._tracking, self._distance = False, _NEAREST_BLOB
         memory.declare((BLOBS, TOP), self.name)
@@ -94,17 +97,20 @@ class ALSegmentation3D(AdjustableExtractor):
         self._offset = offset
 
     @remote("m(fib)")
-    def getTopOfBlob(self, dist: float, frame: int, applyVerticalOffset: bool) -> list[float]:
+    def getTopOfBlob(self, dist: float, frame: int, applyVerticalOffset: bool) -> concurrent.futures.Future:
         """Returns the top of the most central blob at a distance, -1 for the nearest: angles and distance in the
         picture for frame -1, or x, y, z in frame 0, 1 or 2; empty if there is none."""
         _checked_distance(dist, "dist")
         one_of(frame, (_IMAGE_FRAME, TORSO, WORLD, ROBOT), "frame")
+        return self._workers.run(self._top_of_blob, dist, frame, applyVerticalOffset)
+
+    def _top_of_blob(self, dist: float, frame: int, with_offset: bool) -> list[float]:
         camera, resolution, period = self.view()
         picture = self._video.picture(camera, resolution, self.space, 1.0 / period, Cursor())
         blob = None if picture is None else _choose(picture, self._blobs(picture), dist)
         if picture is None or blob is None:
             return []
-        angles = self._top(picture, blob, applyVerticalOffset)
+        angles = self._top(picture, blob, with_offset)
         if frame == _IMAGE_FRAME:
             return [*angles, blob.distance]
         ahead, (yaw, pitch) = blob.distance, angles

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import logging
 import threading
 import time
@@ -11,6 +12,7 @@ import cv2
 
 from pepper_sim.disk import HOME, RobotDisk
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown, within
+from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.services.al_video_device import ALVideoDevice
@@ -30,8 +32,8 @@ class ALVideoRecorder(Module):
 
     name = "ALVideoRecorder"
 
-    def __init__(self, video: ALVideoDevice, disk: RobotDisk) -> None:
-        self._video, self._disk = video, disk
+    def __init__(self, video: ALVideoDevice, disk: RobotDisk, workers: Workers) -> None:
+        self._video, self._disk, self._workers = video, disk, workers
         self._camera, self._resolution, self._space = 0, 1, BGR
         self._format, self._rate = "MJPG", 15
         self._lock = threading.Lock()
@@ -125,13 +127,13 @@ class ALVideoRecorder(Module):
             self._recording = _Recording(self._video, view, rate, writer, str(file))
 
     @remote("m()")
-    def stopRecording(self) -> list:
+    def stopRecording(self) -> concurrent.futures.Future:
         """Ends the recording and returns [pictures, file]."""
         with self._lock:
             recording, self._recording = self._recording, None
         if recording is None:
             raise ServiceError("no video is being recorded")
-        return [recording.stop(), recording.file]
+        return self._workers.run(lambda: [recording.stop(), recording.file])
 
 
 class _Recording:

@@ -222,6 +222,12 @@ def test_a_series_goes_on_only_over_what_may_be_overwritten(naoqi, refused):
     assert camera.takePictures(1, folder, "one") == [[f"{folder}/one_0.jpg"]]
     assert "exists already" in refused(camera.takePictures, 2, folder, "one", False)
     assert "'..'" in refused(camera.takePicture, "/home/nao/../..", "one")
+    camera.setCaptureInterval(20)
+    calls = [camera.takePictures(2, folder, f"many{number}", _async=True) for number in range(20)]
+    answers = [call.error() if call.wait(30000) and call.hasError() else call.value() for call in calls]
+    refusals = [answer for answer in answers if "wait for the camera already" in str(answer)]
+    assert 0 < len(refusals) < 20 and all(len(answer[0]) == 2 for answer in answers if answer not in refusals)
+    camera.setCaptureInterval(200)
     assert naoqi.ALVideoDevice.closeCamera(0)
     assert "no picture" in refused(camera.takePicture, folder, "two")
     naoqi.ALVideoDevice.openCamera(0)
