@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import mujoco
+import numpy as np
+
 from pepper_sim import owner_page
 from pepper_sim.body.description import HEADS
+from pepper_sim.disk import RobotDisk
 from pepper_sim.models import PREFIX, pepper_model
+from pepper_sim.posters import parse_poster
 from pepper_sim.robot import Pepper
 from pepper_sim.server import NaoqiServer
 from pepper_sim.sound.loudspeaker_output import LoudspeakerOutput
@@ -39,6 +44,9 @@ class SimulatedPepper(SimulatedRobot):
         page_port: Of the owner's page, see `pepper_sim.owner_page`; 0 takes a free one, None leaves it out.
         page_address: On which the page listens.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
+        tablet_browser: What shows the tablet's pages, see `Tablet`: "built-in" or "chromium".
+        disk: Folder of this machine that is the robot's disk, and is kept; "" for a fresh one that ends with it.
+        posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -53,14 +61,20 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: str = "",
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
+        posters: Sequence[str] = (),
+        disk: str = "",
+        tablet_browser: str = "built-in",
         owner_consents: bool = False,
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
     ) -> None:
+        self._posters = [parse_poster(text) for text in posters]
         # ROS hands the parameter 1.8 over as a number.
-        self._model = pepper_model(prefix, offset=offset, head=str(head))
+        self._model = pepper_model(prefix, offset=offset, head=str(head), furnish=self._furnish)
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
+        self._tablet_browser = tablet_browser
+        self._disk = Path(disk) if disk else None
         self._packages = [Path(package) for package in packages]
         self._owner_consents = owner_consents
         self._page = (page_address, page_port)
@@ -77,15 +91,20 @@ class SimulatedPepper(SimulatedRobot):
     def model(self) -> RobotModel:
         return self._model
 
+    def _furnish(self, scene: mujoco.MjSpec, start: np.ndarray) -> None:
+        for number, poster in enumerate(self._posters):
+            poster.put_into(scene, start, f"{self._model.prefix}poster_{number}")
+
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed
         self.robot = Pepper(world, cameras, self._model.prefix, seed, self._owner_consents)
-        self.tablet = Tablet(self.robot.show_on_tablet)
+        self.tablet = Tablet(self.robot.show_on_tablet, self._tablet_browser)
 
     def serve(self, address: str, port: int) -> None:
         if self.robot is None:
             raise RuntimeError("the robot must enter a world before it can serve")
-        self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
+        disk = RobotDisk(self._disk) if self._disk is not None else None
+        self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed, disk)
         for package in self._packages:
             self.server.catalogue.packages.install(package)
         page_address, page_port = self._page

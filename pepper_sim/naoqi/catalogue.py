@@ -45,6 +45,7 @@ class Catalogue:
         server: The server that will offer them; its clients' services are called over it.
         tablet: The tablet behind ALTabletService; without it there is no such service.
         seed: Seed of the microphones' noise.
+        disk: The robot's files; without it a fresh disk that ends with the robot.
     Attributes:
         services: Each after the services that it uses.
         room: What the microphones pick up and what the loudspeaker plays.
@@ -56,8 +57,10 @@ class Catalogue:
         TypeError: The constructor of a service needs something that no robot has.
     """
 
-    def __init__(self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0) -> None:
-        self.disk = RobotDisk()
+    def __init__(
+        self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0, disk: RobotDisk | None = None
+    ) -> None:
+        self.disk = disk or RobotDisk()
         robot_sounds.install(self.disk)
         self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
