@@ -45,8 +45,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="WHAT@AHEAD,LEFT,HEIGHT[,TURN[,WIDTH]]",
         help="put a landmark (mark:85), a QR code (code:TEXT) or a picture file before the robot; metres and degrees",
     )
+    parser.add_argument(
+        "--person",
+        dest="people",
+        action="append",
+        default=[],
+        metavar="KIND@X,Y",
+        help="put a person there, in metres ahead of the robot's start and to its left: standing@1.5,0, seated@2,1, "
+        "waving@1.5,0.5, or walking@2,-1;2,1 to and fro; standing@1.5,0,90 is turned by degrees; may be repeated",
+    )
     options = parser.parse_args(arguments)
-    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters")
+    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters", "people")
     parts = {name: getattr(options, name) for name in names}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)

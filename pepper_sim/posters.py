@@ -1,8 +1,8 @@
 """Posters: pictures, landmarks and QR codes that stand in the scene, for the robot's cameras to see.
 
-    mark:85@1.2,0,1.1            landmark 85, 1.2 m ahead of the robot's place at the start, 1.1 m above the floor
-    code:hello@1.5,0.4,1.2,30    a QR code, 0.4 m to the left, turned by 30 degrees
-    photo.png@2,0,1.3,0,0.6      a picture file, 0.6 m wide
+mark:85@1.2,0,1.1            landmark 85, 1.2 m ahead of the robot's place at the start, 1.1 m above the floor
+code:hello@1.5,0.4,1.2,30    a QR code, 0.4 m to the left, turned by 30 degrees
+photo.png@2,0,1.3,0,0.6      a picture file, 0.6 m wide
 """
 
 from __future__ import annotations

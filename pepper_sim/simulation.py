@@ -17,6 +17,7 @@ from pepper_sim.sound.room import Room
 from pepper_sim.sound.room_sounds import RoomSounds
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.sim.camera import Cameras
+from telepresence.sim.person_request import PersonRequest, add_people, spawn_origin
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulated_robot import SimulatedRobot
 from telepresence.sim.simulation import OneRobotSimulation
@@ -37,6 +38,9 @@ class SimulatedPepper(SimulatedRobot):
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
         posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
+        people: Who else is in the scene, see `telepresence.sim.person_request`: texts, or one with spaces between them.
+    Raises:
+        ValueError: A person is none.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -52,6 +56,7 @@ class SimulatedPepper(SimulatedRobot):
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
         posters: Sequence[str] = (),
+        people: Sequence[str] = (),
     ) -> None:
         self._posters = [parse_poster(text) for text in posters]
         # ROS hands the parameter 1.8 over as a number.
@@ -59,9 +64,11 @@ class SimulatedPepper(SimulatedRobot):
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self._packages = [Path(package) for package in packages]
+        self._people = [PersonRequest.parse(text) for text in (people.split() if isinstance(people, str) else people)]
         self.output: LoudspeakerOutput | None = None
         self.room_sounds: RoomSounds | None = None
         self._seed = 0
+        self._start = (0.0, 0.0, 0.0)
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
@@ -73,10 +80,15 @@ class SimulatedPepper(SimulatedRobot):
     def _furnish(self, scene: mujoco.MjSpec, start: mujoco.MjsBody) -> None:
         for number, poster in enumerate(self._posters):
             poster.put_into(scene, start, f"{self._model.prefix}poster_{number}")
+        self._start = spawn_origin(scene, self._model)
+        add_people(scene, self._people, self._start, self._person_prefix)
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed
         self.robot = Pepper(world, cameras, self._model.prefix, seed)
+        world.people.meet(self._model.prefix + self.BASE_FRAME, self._model.prefix + "Head")
+        for number, request in enumerate(self._people, 1):
+            request.begin(world.people[f"{self._person_prefix}{number}"], self._start)
         self.tablet = Tablet(self.robot.show_on_tablet)
 
     def serve(self, address: str, port: int) -> None:
@@ -88,6 +100,12 @@ class SimulatedPepper(SimulatedRobot):
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
+
+    @property
+    def _person_prefix(self) -> str:
+        """What the names of this robot's people begin with: person_1, or anna_person_1 where the robot is anna."""
+        own = self._model.prefix.rstrip("/")
+        return "person_" if self._model.prefix == PREFIX else f"{own}_person_"
 
     @property
     def urls(self) -> list[str]:

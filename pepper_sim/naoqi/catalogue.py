@@ -22,6 +22,7 @@ from pepper_sim.naoqi.memory_keys import body_keys
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.people.population import Population
 from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm, Workers
 from pepper_sim.robot import Pepper
@@ -51,6 +52,7 @@ class Catalogue:
         packages: The packages installed on it.
         clients: Services that clients have registered.
         memory: ALMemory.
+        population: The people whom the robot knows of.
     Raises:
         TypeError: The constructor of a service needs something that no robot has.
     """
@@ -67,6 +69,7 @@ class Catalogue:
         self.memory = ALMemory(robot.snapshot, body, self.clients)
         motion = ALMotion(robot, self.memory, self._workers)
         robot.world.on_reset(motion.stiffness.restart)
+        self.population = Population(robot, self.memory)
         self.services: list[Service] = [leds, self.memory, motion]
         self._parts: dict[type, Any] = {
             Pepper: robot,
@@ -81,6 +84,7 @@ class Catalogue:
             MotionBase: motion.base,
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
+            Population: self.population,
             **{type(service): service for service in self.services},
         }
         for service in service_classes():
@@ -90,7 +94,15 @@ class Catalogue:
     def close(self) -> None:
         """End threads, newest first."""
         with contextlib.ExitStack() as stack:
-            closing: list[Any] = [self.disk, self.clients, self._alarm, self._workers, *self.services, self._events]
+            closing: list[Any] = [
+                self.disk,
+                self.clients,
+                self._alarm,
+                self._workers,
+                *self.services,
+                self._events,
+                self.population,
+            ]
             for part in closing:
                 stack.callback(part.close)
 
