@@ -156,10 +156,14 @@ class Module(Service):
         """Whether a call started with `post` still runs. Calls over qi have no such number: false."""
         return False
 
-    @remote("b(i)", "b(ii)")
-    def wait(self, identity: int, timeout: int = 0) -> bool:
+    @remote("b(ii)")
+    def wait(self, identity: int, timeout: int) -> bool:
         """Waits for a call started with `post`; there is none, so it is over already (false: no time-out)."""
         return False
+
+    @remote("v(i)", name="wait")
+    def wait_for_its_end(self, identity: int) -> None:
+        """Waits without a time-out for a call started with `post`; there is none."""
 
     @remote("v(i)")
     def stop(self, identity: int) -> None:

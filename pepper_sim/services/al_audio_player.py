@@ -91,12 +91,14 @@ class ALAudioPlayer(Module):
         """Pauses a file at its position."""
         self._halt(self._file(id))
 
-    @remote("v(i)", name="stop")
-    def stopFile(self, id: int) -> None:
-        """Stops a file and goes back to its beginning."""
-        file = self._file(id)
-        self._halt(file)
-        file.position = 0.0
+    @remote("v(i)")
+    def stop(self, identity: int) -> None:
+        """Stops a file and goes back to its beginning; a number of no file is no error, as of every module's stop."""
+        with self._lock:
+            file = self._files.get(identity)
+        if file is not None:
+            self._halt(file)
+            file.position = 0.0
 
     @remote("v()")
     def stopAll(self) -> None:

@@ -6,15 +6,23 @@ A module that is to run with both is marked `naoqi_clients.with_both_clients`.
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 from naoqi_clients import client_library
 
+from pepper_sim import robot_python
 from pepper_sim.simulation import Simulation
+
+PROGRAMS = Path(__file__).parent / "programs"
+"""Complete programs as people write them for a real Pepper."""
 
 
 @dataclass(frozen=True)
@@ -86,3 +94,39 @@ def refused() -> Callable[..., str]:
         return text
 
     return call
+
+
+@pytest.fixture
+def start_against_robot(simulation: Simulation, qi: ModuleType, run_program: Callable) -> Callable:
+    """Start `programs/NAME.py` as a process against the robot; it is ended after the test.
+
+    It gets what it asks for: --ip and --port, or --qi-url.
+    """
+
+    def start(name: str, *arguments: str, **popen: Any) -> subprocess.Popen:
+        program = PROGRAMS / f"{name}.py"
+        address, port = simulation.url.removeprefix("tcp://").split(":")
+        robot = ["--ip", address, "--port", port] if '"--ip"' in program.read_text() else ["--qi-url", simulation.url]
+        path = os.environ.get("PYTHONPATH", "")
+        if qi.__name__ != "qi":  # ours takes the vendor's place
+            path = os.pathsep.join(part for part in (str(Path(robot_python.__file__).parent), path) if part)
+        environment = {**os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1"}
+        return run_program(
+            sys.executable, str(program), *robot, *map(str, arguments),
+            env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, **popen,
+        )  # fmt: skip
+
+    return start
+
+
+@pytest.fixture
+def run_against_robot(start_against_robot: Callable) -> Callable[..., str]:
+    """Run `programs/NAME.py` to its end and return what it printed; it must end by itself, without an error."""
+
+    def run(name: str, *arguments: str, timeout: float = 60.0) -> str:
+        process = start_against_robot(name, *arguments, stderr=subprocess.PIPE)
+        printed, errors = process.communicate(timeout=timeout)
+        assert process.returncode == 0, f"{name} ended with {process.returncode}:\n{printed}\n{errors}"
+        return printed
+
+    return run
