@@ -22,6 +22,7 @@ from pepper_sim.naoqi.memory_keys import body_keys
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.other_services import OtherServices
 from pepper_sim.naoqi.people.population import Population
 from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm, Workers
@@ -85,6 +86,7 @@ class Catalogue:
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
             Population: self.population,
+            OtherServices: OtherServices(self.services),
             **{type(service): service for service in self.services},
         }
         for service in service_classes():

@@ -11,6 +11,7 @@ from typing import Any
 
 from pepper_sim.naoqi.people.extractor import PeopleExtractor
 from pepper_sim.naoqi.people.population import Look, Population
+from pepper_sim.naoqi.people.targets import seen_from
 from pepper_sim.naoqi.service import ServiceError, finite, remote, shown
 from pepper_sim.services.al_memory import ALMemory
 
@@ -139,24 +140,3 @@ class ALEngagementZones(PeopleExtractor):
                 f"EngagementZones/LastMovementsInZone{zone}", [stamp, inside, torso, robot, camera] if inside else []
             )
         self.memory.announce("EngagementZones/MovementsInZonesUpdated", [])
-
-
-def seen_from(camera: list[float], yaw: float, pitch: float, distance: float) -> tuple[float, float, float]:
-    """Return the place in FRAME_ROBOT [m] of what a camera of that Position6D sees at angles and a distance."""
-    x, y, z, roll, tilt, heading = camera
-    ahead = (math.cos(pitch) * math.cos(yaw), math.cos(pitch) * math.sin(yaw), -math.sin(pitch))
-    rolled = (
-        ahead[0],
-        ahead[1] * math.cos(roll) - ahead[2] * math.sin(roll),
-        ahead[1] * math.sin(roll) + ahead[2] * math.cos(roll),
-    )
-    level = (
-        rolled[0] * math.cos(tilt) + rolled[2] * math.sin(tilt),
-        rolled[1],
-        rolled[2] * math.cos(tilt) - rolled[0] * math.sin(tilt),
-    )
-    return (
-        x + distance * (level[0] * math.cos(heading) - level[1] * math.sin(heading)),
-        y + distance * (level[0] * math.sin(heading) + level[1] * math.cos(heading)),
-        z + distance * level[2],
-    )
