@@ -10,10 +10,14 @@ import numpy as np
 from pepper_sim.naoqi.motion.frames import FRAME_LINKS
 from pepper_sim.naoqi.service import ServiceError, one_of
 from pepper_sim.robot import Pepper
+from pepper_sim.services.al_motion import ALMotion
 
 HEAD = ("HeadYaw", "HeadPitch")
 ARMS: Mapping[str, tuple[str, ...]] = {"LArm": ("L",), "RArm": ("R",), "Arms": ("L", "R")}
 """Effector -> sides of the arms that point."""
+CYCLE = 0.15
+"""A head that follows something is there after this time [s]: one and a half looks."""
+_STILL = 0.015
 _STRAIGHT = 0.02
 _PALM_ASIDE = 0.0
 _OPEN = 0.98
@@ -50,6 +54,16 @@ def head_angles(robot: Pepper, place: Sequence[float]) -> dict[str, float]:
         torso, head = robot.link_pose("torso"), robot.link_pose("Head")
     x, y, z = (torso[:3, :3].T @ (np.asarray(place) - head[:3, 3])).tolist()
     return {"HeadYaw": math.atan2(y, x), "HeadPitch": -math.atan2(z, math.hypot(x, y))}
+
+
+def turn_head(robot: Pepper, motion: ALMotion, angles: Mapping[str, float], velocity: float) -> None:
+    """Turn the head towards angles, no faster than `velocity` [rad/s]; not while a motion uses it."""
+    if motion.tasks.using(HEAD):
+        return
+    now = robot.snapshot().joint_setpoints
+    errors = {joint: abs(angle - now[joint]) for joint, angle in angles.items()}
+    if max(errors.values()) > _STILL:
+        robot.set_angles(angles, {joint: min(velocity, error / CYCLE + 0.01) for joint, error in errors.items()})
 
 
 def arm_angles(robot: Pepper, effector: str, place: Sequence[float]) -> dict[str, float]:

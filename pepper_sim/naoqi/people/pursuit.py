@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pepper_sim.naoqi.people.aim import HEAD, arm_angles, from_world, head_angles
-from pepper_sim.naoqi.people.population import PERIOD, Look
+from pepper_sim.naoqi.people.aim import HEAD, arm_angles, from_world, head_angles, turn_head
+from pepper_sim.naoqi.people.population import Look
 from pepper_sim.naoqi.people.targets import Place, Targets
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
@@ -21,8 +21,6 @@ SEARCH_FRACTION = 0.15
 _SEARCH = ((0.8, -0.15), (0.0, -0.3), (-0.8, -0.15), (0.0, 0.0))
 """Where a search looks, one after the other (yaw, pitch [rad]), each for `_SEARCH_TIME` [s]."""
 _SEARCH_TIME = 1.5
-_STILL = 0.015
-"""The head does not follow smaller errors [rad]."""
 _ARM_FRACTION = 0.3
 _APPROACH, _TURN = 0.8, 1.2
 """Speed of the base per error [1/s]."""
@@ -114,17 +112,7 @@ class Pursuit:
         return math.hypot(*from_world(self._robot, place, 2))
 
     def _look(self, place: Place) -> None:
-        self.turn_head(head_angles(self._robot, place), self.velocity)
-
-    def turn_head(self, angles: dict[str, float], velocity: float) -> None:
-        """Turn the head towards angles so that it is there at the next look, unless a motion uses it."""
-        if self._motion.tasks.using(HEAD):
-            return
-        now = self._robot.snapshot().joint_setpoints
-        errors = {joint: abs(angle - now[joint]) for joint, angle in angles.items()}
-        if max(errors.values()) > _STILL:
-            speeds = {joint: min(velocity, error / (1.5 * PERIOD) + 0.01) for joint, error in errors.items()}
-            self._robot.set_angles(angles, speeds)
+        turn_head(self._robot, self._motion, head_angles(self._robot, place), self.velocity)
 
     def _point(self, place: Place) -> None:
         angles = arm_angles(self._robot, self.effector, place)

@@ -34,7 +34,7 @@ def test_focus(naoqi, refused):
     life.stopFocus()
     assert life.focusedActivity() == ""
     assert life.getActivityNature(ACTIVITY) == "interactive"
-    assert life.getActivityStatistics()[ACTIVITY]["startCount"] >= 2
+    assert life.getActivityStatistics()[ACTIVITY]["focusCount"] >= 2
     assert life.getFocusHistory()[-1][0] == ACTIVITY
     assert "nowhere/none" in refused(life.switchFocus, "nowhere/none")
     assert "flags" in refused(life.switchFocus, ACTIVITY, 7)
