@@ -23,6 +23,8 @@ BUILT_IN_BEHAVIORS = ("robotvideo/behaviour", ".lastUploadedChoregrapheBehavior/
 """The activity of the report's own package, and where Choregraphe puts what it uploads."""
 APPS = "/home/nao/.local/share/PackageManager/apps"
 """Where the robot's disk holds installed packages."""
+ICON = "icon.png"
+"""Where a package holds its icon, as Choregraphe puts it there."""
 MAX_BYTES = 100_000_000
 """What a package may unpack to."""
 
@@ -61,6 +63,11 @@ class InstalledPackages:
         self._lock = threading.Lock()
         self._packages: dict[str, Package] = {}
         self._listeners: list[Callable[[], None]] = []
+
+    def icon(self, package: Package) -> bytes:
+        """Return the package's icon, a PNG; nothing if it has none."""
+        file = package.folder / ICON
+        return file.read_bytes() if file.is_file() else b""
 
     @property
     def packages(self) -> list[Package]:

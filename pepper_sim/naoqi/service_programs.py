@@ -84,6 +84,12 @@ class ServicePrograms:
         """Whether the program of this service runs."""
         return name in self._running
 
+    def process(self, name: str) -> int | None:
+        """Return the number of the program's process; None if it does not run."""
+        with self._lock:
+            process = self._running.get(name)
+        return process.pid if process is not None else None
+
     def stop(self, name: str) -> concurrent.futures.Future:
         """End a program; the future holds true once it has ended, at once when it did not run."""
         with self._lock:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
+from pepper_sim.naoqi.memory_changes import Changes
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
@@ -89,6 +90,11 @@ class ALMemory(Module):
         self._entries: dict[str, _Entry] = {}
         self._topics: dict[str, _Topic] = {}
         self._micro_events: set[str] = set()
+        self._changes = Changes(self.read)
+
+    def close(self) -> None:
+        """End what waits for a change."""
+        self._changes.close()
 
     # --- for the other services --------------------------------------------------------------------------------------
 
@@ -128,6 +134,11 @@ class ALMemory(Module):
                 self._entry(event)
                 self._topics.setdefault(event, _Topic()).extractor = extractor
 
+    def listen(self, event: str, callback: Callable[[Any], None]) -> None:
+        """Call `callback` with each value of an event, on another thread."""
+        with self._lock:
+            self._topics.setdefault(event, _Topic()).event.signal.connect(callback)
+
     # --- data --------------------------------------------------------------------------------------------------------
 
     @remote("m(s)", "m(si)")
@@ -136,6 +147,13 @@ class ALMemory(Module):
         if not self._known(key):
             raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
         return self.read(key)
+
+    @remote("m(si)")
+    def getDataOnChange(self, key: str, deprecatedParameter: int) -> concurrent.futures.Future:
+        """Waits until a key's value changes, and returns it. The second argument has no effect."""
+        if not self._known(key):
+            raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+        return self._changes.next(key)
 
     @remote("m(m)")
     def getListData(self, keyList: Any) -> list:
@@ -205,8 +223,9 @@ class ALMemory(Module):
 
     @remote("m([s])")
     def getDescriptionList(self, keylist: list[str]) -> list:
-        """Returns [[key, type, description], ...]."""
-        return [[key, self.getType(key), self._entries.get(key, _Entry()).description] for key in keylist]
+        """Returns [[key, type, description], ...], of all keys if the list is empty."""
+        keys = keylist or self.getDataListName()
+        return [[key, self.getType(key), self._entries.get(key, _Entry()).description] for key in keys]
 
     # --- events ------------------------------------------------------------------------------------------------------
 
@@ -259,6 +278,23 @@ class ALMemory(Module):
     def unsubscribeToMicroEvent(self, name: str, callbackModule: str) -> None:
         """Ends the calls to callbackModule."""
         self._unsubscribe(name, callbackModule)
+
+    @remote("v(s)")
+    def unregisterModuleReference(self, moduleName: str) -> None:
+        """Ends all calls to a module."""
+        with self._lock:
+            for topic in self._topics.values():
+                topic.callbacks = [known for known in topic.callbacks if known.service != moduleName]
+
+    @remote("v(s)")
+    def removeMicroEvent(self, name: str) -> None:
+        """Forgets a micro-event and who has subscribed to it."""
+        with self._lock:
+            if name not in self._micro_events:
+                raise ServiceError(f"there is no micro-event '{shown(name)[1:-1]}'")
+            self._micro_events.discard(name)
+            self._entries.pop(name, None)
+            self._topics.pop(name, None)
 
     @remote("[s]()")
     def getEventList(self) -> list[str]:

@@ -40,9 +40,11 @@ class ALRobotModel(Service):
 
     @remote("s()")
     def getConfig(self) -> str:
-        """Returns the configuration as XML."""
+        """Returns the configuration as XML: for each value the key of ALMemory that holds it, and its type."""
         lines = [
-            f"  <Preference name={quoteattr(key)} value={quoteattr(text)}/>" for key, text in IDENTITY_KEYS.items()
+            f"  <Preference name={quoteattr(key.rpartition('/')[2])} memoryName={quoteattr(key)}"
+            f' description="" value={quoteattr(text)} type="string"/>'
+            for key, text in IDENTITY_KEYS.items()
         ]
         return "\n".join(['<ModulePreference name="RobotConfig">', *lines, "</ModulePreference>"])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pepper_sim.naoqi.extractor import Extractor
+from pepper_sim.naoqi.service import remote
 
 
 class ALSensors(Extractor):
@@ -13,4 +14,9 @@ class ALSensors(Extractor):
         *("RightBumperPressed", "LeftBumperPressed", "BackBumperPressed"),
         *("FrontTactilTouched", "MiddleTactilTouched", "RearTactilTouched"),
         *("HandRightBackTouched", "HandLeftBackTouched", "ChestButtonPressed"),
+        "BodyStiffnessChanged",
     )
+
+    @remote("v()")
+    def run(self) -> None:
+        """Watches the sensors. They always are."""

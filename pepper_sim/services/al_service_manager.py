@@ -7,7 +7,9 @@ and by SIGKILL 15 s later. The robot's own services cannot be stopped. Source: N
 from __future__ import annotations
 
 import concurrent.futures
+import os
 import threading
+from pathlib import Path
 from typing import Any
 
 from pepper_sim.naoqi.client_services import ClientServices
@@ -127,10 +129,20 @@ class ALServiceManager(Service):
             raise _unknown(name)
         return self._info(name)
 
-    @remote("i(s)")
+    @remote("L(s)")
     def serviceMemoryUsage(self, name: str) -> int:
-        """Returns the memory of a service's process [kB]; not measured for one service alone."""
-        raise ServiceError(f"the memory of '{shown(name)[1:-1]}' alone is not known")
+        """Returns the RAM of a service's process [bytes]; that of this simulator for the robot's own services.
+
+        A client's process is unknown, and so is that of a package's service that does not run: an error.
+        """
+        program = self._packages.service(name)
+        if program is None and not self._clients.exists(name):
+            raise _unknown(name)
+        process = os.getpid() if self._clients.is_own(name) else self._programs.process(program.name if program else "")
+        if process is None:
+            raise ServiceError(f"the process of '{shown(name)[1:-1]}' is not known")
+        resident = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+        return resident * os.sysconf("SC_PAGE_SIZE")
 
     def _info(self, name: str) -> dict[str, Any]:
         program = self._packages.service(name)

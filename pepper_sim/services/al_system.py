@@ -1,26 +1,35 @@
-"""ALSystem: name, version, time zone and RAM of the robot's computer."""
+"""ALSystem: name, version, time zone, RAM and disk of the robot's computer. Source: NAOqi 2.8 documentation."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import time
+import zoneinfo
 from pathlib import Path
 
+import cv2
+import numpy as np
+
+from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.identity import ROBOT_NAME
-from pepper_sim.naoqi.service import NAOQI_VERSION, Service, ServiceError, remote
+from pepper_sim.naoqi.service import NAOQI_VERSION, Module, ServiceError, remote
 from pepper_sim.services.al_memory import ALMemory
 
 _MAX_NAME = 63
 _ZONE_FILE = Path("/etc/timezone")
+_PARTITION = "(ssLL)<PartitionInfo,filesystem,path,size,free>"
 
 
-class ALSystem(Service):
+class ALSystem(Module):
     """Reports on the robot's computer."""
 
     name = "ALSystem"
 
-    def __init__(self, memory: ALMemory) -> None:
+    def __init__(self, memory: ALMemory, disk: RobotDisk) -> None:
         self._memory = memory
+        self._disk = disk
+        self._timezone = ""
         self._robot_name = ROBOT_NAME
         memory.declare(("ALSystem/RobotNameChanged",), self.name)
 
@@ -49,21 +58,26 @@ class ALSystem(Service):
         return True
 
     @remote("m()")
-    def robotIcon(self) -> None:
-        """Returns the robot's icon; it has none."""
-        return None
+    def robotIcon(self) -> bytes:
+        """Returns the robot's icon, a picture of its head, as PNG."""
+        return _icon()
 
     @remote("s()")
     def timezone(self) -> str:
         """Returns the time zone."""
+        if self._timezone:
+            return self._timezone
         if _ZONE_FILE.is_file():
             return _ZONE_FILE.read_text().strip()
         return os.environ.get("TZ") or time.tzname[0]
 
     @remote("b(s)")
     def setTimezone(self, timezone: str) -> bool:
-        """Sets the time zone. The machine's time zone is not changed: false."""
-        return False
+        """Sets the robot's time zone, not that of the machine that simulates it; false if it is unknown."""
+        if timezone not in zoneinfo.available_timezones():
+            return False
+        self._timezone = timezone
+        return True
 
     @remote("i()")
     def freeMemory(self) -> int:
@@ -75,6 +89,27 @@ class ALSystem(Service):
         """Returns the total RAM [kB]."""
         return _meminfo("MemTotal")
 
+    @remote(f"[{_PARTITION}](b)")
+    def diskFree(self, all: bool) -> list[tuple]:
+        """Describes the disk for user data: [(file system, path, size [bytes], free [bytes])]."""
+        usage = shutil.disk_usage(self._disk.root)
+        return [("simulated", "/home", usage.total, usage.free)]
+
+    @remote("v(ss)")
+    def changePassword(self, old: str, new: str) -> None:
+        """Changes the password of the robot's computer. Refused: a simulated robot has no accounts."""
+        raise ServiceError("a simulated robot has no accounts")
+
+    @remote("b(ss)")
+    def upgrade(self, image: str, checksum: str) -> bool:
+        """Installs a system image. Refused: a simulated robot runs none."""
+        raise ServiceError("a simulated robot runs no system image")
+
+    @remote("b(ss)")
+    def factoryReset(self, image: str, checksum: str) -> bool:
+        """Installs a system image and deletes the user's data. Refused: a simulated robot runs none."""
+        raise ServiceError("a simulated robot runs no system image")
+
     @remote("v()")
     def reboot(self) -> None:
         """Restarts the robot. Refused: a simulated robot is restarted where it was started."""
@@ -84,6 +119,17 @@ class ALSystem(Service):
     def shutdown(self) -> None:
         """Switches the robot off. Refused: a simulated robot is ended where it was started."""
         raise ServiceError("a simulated robot cannot be shut down from here")
+
+
+def _icon() -> bytes:
+    """Return a white head with two blue eyes on a clear ground."""
+    size = 128
+    picture = np.zeros((size, size, 4), np.uint8)
+    cv2.circle(picture, (size // 2, size // 2), 58, (245, 245, 245, 255), -1, cv2.LINE_AA)
+    for x in (40, 88):
+        cv2.circle(picture, (x, 60), 13, (230, 150, 40, 255), -1, cv2.LINE_AA)
+        cv2.circle(picture, (x, 60), 6, (40, 30, 20, 255), -1, cv2.LINE_AA)
+    return cv2.imencode(".png", picture)[1].tobytes()
 
 
 def _meminfo(field: str) -> int:

@@ -1,7 +1,7 @@
 """LogManager: sends the robot's log to listeners; the robot's log is this simulator's log.
 
-A message is a structure of source, level (1 fatal to 6 debug), time, category, location, text, number and two dates, as
-in libqicore (BSD-3-Clause) `qicore/logmessage.hpp`.
+A message is a structure of source, level (1 fatal to 6 debug), category, location, text, number and two dates [ns], by
+the robot's steady clock and since 1970, as robots of NAOqi 2.5 declare it.
 """
 
 from __future__ import annotations
@@ -10,17 +10,14 @@ import itertools
 import logging
 import os
 import threading
+import time
 from typing import Any
 
 from pepper_sim.naoqi.service import Service, remote, within
-from pepper_sim.naoqi.time_stamp import split_stamp
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.signals import Signal
 
-_MESSAGE = (
-    "(si(ll)<timeval,tv_sec,tv_usec>sssIll)"
-    "<LogMessage,source,level,timestamp,category,location,message,id,date,systemDate>"
-)
+_MESSAGE = "(sisssIll)<LogMessage,source,level,category,location,message,id,date,systemDate>"
 _QI_LEVELS = ((logging.CRITICAL, 1), (logging.ERROR, 2), (logging.WARNING, 3), (logging.INFO, 4), (logging.DEBUG, 6))
 _PYTHON_LEVELS = {1: logging.CRITICAL, 2: logging.ERROR, 3: logging.WARNING, 4: logging.INFO, 5: logging.DEBUG}
 _INFO = 4
@@ -94,9 +91,9 @@ class LogManager(Service):
         """Accepts messages from a provider; each is a structure as listeners receive it."""
         for item in message:
             fields = list(item.values()) if isinstance(item, dict) else item
-            if isinstance(fields, list | tuple) and len(fields) >= 6:
+            if isinstance(fields, list | tuple) and len(fields) >= 5:
                 level = int(within(fields[1], 0, 6, "level")) if isinstance(fields[1], int) else _INFO
-                logging.getLogger(_LOGGER).log(_PYTHON_LEVELS.get(level, logging.DEBUG), "%s", fields[5])
+                logging.getLogger(_LOGGER).log(_PYTHON_LEVELS.get(level, logging.DEBUG), "%s", fields[4])
 
     @remote("o()")
     def getListener(self) -> Any:
@@ -125,10 +122,9 @@ class LogManager(Service):
             return  # what goes wrong while sending to listeners is not sent to listeners
         self._reporting.busy = True
         try:
-            nanoseconds = int(created * 1e9)
-            stamp = tuple(split_stamp(created))
             number = next(self._numbers) & 0xFFFFFFFF
-            message = (source, level, stamp, category, self._location, text, number, nanoseconds, nanoseconds)
+            date, since_1970 = time.monotonic_ns(), int(created * 1e9)
+            message = (source, level, category, self._location, text, number, date, since_1970)
             with self._lock:
                 listeners = list(self._listeners)
             for listener in listeners:

@@ -5,7 +5,10 @@ one service. What services inherit is called on each of them."""
 from __future__ import annotations
 
 import math
+import shutil
+import zipfile
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -31,6 +34,10 @@ OWN = {
     if service not in BASES
     for method in documentation.methods
 }
+FILES = Path(__file__).parent / "documented_files"
+"""Files that the arguments name: what is here is on the robot's disk, and a package, /home/nao/documented.pkg."""
+MANIFEST = """<package uuid="documented" version="1.0.0"><contents><behaviorContent path="behavior_1"/></contents>
+<services><service name="main" execStart="/usr/bin/python main.py"/></services></package>"""
 WRONG = (("s", "no number"), ("i", 7), ("[m]", ["a list"]))
 """Kind and value of what is tried where a parameter is of another kind."""
 
@@ -164,18 +171,34 @@ def _fits(kind: Any, value: Any) -> bool:
         key, held = kind.children
         return isinstance(value, dict) and all(_fits(key, name) and _fits(held, value[name]) for name in value)
     if kind.code == "(":
+        value = list(value.values()) if isinstance(value, dict) else value  # a structure with names
         return len(value) == len(kind.children) and all(map(_fits, kind.children, value))
     return value is not None  # an object
 
 
+@pytest.fixture(scope="module")
+def files(simulation) -> Iterator[None]:
+    """Put onto the robot's disk what the arguments name."""
+    disk, packages = simulation.server.catalogue.disk, simulation.server.catalogue.packages
+    if FILES.is_dir():
+        shutil.copytree(FILES, disk.root, dirs_exist_ok=True)
+    with zipfile.ZipFile(disk.path("/home/nao/documented.pkg"), "w") as package:
+        package.writestr("manifest.xml", MANIFEST)
+        package.writestr("main.py", "import time\n\ntime.sleep(3600)\n")
+        package.writestr("icon.png", b"\x89PNG")
+    yield
+    if "documented" in [package.uuid for package in packages.packages]:
+        packages.remove("documented")
+
+
 @pytest.mark.parametrize("name", OWN)
-def test_a_method(naoqi, name):
+def test_a_method(naoqi, files, name):
     service, method = OWN[name]
     Caller(naoqi, service).check(method)
 
 
 @pytest.mark.parametrize("service", [name for name in SERVICES if _inherited(name)])
-def test_what_a_service_inherits(naoqi, service):
+def test_what_a_service_inherits(naoqi, files, service):
     caller = Caller(naoqi, service)
     for method in _inherited(service):
         caller.check(method)

@@ -116,7 +116,7 @@ def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):
 
 def test_robots_log_appears_on_rosout(naoqi_session, probe, until_true):
     manager = naoqi_session.service("LogManager")
-    message = ("test", 3, (0, 0), "motors", "here", "hot motor", 1, 0, 0)
+    message = ("test", 3, "motors", "here", "hot motor", 1, 0, 0)
 
     def told() -> bool:
         manager.log([message])

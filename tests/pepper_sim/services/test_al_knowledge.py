@@ -1,0 +1,57 @@
+"""ALKnowledge over the wire: triples, wildcards, metadata, dates."""
+
+import pytest
+
+LEARNING = "com.aldebaran.learning"
+PAST, FUTURE = "2000-01-01T00:00:00Z", "2099-01-01T00:00:00Z"
+
+
+@pytest.fixture
+def knowledge(naoqi):
+    service = naoqi.ALKnowledge
+    yield service
+    service.resetKnowledge("colours")
+    service.resetKnowledge(LEARNING)
+
+
+def test_triples(knowledge, refused):
+    for subject, colour in (("sky", "blue"), ("smurf", "blue"), ("sky", "grey")):
+        knowledge.add("colours", subject, "hasColor", colour)
+    assert knowledge.query("colours", "?", "hasColor", "*") == ["sky", "smurf"]
+    assert knowledge.getObject("colours", "sky", "hasColor") == ["blue", "grey"]
+    assert knowledge.getSubject("colours", "hasColor", "blue") == ["sky", "smurf"]
+    assert knowledge.getPredicate("colours", "sky", "grey") == ["hasColor"]
+    knowledge.update("colours", "sky", "hasColor", "red")
+    assert knowledge.getObject("colours", "sky", "hasColor") == ["red"]
+    knowledge.remove("colours", "*", "*", "blue")
+    assert not knowledge.contains("colours", "smurf", "*", "*")
+    assert "'?'" in refused(knowledge.query, "colours", "?", "?", "*")
+
+
+def test_metadata_outlive_their_triple(knowledge):
+    assert knowledge.addMetadata("colours", "a", "b", "c", "with", "d") is False
+    meal = (LEARNING, "user1", "eat", "pizza")
+    knowledge.add(*meal)
+    for guest in ("user2", "user3"):
+        assert knowledge.addMetadata(*meal, "with", guest) is True
+    assert knowledge.queryMetadata(*meal, "with") == ["user2", "user3"]
+    assert knowledge.queryTriplet(LEARNING, "*", "eat", "*", "with", "user3") == [list(meal)]
+    knowledge.updateMetadata(*meal, "with", "user4")
+    assert knowledge.getTripletFromId(LEARNING, knowledge.getId(*meal, "with", "user4")) == list(meal[1:])
+    knowledge.remove(*meal)
+    assert knowledge.containsMetadata(*meal, "with", "user4") is True
+    assert knowledge.queryTripletWithMetadata(*meal, "*", "*", True) == []
+    assert knowledge.queryTripletWithMetadata(*meal, "*", "*", False) == [[*meal, "with", "user4"]]
+
+
+def test_triples_come_and_go_at_their_dates(knowledge):
+    meal = (LEARNING, "user1", "eat", "pizza")
+    knowledge.addHappeningDate(*meal, FUTURE)
+    assert not knowledge.contains(*meal)
+    knowledge.updateHappeningDate(*meal, PAST)
+    assert knowledge.contains(*meal)
+    knowledge.addExpirationDate(*meal, "tomorrow")
+    knowledge.updateExpirationDate(*meal, FUTURE)
+    assert knowledge.contains(*meal)
+    knowledge.updateExpirationDate(*meal, PAST)
+    assert not knowledge.contains(*meal)
