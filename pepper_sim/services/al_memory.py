@@ -122,11 +122,6 @@ class ALMemory(Module):
         for callback in callbacks:
             self._call_back(key, topic, callback, value)
 
-    def listen(self, event: str, callback: Callable[[Any], Any]) -> None:
-        """Call `callback(value)` at each event from now on, on another thread."""
-        with self._lock:
-            self._topics.setdefault(event, _Topic()).event.signal.connect(callback)
-
     def declare(self, events: Iterable[str], extractor: str = "") -> None:
         """Make events known before they are first raised; until then their value is void, unless it is stored."""
         with self._lock:
