@@ -185,7 +185,7 @@ class PeopleSight:
         turned, neck = person.head_pose()
         head = neck + turned @ figure.head
         distance = float(np.linalg.norm(head - top.place))
-        if not NEAREST <= distance <= reach:
+        if distance > reach or np.linalg.norm((head - top.place)[:2]) < NEAREST:
             return None
         chest = person.chest()
         ways = ((top, head), (depth, head), (depth, chest))
