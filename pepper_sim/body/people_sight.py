@@ -41,7 +41,7 @@ class SeenFace:
         turn: How the head is turned: (yaw, pitch, roll) [rad], zeros if it faces the camera; yaw to its own left,
             pitch down.
         eyes: Left and right, the person's own.
-        nose, mouth: Middle of each; `mouth_width` [rad].
+        nose, lips: Middle of each; `lips_width` [rad].
     """
 
     middle: Angles
@@ -50,8 +50,8 @@ class SeenFace:
     turn: Vector
     eyes: tuple[Angles, Angles]
     nose: Angles
-    mouth: Angles
-    mouth_width: float
+    lips: Angles
+    lips_width: float
 
 
 @dataclass(frozen=True)
@@ -228,8 +228,8 @@ class PeopleSight:
             turn=(-yaw, -pitch, roll),
             eyes=(eyes[0], eyes[1]),
             nose=camera.angles(nose),
-            mouth=camera.angles(neck + turned @ figure.mouth),
-            mouth_width=2.0 * math.atan2(0.5 * figure.mouth_width, distance),
+            lips=camera.angles(neck + turned @ figure.lips),
+            lips_width=2.0 * math.atan2(0.5 * figure.lips_width, distance),
         )
 
     def _free(self, data: mujoco.MjData, start: np.ndarray, end: np.ndarray, person: Person) -> bool:

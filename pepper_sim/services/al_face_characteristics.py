@@ -84,14 +84,14 @@ def confidence(face: SeenFace) -> float:
 def _parts(seen: SeenPerson, face: SeenFace, sure: float) -> list[list]:
     """Return the twelve features: left and right as in the picture, [[x, y] in pixels, confidence]."""
     yaws = {"left": face.eyes[1], "right": face.eyes[0]}  # the person's right eye is on the picture's left
-    eye, nose, mouth = 0.1 * face.width, 0.12 * face.width, 0.5 * face.mouth_width
+    eye, nose, lips = 0.1 * face.width, 0.12 * face.width, 0.5 * face.lips_width
     points = (
-        *(yaws["left"], yaws["right"], face.mouth),
+        *(yaws["left"], yaws["right"], face.lips),
         *(_moved(yaws["left"], -eye), _moved(yaws["left"], eye)),
         *(_moved(yaws["right"], eye), _moved(yaws["right"], -eye)),
-        *(_moved(face.mouth, mouth), _moved(face.mouth, -mouth)),
+        *(_moved(face.lips, lips), _moved(face.lips, -lips)),
         *(_moved(face.nose, nose), _moved(face.nose, -nose)),
-        (face.mouth[0], face.mouth[1] - 0.06 * face.height),
+        (face.lips[0], face.lips[1] - 0.06 * face.height),
     )
     return [[_pixels(point), sure] for point in points]
 

@@ -46,11 +46,11 @@ class Figure:
         neck, chest: In the frame of the body, whose origin is on the floor and which looks along x.
         head: Middle of the head; `top` is the height of its highest point.
         eyes: Left and right, the person's own.
-        nose, mouth: Middle of each; `mouth_width` from corner to corner.
+        nose, lips: Middle of each; `lips_width` from corner to corner.
         face_width: From cheek to cheek.
         age: In years, as a passer-by would guess it from the picture.
         female: The same.
-        smile: 0 none ... 1 broad, as the mouth is drawn.
+        smile: 0 none ... 1 broad, as the lips are drawn.
         shirt: Red, green and blue of what covers the chest, 0...1.
         elbow: Where the forearm of the body `_arm` turns, in the frame of the body; None if the figure has no such arm.
         hand: Middle of its hand, counted from the elbow.
@@ -63,8 +63,8 @@ class Figure:
     top: float
     eyes: tuple[Point, Point]
     nose: Point
-    mouth: Point
-    mouth_width: float
+    lips: Point
+    lips_width: float
     face_width: float
     age: int
     female: bool
@@ -83,8 +83,8 @@ FIGURES: Mapping[str, Figure] = {
         top=0.272,
         eyes=((0.102, 0.030, 0.138), (0.102, -0.030, 0.138)),
         nose=(0.134, 0.0, 0.113),
-        mouth=(0.109, 0.0, 0.073),
-        mouth_width=0.05,
+        lips=(0.109, 0.0, 0.073),
+        lips_width=0.05,
         face_width=0.156,
         age=30,
         female=True,
@@ -101,8 +101,8 @@ FIGURES: Mapping[str, Figure] = {
         top=0.278,
         eyes=((0.109, 0.029, 0.134), (0.109, -0.029, 0.134)),
         nose=(0.141, 0.0, 0.110),
-        mouth=(0.117, 0.0, 0.071),
-        mouth_width=0.048,
+        lips=(0.117, 0.0, 0.071),
+        lips_width=0.048,
         face_width=0.156,
         age=75,
         female=True,
@@ -117,8 +117,8 @@ FIGURES: Mapping[str, Figure] = {
         top=0.272,
         eyes=((0.113, 0.030, 0.140), (0.113, -0.030, 0.140)),
         nose=(0.116, 0.0, 0.115),
-        mouth=(0.113, 0.0, 0.075),
-        mouth_width=0.052,
+        lips=(0.113, 0.0, 0.075),
+        lips_width=0.052,
         face_width=0.158,
         age=45,
         female=False,

@@ -26,7 +26,7 @@ UNKNOWN_AFTER = 8.0
 """A face that nobody has a name for is worth learning after this time [s]."""
 MAX_IMAGES = 10
 """Pictures that are kept of one face."""
-_EYE_ZEROS, _MOUTH_ZEROS = 8, 10
+_EYE_ZEROS, _LIPS_ZEROS = 8, 10
 
 
 def focal_length(width: int) -> float:
@@ -128,7 +128,7 @@ def face_info(number: int, face: SeenFace, name: str, score: float) -> list:
         0,
         0,
         [*face.nose, face.nose[0] - nose, face.nose[1], face.nose[0] + nose, face.nose[1]],
-        _mouth(face),
+        _lips(face),
     ]
     return [[0, x, y, face.width, face.height], extra]
 
@@ -143,6 +143,6 @@ def _eye(middle: Angles, towards_nose: float) -> list[float]:
     return [x, y, x + towards_nose, y, x - towards_nose, y, *[0.0] * _EYE_ZEROS]
 
 
-def _mouth(face: SeenFace) -> list[float]:
-    (x, y), half = face.mouth, 0.5 * face.mouth_width
-    return [x + half, y, x - half, y, x, y - 0.06 * face.height, *[0.0] * _MOUTH_ZEROS]
+def _lips(face: SeenFace) -> list[float]:
+    (x, y), half = face.lips, 0.5 * face.lips_width
+    return [x + half, y, x - half, y, x, y - 0.06 * face.height, *[0.0] * _LIPS_ZEROS]

@@ -174,7 +174,7 @@ class Population:
             if found is None:
                 found = Known(next(self._numbers), sight.time, sight.time, seen, seen.height)
                 self._known[found.number] = found
-                self._tell(self.arrived, "PeoplePerception/JustArrived", found.number)
+                self._report(self.arrived, "PeoplePerception/JustArrived", found.number)
             found.last, found.seen, found.visible = seen, sight.time, True
             found.tallest = max(found.tallest, seen.height)
         for known in list(self._known.values()):
@@ -230,9 +230,9 @@ class Population:
         del self._known[known.number]
         for key in known.keys:
             _remove(self._memory, key)
-        self._tell(self.left, "PeoplePerception/JustLeft", known.number)
+        self._report(self.left, "PeoplePerception/JustLeft", known.number)
 
-    def _tell(self, callbacks: list[Callable[[int], Any]], event: str, number: int) -> None:
+    def _report(self, callbacks: list[Callable[[int], Any]], event: str, number: int) -> None:
         self._memory.announce(event, number)
         for callback in callbacks:
             callback(number)
