@@ -126,6 +126,7 @@ class Population:
             for known in list(self._known.values()):
                 self._forget(known)
             self._publish_lists()
+            self._memory.store("PeoplePerception/PeopleDetected", [])
         for callback in self.reset_done:
             callback()
 
@@ -200,6 +201,8 @@ class Population:
                     TOP_CAMERA_ID,
                 ],
             )
+        elif self._memory.read("PeoplePerception/PeopleDetected"):
+            self._memory.store("PeoplePerception/PeopleDetected", [])
         if self._known:
             self._memory.announce("PeoplePerception/PopulationUpdated", [])
 
