@@ -2,7 +2,8 @@
 
 Parameters: ~address (127.0.0.1), ~port (9559; 0 takes a free one), ~scene (apartment), ~seed (0), ~viewer (false): open
             MuJoCo's viewer; ~wires/pepper/{cmd_vel, image}: where the driver takes commands and publishes pictures;
-            ~kinds/pepper/{speaker, record_speaker, room_sound, head}: its sound and head, see `SimulatedPepper`.
+            ~kinds/pepper/{speaker, record_speaker, room_sound, head, people}: its sound, its head, and who else is
+            there, see `SimulatedPepper`.
 """
 
 from __future__ import annotations
