@@ -74,28 +74,6 @@ def test_modes_of_movement(naoqi, refused):
     assert "mode" in refused(naoqi.ALSpeakingMovement.setMode, "wild")
 
 
-def test_awareness_keeps_its_settings(naoqi, refused):
-    awareness = naoqi.ALBasicAwareness
-    awareness.setEnabled(True)
-    awareness.pauseAwareness()
-    assert awareness.isEnabled() and awareness.isAwarenessPaused() and not awareness.isRunning()
-    awareness.resumeAwareness()
-    assert awareness.isAwarenessRunning()
-    awareness.stopAwareness()
-    awareness.setEngagementMode("FullyEngaged")
-    awareness.setTrackingMode("WholeBody")
-    assert (awareness.getEngagementMode(), awareness.getTrackingMode()) == ("FullyEngaged", "WholeBody")
-    awareness.setStimulusDetectionEnabled("Sound", False)
-    assert awareness.isStimulusDetectionEnabled("Sound") is False
-    awareness.setParameter("MaxHumanSearchTime", 1.0)
-    assert awareness.getParameter("MaxHumanSearchTime") == 1.0
-    awareness.resetAllParameters()
-    assert awareness.getParameter("MaxHumanSearchTime") == 0.5
-    assert awareness.engagePerson(1) is False and awareness.triggerStimulus([1.0, 0.0, 1.0]) == -1
-    assert "stimulusName" in refused(awareness.setStimulusDetectionEnabled, "Smell", True)
-    assert "paramName" in refused(awareness.getParameter, "Courage")
-
-
 def test_behaviors_start_and_stop(naoqi, wait_until, refused):
     manager = naoqi.ALBehaviorManager
     started, stopped = [], []
