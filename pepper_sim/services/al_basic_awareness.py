@@ -42,7 +42,7 @@ _DEFAULTS: dict[str, Any] = {
 }
 """Names and values of the NAOqi 2.5 and 2.8 documentation, ALBasicAwareness. 2.8 has the two speeds only."""
 _SPEEDS = ("LookStimulusSpeed", "LookBackSpeed")
-_SEARCH_PATIENCE = 10.0
+_SEARCH_PATIENCE = 1.5
 
 
 class ALBasicAwareness(Module):
@@ -189,7 +189,7 @@ class ALBasicAwareness(Module):
         """Looks at a place [x, y, z] of the world for a person; returns the ID of whom it finds there, or -1."""
         if len(stimulusPosition) != 3:
             raise ServiceError(f"stimulusPosition must be [x, y, z], got {len(stimulusPosition)} numbers")
-        if not self.isRunningNow():
+        if not self.isRunningNow() or not self._motion.stiffness.awake:
             return NOBODY
         return self._workers.run(self._search, stimulusPosition)
 
@@ -230,8 +230,9 @@ class ALBasicAwareness(Module):
 
     def _search(self, position: list[float]) -> int:
         angles = head_angles(self._robot, position)
-        stimulus = self.attention.look_for(angles, self._time_to_search(angles))
-        self._workers.wait_until(lambda: stimulus.over or not self.isRunningNow(), _SEARCH_PATIENCE)
+        seconds = self._time_to_search(angles)
+        stimulus = self.attention.look_for(angles, seconds)
+        self._workers.wait_until(lambda: stimulus.over or not self.isRunningNow(), seconds + _SEARCH_PATIENCE)
         return stimulus.found
 
     def _time_to_search(self, angles: dict[str, float]) -> float:
