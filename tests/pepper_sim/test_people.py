@@ -193,8 +193,11 @@ def test_what_faces_and_bodies_tell(naoqi, stranger, sitter, subscribed, data, e
     assert data(f"{PERSON}{number}/IsSitting") == 0 and data("EngagementZones/PeopleInZone1") == [number]
     assert naoqi.ALFaceCharacteristics.analyzeFaceCharacteristics(number) is True
     stranger.watch_robots(False)
+    stranger.place(1.2, 0.1, math.pi + math.radians(40.0))
+    wait_until(lambda: number in looking, "the person turned away")
+    assert 0.0 < data(f"{PERSON}{number}/LookingAtRobotScore") < 0.5
     stranger.place(2.2, 0.1, 0.0)
-    wait_until(lambda: number in looking and number in moved, "the person turned away and left")
+    wait_until(lambda: number in moved, "the person left")
     assert data(f"{PERSON}{number}/EngagementZone") == 2
     sitter.place(1.8, -0.6, math.pi)
     wait_until(lambda: len(data("PeoplePerception/PeopleList")) == 2, "two are known")
