@@ -69,6 +69,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--page-address", default="127.0.0.1", help="address on which that page listens (default: %(default)s)"
     )
+    parser.add_argument(
+        "--person",
+        dest="people",
+        action="append",
+        default=[],
+        metavar="KIND@X,Y",
+        help="put a person there, in metres ahead of the robot's start and to its left: standing@1.5,0, seated@2,1, "
+        "waving@1.5,0.5, or walking@2,-1;2,1 to and fro; standing@1.5,0,90 is turned by degrees; may be repeated",
+    )
     options = parser.parse_args(arguments)
     names = (
         "speaker",
@@ -79,6 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "disk",
         "tablet_browser",
         "posters",
+        "people",
         "owner_consents",
     )
     parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}

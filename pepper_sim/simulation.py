@@ -20,6 +20,7 @@ from pepper_sim.sound.room import Room
 from pepper_sim.sound.room_sounds import RoomSounds
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.sim.camera import Cameras
+from telepresence.sim.person_request import PersonRequest, add_people, spawn_origin
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulated_robot import SimulatedRobot
 from telepresence.sim.simulation import OneRobotSimulation
@@ -47,6 +48,9 @@ class SimulatedPepper(SimulatedRobot):
         tablet_browser: What shows the tablet's pages, see `Tablet`: "built-in" or "chromium".
         disk: Folder of this machine that is the robot's disk, and is kept; "" for a fresh one that ends with it.
         posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
+        people: Who else is in the scene, see `telepresence.sim.person_request`: texts, or one with spaces between them.
+    Raises:
+        ValueError: A person is none.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -67,6 +71,7 @@ class SimulatedPepper(SimulatedRobot):
         owner_consents: bool = False,
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
+        people: Sequence[str] = (),
     ) -> None:
         self._posters = [parse_poster(text) for text in posters]
         # ROS hands the parameter 1.8 over as a number.
@@ -80,9 +85,11 @@ class SimulatedPepper(SimulatedRobot):
         self._page = (page_address, page_port)
         self._page_key = page_key(owner_page.KEY_VARIABLE)
         self.page: WebServer | None = None
+        self._people = [PersonRequest.parse(text) for text in (people.split() if isinstance(people, str) else people)]
         self.output: LoudspeakerOutput | None = None
         self.room_sounds: RoomSounds | None = None
         self._seed = 0
+        self._start = (0.0, 0.0, 0.0)
         self.robot: Pepper | None = None
         self.tablet: Tablet | None = None
         self.server: NaoqiServer | None = None
@@ -94,10 +101,15 @@ class SimulatedPepper(SimulatedRobot):
     def _furnish(self, scene: mujoco.MjSpec, start: np.ndarray) -> None:
         for number, poster in enumerate(self._posters):
             poster.put_into(scene, start, f"{self._model.prefix}poster_{number}")
+        self._start = spawn_origin(scene, self._model)
+        add_people(scene, self._people, self._start, self._person_prefix)
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed
         self.robot = Pepper(world, cameras, self._model.prefix, seed, self._owner_consents)
+        world.people.meet(self._model.prefix + self.BASE_FRAME, self._model.prefix + "Head")
+        for number, request in enumerate(self._people, 1):
+            request.begin(world.people[f"{self._person_prefix}{number}"], self._start)
         self.tablet = Tablet(self.robot.show_on_tablet, self._tablet_browser)
 
     def serve(self, address: str, port: int) -> None:
@@ -113,6 +125,12 @@ class SimulatedPepper(SimulatedRobot):
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
+
+    @property
+    def _person_prefix(self) -> str:
+        """What the names of this robot's people begin with: person_1, or anna_person_1 where the robot is anna."""
+        own = self._model.prefix.rstrip("/")
+        return "person_" if self._model.prefix == PREFIX else f"{own}_person_"
 
     @property
     def urls(self) -> list[str]:

@@ -22,6 +22,8 @@ from pepper_sim.naoqi.memory_keys import body_keys
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.other_services import OtherServices
+from pepper_sim.naoqi.people.population import Population
 from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm, Watch, Workers
 from pepper_sim.robot import Pepper
@@ -53,6 +55,7 @@ class Catalogue:
         packages: The packages installed on it.
         clients: Services that clients have registered.
         memory: ALMemory.
+        population: The people whom the robot knows of.
     Raises:
         TypeError: The constructor of a service needs something that no robot has.
     """
@@ -73,6 +76,7 @@ class Catalogue:
         self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
         motion = ALMotion(robot, self.memory, self._watch, self._alarm)
         robot.world.on_reset(motion.restart)
+        self.population = Population(robot, self.memory)
         self.services: list[Service] = [leds, self.memory, motion]
         self._parts: dict[type, Any] = {
             Pepper: robot,
@@ -88,6 +92,8 @@ class Catalogue:
             MotionBase: motion.base,
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
+            Population: self.population,
+            OtherServices: OtherServices(self.services),
             **{type(service): service for service in self.services},
         }
         for service in service_classes():
@@ -106,6 +112,7 @@ class Catalogue:
                 self._workers,
                 *self.services,
                 self._events,
+                self.population,
             ]
             for part in closing:
                 stack.callback(part.close)
