@@ -92,6 +92,7 @@ class Pepper:
         self._fallen = False
         self._snapshot: Snapshot | None = None
         self._snapshot_tick = -1
+        self._laser_odometry = self._base.odometry
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
@@ -226,6 +227,11 @@ class Pepper:
             material = self.world.model.material(self.prefix + part)
             material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
 
+    @property
+    def has_cameras(self) -> bool:
+        """Whether somebody draws this robot's pictures."""
+        return self._cameras is not None
+
     def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Subscribe to "CameraTop", "CameraBottom", "CameraDepth" or, where the head has it, "CameraStereo", whose
         pictures are those of the left and the right eye side by side; see `telepresence.sim.camera.Feed`.
@@ -298,6 +304,8 @@ class Pepper:
 
     def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
         self.security.update(sensor, points, self._base.odometry)
+        if sensor == "Laser":
+            self._laser_odometry = self._base.odometry
 
     def _check_able(self) -> None:
         if self._fallen:
@@ -346,6 +354,7 @@ class Pepper:
             imu_torso=inertial["torso"],
             sonar=dict(sensors.sonar),
             laser=dict(sensors.laser),
+            laser_odometry=self._laser_odometry,
             shovel=sensors.ground["Shovel"],
             vertical={side: sensors.ground[side][0] for side in ("Left", "Right")},
             infrared=dict(sensors.infrared),

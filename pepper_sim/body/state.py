@@ -70,6 +70,7 @@ class Snapshot:
         sonar: "Front", "Back" [m], SONAR_MIN ... SONAR_MAX.
         laser: "Front", "Left", "Right": (15, 2) float, x and y [m] in the ground frame under the device's camera,
             Seg01 (leftmost) first; a point LASER_MISS away where nothing is within LASER_MAX.
+        laser_odometry: `odometry` at the instant at which the lasers were read.
         shovel: (3, 2) float, x and y [m] in the frame of the front laser: where the sloping light meets a surface.
         vertical: "Left", "Right": (2,) float, as shovel, one point each.
         infrared: "Left", "Right": something is nearer than INFRARED_RANGE, 45 degrees to that side of straight ahead.
@@ -96,6 +97,7 @@ class Snapshot:
     imu_torso: Imu
     sonar: Mapping[str, float]
     laser: Mapping[str, np.ndarray]
+    laser_odometry: Vector
     shovel: np.ndarray
     vertical: Mapping[str, np.ndarray]
     infrared: Mapping[str, bool]
