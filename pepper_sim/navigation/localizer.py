@@ -176,7 +176,7 @@ def _doubt(poses: np.ndarray, guess: Pose | None, points: int) -> np.ndarray | f
     if guess is None:
         return 0.0
     away = np.hypot(poses[:, 0] - guess.x, poses[:, 1] - guess.y) / _GUESS_ERROR
-    return 0.1 * points * away**2
+    return 0.3 * points * away**2
 
 
 def _mismatch(field: Field, poses: np.ndarray, points: np.ndarray) -> np.ndarray:
