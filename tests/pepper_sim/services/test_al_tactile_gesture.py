@@ -1,0 +1,62 @@
+"""ALTactileGesture over the wire: a person's fingers on the head."""
+
+import time
+
+import pytest
+
+RESTING = 0.25
+"""Seconds that a hand stays in each of its positions."""
+SENSORS = ("FrontTactil", "MiddleTactil", "RearTactil")
+
+
+@pytest.fixture
+def gestures(naoqi, wait_until):
+    """The service, quicker than usual; what it told; and a hand that shows it patterns."""
+    service, told = naoqi.ALTactileGesture, []
+    service.setSettleTime(0.04)
+    service.setSequenceTime(0.6)
+    links = [service.onGesture.connect(told.append), service.onRelease.connect(lambda: told.append("released"))]
+    memory = naoqi.ALMemory
+
+    def touch(pattern):
+        for sensor, digit in zip(SENSORS, pattern, strict=True):
+            naoqi.robot.press(sensor, digit == "1")
+        keys = [f"{sensor}Touched" for sensor in SENSORS]
+        wait_until(lambda: memory.getListData(keys) == [float(digit) for digit in pattern], "the robot felt it")
+        time.sleep(RESTING)
+
+    yield service, told, touch
+    touch("000")
+    service.onGesture.disconnect(links[0])
+    service.onRelease.disconnect(links[1])
+    service.setSettleTime(0.08)
+    service.setHoldTime(0.8)
+    service.setSequenceTime(0.35)
+
+
+def test_a_stroke(gestures, wait_until):
+    _, told, touch = gestures
+    for pattern in ("100", "010", "001", "000"):
+        touch(pattern)
+    wait_until(lambda: told == ["CaressFtoR", "released"], "the stroke was recognised")
+
+
+def test_a_hand_that_rests(gestures, wait_until):
+    service, told, touch = gestures
+    service.setHoldTime(0.4)
+    touch("010")
+    wait_until(lambda: told[:2] == ["SingleMiddleHold"] * 2, "it was recognised, again and again")
+    touch("000")
+    wait_until(lambda: told[-1] == "released", "the release was reported")
+
+
+def test_a_gesture_of_ones_own(gestures, wait_until, refused):
+    service, told, touch = gestures
+    name = service.createGesture(["000", "110", "000"])
+    assert service.getSequence(name) == ["000", "110", "000"] == service.getGestures()[name]
+    assert service.getGesture(["000", "100", "000"]) == "SingleFront"
+    assert service.getGesture(["000", "011", "000"]) is None and service.getSequence("nothing") is None
+    touch("110")
+    touch("000")
+    wait_until(lambda: told == [name, "released"], "it was recognised")
+    assert "sequence" in refused(service.createGesture, ["100"])
