@@ -37,8 +37,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
     )
+    parser.add_argument(
+        "--station",
+        default="",
+        metavar="X,Y,THETA",
+        help="pose of the robot on its charging station, seen from where it starts [m, m, rad] (default: no station)",
+    )
     options = parser.parse_args(arguments)
-    parts = {name: getattr(options, name) for name in ("speaker", "record_speaker", "room_sound", "head", "packages")}
+    parts = {
+        name: getattr(options, name)
+        for name in ("speaker", "record_speaker", "room_sound", "head", "packages", "station")
+    }
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )

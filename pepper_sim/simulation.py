@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -33,6 +34,8 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
+        station: Where its charging station stands: "x,y,theta" [m, m, rad] of the docked robot, seen from where it
+            starts; "" for none.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -47,9 +50,10 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: str = "",
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
+        station: str = "",
     ) -> None:
         # ROS hands the parameter 1.8 over as a number.
-        self._model = pepper_model(prefix, offset=offset, head=str(head))
+        self._model = pepper_model(prefix, offset=offset, head=str(head), station=read_station(station))
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self._packages = [Path(package) for package in packages]
@@ -96,6 +100,23 @@ class SimulatedPepper(SimulatedRobot):
         for part in (self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
+
+
+def read_station(text: str) -> tuple[float, float, float] | None:
+    """Return the pose of a docked robot from "x,y,theta"; None for "".
+
+    Raises:
+        ValueError: Not three finite numbers.
+    """
+    if not text:
+        return None
+    try:
+        x, y, theta = (float(word) for word in text.split(","))
+    except ValueError:
+        raise ValueError(f"a charging station stands at x,y,theta, got {text!r}") from None
+    if not all(map(math.isfinite, (x, y, theta))):
+        raise ValueError(f"a charging station stands at finite x,y,theta, got {text!r}")
+    return x, y, theta
 
 
 class Simulation(OneRobotSimulation):

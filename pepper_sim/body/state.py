@@ -27,10 +27,11 @@ class Imu:
 
 @dataclass(frozen=True)
 class Battery:
-    """Battery: `charge` 0...1, `current` [A], negative while it discharges."""
+    """Battery: `charge` 0...1, `current` [A], negative while it discharges; whether a charger is connected."""
 
     charge: float
     current: float
+    plugged: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class MoveFailure:
 
     Args:
         count: How many there have been since the start; it changes with every new one.
-        cause: "obstacle", "stiffness" or "fallen"; empty before the first.
+        cause: "obstacle", "stiffness", "fallen" or "charging" (on its station); empty before the first.
         started: False if the motion was refused, True if it was stopped on the way.
         obstacle: The obstacle in the odometry frame (x, y, z) [m]; zeros if there is none.
     """

@@ -58,7 +58,8 @@ class Navigator:
     def __init__(self, robot: Pepper, base: MotionBase, workers: Workers, report: Callable[[str, Any], None]) -> None:
         self.surveyor = Surveyor(robot)
         eye = DepthEye(robot, self.surveyor) if robot.has_cameras else None
-        self.driver = Driver(self.surveyor, BaseWheels(robot, base), eye, report)
+        self.wheels = BaseWheels(robot, base)
+        self.driver = Driver(self.surveyor, self.wheels, eye, report)
         self._robot = robot
         self._workers = workers
         self._report = report
