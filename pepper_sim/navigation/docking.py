@@ -9,7 +9,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pepper_sim.navigation.behaviours import TRAVELLING, Behaviour, Driver, Wheels, pause
+from pepper_sim.navigation.behaviours import TRAVELLING, Behaviour, Driver, Wheels
+from pepper_sim.navigation.glance import glance
 from pepper_sim.navigation.scans import compose, relative
 from pepper_sim.navigation.station_finder import find_station
 from pepper_sim.navigation.surveyor import Surveyor
@@ -34,9 +35,8 @@ HEADINGS = (0.0, 0.8, -0.8)
 TURN = math.radians(120.0)
 """Turn of the base between two looks around."""
 
-_CAMERA, _WIDTH, _HEIGHT, _RATE = "CameraBottom", 640, 480, 5.0
+_CAMERA, _WIDTH, _HEIGHT = "CameraBottom", 640, 480
 _FAR, _CLOSE = -0.3, 0.0  # pitch of the head for a station across the room and for one just ahead [rad]
-_PATIENCE = 25
 _CONNECTING = 2.0  # seconds until the battery knows that a charger is connected
 
 
@@ -179,29 +179,15 @@ class Docking:
 
     def _glance(self, yaw: float, pitch: float) -> Behaviour[bool]:
         """Look with the head in one direction; true if the station is there, whose place is then known anew."""
-        robot = self._robot
-        robot.set_angles({"HeadYaw": yaw, "HeadPitch": pitch}, {"HeadYaw": 1.5, "HeadPitch": 1.5})
-        for _ in range(_PATIENCE):
-            yield
-            joints = robot.snapshot().joint_positions
-            if abs(joints["HeadYaw"] - yaw) < 0.02 and abs(joints["HeadPitch"] - pitch) < 0.02:
-                break
-        yield from pause(0.2)
-        lens = robot.world.model.camera(robot.cameras[_CAMERA][0])
-        focal = 0.5 * _HEIGHT / math.tan(0.5 * math.radians(float(lens.fovy[0])))
-        settled = robot.snapshot().stamp
-        with robot.subscribe_camera(_CAMERA, _WIDTH, _HEIGHT, _RATE) as feed:
-            for _ in range(_PATIENCE):
-                yield
-                picture = feed.image.peek()
-                if picture is not None and picture.stamp >= settled:
-                    found = find_station(picture.pixels, focal, robot.link_pose(_CAMERA + "_frame"))
-                    if found is None:
-                        return False
-                    self.station = found
-                    self._report("StationDetected", list(found))
-                    return True
-        return False
+        view = yield from glance(self._robot, _CAMERA, _WIDTH, _HEIGHT, yaw, pitch)
+        if view is None:
+            return False
+        found = find_station(view.pixels, view.focal, self._robot.link_pose(_CAMERA + "_frame"))
+        if found is None:
+            return False
+        self.station = found
+        self._report("StationDetected", list(found))
+        return True
 
     def _drive(self, target: Pose, speeds: tuple[float, float]) -> Behaviour[bool]:
         future = self._wheels.go(*target, *speeds)
