@@ -111,9 +111,10 @@ class Navigator:
         self, behaviour: Behaviour[Any], future: concurrent.futures.Future, stop: threading.Event, stopped: Any
     ) -> None:
         try:
-            while not (stop.is_set() or future.cancelled() or self._workers.closing.is_set()):
-                next(behaviour)
-                stop.wait(PERIOD)
+            while True:
+                next(behaviour)  # once in any case: closing one that has not begun would not end it properly
+                if stop.wait(PERIOD) or future.cancelled() or self._workers.closing.is_set():
+                    break
             behaviour.close()
         except StopIteration as end:
             stopped = end.value
