@@ -91,15 +91,15 @@ class Driver:
         self._eye = eye
         self._report = report
 
-    def sweep(self, angle: float = SWEEP) -> Behaviour[None]:
-        """Turn on the spot so that the lasers see all around.
+    def sweep(self, angle: float = SWEEP, *, mapping: bool = False) -> Behaviour[None]:
+        """Turn on the spot so that the lasers see all around; for a map slowly, and the depth camera looks, too.
 
         Raises:
             NotMoved: The robot did not turn.
         """
-        if not (yield from self._go(Pose(0.0, 0.0, angle), EXPLORING)):
+        if not (yield from self._go(Pose(0.0, 0.0, angle), EXPLORING if mapping else TRAVELLING)):
             raise NotMoved("the robot could not turn")
-        if self._eye is not None:
+        if mapping and self._eye is not None:
             yield from self._eye.look_around()
 
     def explore(self, radius: float) -> Behaviour[None]:
@@ -108,7 +108,7 @@ class Driver:
         Raises:
             NotMoved: The robot could not even look around where it stood.
         """
-        yield from self.sweep()
+        yield from self.sweep(mapping=True)
         looked: list[Place] = [(0.0, 0.0)]
         turn = SWEEP
         while True:
@@ -118,7 +118,7 @@ class Driver:
             looked.append(view)
             if (yield from self._follow(view, None, self._surveyor.pose, self._map_planner, EXPLORING)):
                 turn = -turn
-                yield from self.sweep(turn)
+                yield from self.sweep(turn, mapping=True)
 
     def drive_to(self, goal: Place, theta: float | None = None) -> Behaviour[bool]:
         """Drive to a place in the map, around what is in the way.

@@ -28,7 +28,7 @@ IN_FRONT = 0.6
 """The robot stops so far in front of its place on the station [m] (the same documentation, overview)."""
 IN_FRONT_XY, IN_FRONT_THETA = 0.12, 0.25
 """It is in front of the station when it is so near that place [m, rad]."""
-BACKWARDS = (0.1, 0.4)
+BACKWARDS = (0.2, 0.4)
 """Speeds of docking [m/s, rad/s]: "reduced"."""
 HEADINGS = (0.0, 0.8, -0.8)
 """Directions of the head that together see half of the surroundings [rad]."""
@@ -164,7 +164,8 @@ class Docking:
                 return OK
             yield
         self._report("DockingFailed", [])
-        yield from self._drive(Pose(IN_FRONT, 0.0, 0.0), BACKWARDS)
+        if self.station is not None and math.dist(self.station[:2], self._surveyor.odometry()[:2]) < IN_FRONT:
+            yield from self._drive(Pose(IN_FRONT, 0.0, 0.0), BACKWARDS)
         return NOT_CONNECTED
 
     def _front(self) -> Pose:

@@ -10,7 +10,7 @@ import numpy as np
 from pepper_sim.navigation.behaviours import Behaviour, pause
 from pepper_sim.robot import Pepper
 
-_SPEED = 1.5  # of the head [rad/s]
+_SPEED = 3.0  # of the head [rad/s]
 _PATIENCE = 25  # resumptions that a turn of the head, or a picture, may take
 
 
@@ -39,7 +39,7 @@ def glance(robot: Pepper, camera: str, width: int, height: int, yaw: float, pitc
         joints = robot.snapshot().joint_positions
         if abs(joints["HeadYaw"] - yaw) < 0.02 and abs(joints["HeadPitch"] - pitch) < 0.02:
             break
-    yield from pause(0.2)
+    yield from pause(0.1)
     settled = robot.snapshot().stamp
     with robot.subscribe_camera(camera, width, height, 10.0) as feed:
         for _ in range(_PATIENCE):

@@ -83,7 +83,7 @@ class MapCalls:
     def _begin(self) -> Behaviour[None]:
         self._surveyor.begin()
         try:
-            yield from self._navigator.driver.sweep()
+            yield from self._navigator.driver.sweep(mapping=True)
         except NotMoved as error:
             self._surveyor.load(None)
             raise ServiceError(f"the map could not be begun: {error}") from None

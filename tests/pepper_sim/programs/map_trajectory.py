@@ -18,8 +18,8 @@ session.service("ALMotion").wakeUp()
 navigation.moveAlong(
     [
         "Composed",
-        ["Holonomic", ["Circle", [0.0, 0.3], math.pi / 2], math.pi / 2, 3.0],
-        ["Holonomic", ["Line", [-0.3, 0.0]], 0.0, 2.0],
+        ["Holonomic", ["Circle", [0.0, 0.3], math.pi / 2], math.pi / 2, 2.0],
+        ["Holonomic", ["Line", [-0.3, 0.0]], 0.0, 1.5],
     ]
 )
 deadline = time.time() + 5.0

@@ -1,11 +1,14 @@
 """ALNavigation over the wire, in the empty room."""
 
 import math
+from pathlib import Path
 
 import pytest
 
 from pepper_sim.naoqi.navigation.maps import NOT_IN_MAP
 from pepper_sim.navigation.exploration_file import FOLDER
+
+MAP = Path(__file__).parents[1] / "documented_files" / "home" / "nao" / "documented.explo"
 
 
 def test_near_goals_are_driven_to_and_far_ones_ignored(naoqi):
@@ -35,12 +38,12 @@ def test_without_a_map_every_call_about_maps_is_an_error(naoqi, refused):
     assert not navigation.isLocalizationRunning()
 
 
-def test_an_exploration_is_made_saved_loaded_and_driven_in(naoqi, refused):
-    navigation = naoqi.ALNavigation
-    assert navigation.explore(0.3) == 0
+def test_a_map_is_loaded_read_and_driven_in(naoqi, refused):
+    navigation, disk = naoqi.ALNavigation, naoqi.simulation.server.catalogue.disk
+    disk.path("/home/nao/room.explo").write_bytes(MAP.read_bytes())
+    assert navigation.loadExploration("/home/nao/room.explo") is True
     path = navigation.saveExploration()
-    assert path.startswith(FOLDER) and path.endswith(".explo")
-    assert naoqi.simulation.server.catalogue.disk.path(path).stat().st_size > 1000
+    assert path.startswith(FOLDER) and path.endswith(".explo") and disk.path(path).stat().st_size > 1000
     resolution, width, height, (left, top), pixels = navigation.getMetricalMap()
     assert width == height and len(pixels) == width * height
     assert min(pixels) < 20.0 and max(pixels) > 80.0 and 50.0 in pixels
@@ -53,7 +56,6 @@ def test_an_exploration_is_made_saved_loaded_and_driven_in(naoqi, refused):
     assert min(pixel(x / 20, 3.0) for x in range(-4, 5)) < 20.0  # the wall 3 m to the left
     assert "not running" in refused(navigation.getRobotPositionInMap)
     assert len(navigation.getExplorationPath()) >= 3
-    navigation.loadExploration(path)
     pose, uncertainty = navigation.relocalizeInMap([0.0, 0.0])
     assert navigation.isLocalizationRunning()
     # From the middle only the walls on both sides can be seen: the guess decides how far along them the robot is.
