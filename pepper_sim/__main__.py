@@ -78,6 +78,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="put a person there, in metres ahead of the robot's start and to its left: standing@1.5,0, seated@2,1, "
         "waving@1.5,0.5, or walking@2,-1;2,1 to and fro; standing@1.5,0,90 is turned by degrees; may be repeated",
     )
+    parser.add_argument(
+        "--station",
+        default="",
+        metavar="X,Y,THETA",
+        help="pose of the robot on its charging station, seen from where it starts [m, m, rad] (default: no station)",
+    )
     options = parser.parse_args(arguments)
     names = (
         "speaker",
@@ -89,6 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "tablet_browser",
         "posters",
         "people",
+        "station",
         "owner_consents",
     )
     parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}

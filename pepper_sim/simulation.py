@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -49,8 +50,10 @@ class SimulatedPepper(SimulatedRobot):
         disk: Folder of this machine that is the robot's disk, and is kept; "" for a fresh one that ends with it.
         posters: Pictures, landmarks and QR codes in the scene, as `pepper_sim.posters.parse_poster` reads them.
         people: Who else is in the scene, see `telepresence.sim.person_request`: texts, or one with spaces between them.
+        station: Where its charging station stands: "x,y,theta" [m, m, rad] of the docked robot, seen from where it
+            starts; "" for none.
     Raises:
-        ValueError: A person is none.
+        ValueError: A person or the station is none.
     """
 
     DEFAULT_PORT = DEFAULT_PORT
@@ -72,10 +75,13 @@ class SimulatedPepper(SimulatedRobot):
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
         people: Sequence[str] = (),
+        station: str = "",
     ) -> None:
         self._posters = [parse_poster(text) for text in posters]
         # ROS hands the parameter 1.8 over as a number.
-        self._model = pepper_model(prefix, offset=offset, head=str(head), furnish=self._furnish)
+        self._model = pepper_model(
+            prefix, offset=offset, head=str(head), station=read_station(station), furnish=self._furnish
+        )
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self._tablet_browser = tablet_browser
@@ -154,6 +160,23 @@ class SimulatedPepper(SimulatedRobot):
         for part in (self.page, self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
+
+
+def read_station(text: str) -> tuple[float, float, float] | None:
+    """Return the pose of a docked robot from "x,y,theta"; None for "".
+
+    Raises:
+        ValueError: Not three finite numbers.
+    """
+    if not text:
+        return None
+    try:
+        x, y, theta = (float(word) for word in text.split(","))
+    except ValueError:
+        raise ValueError(f"a charging station stands at x,y,theta, got {text!r}") from None
+    if not all(map(math.isfinite, (x, y, theta))):
+        raise ValueError(f"a charging station stands at finite x,y,theta, got {text!r}")
+    return x, y, theta
 
 
 class Simulation(OneRobotSimulation):

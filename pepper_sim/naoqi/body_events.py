@@ -139,6 +139,10 @@ class BodyEvents:
         charge = round(100 * snapshot.battery.charge)
         if self._changed("charge", charge):
             self._memory.announce("BatteryChargeChanged", charge)
+        if self._changed("plugged", snapshot.battery.plugged):
+            for event in ("BatteryPowerPluggedChanged", "BatteryChargingFlagChanged"):
+                self._memory.announce(event, snapshot.battery.plugged)
+            self._memory.store("ALBattery/ConnectedToChargingStation", snapshot.battery.plugged)
         stiff = any(value > 0.0 for value in snapshot.stiffness.values())
         if self._changed("stiff", stiff):
             self._memory.announce("BodyStiffnessChanged", stiff)
