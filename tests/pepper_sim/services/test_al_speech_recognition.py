@@ -36,9 +36,8 @@ def spoken(naoqi):
         values = []
         subscriber = naoqi.ALMemory.subscriber(event)
         link = subscriber.signal.connect(values.append)
-        room = (
-            naoqi.simulation.room
-        )  # as `say_nearby` does, but with a tone of 0.2 s instead of a voice, for time's sake
+        # As `say_nearby` does, with a tone of 0.2 s instead of a voice, which takes a second.
+        room = naoqi.simulation.room
         room.spoken(sentence, room.surroundings.play(sine(300.0, 0.2, 16000, 0.5), 16000))
         deadline = time.monotonic() + 15.0
         while not [value for value in values if value != but]:
