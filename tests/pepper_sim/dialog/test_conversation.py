@@ -99,6 +99,8 @@ def test_proposals_are_said_once_and_have_scopes(talk):
     ]
     talk.conversation.reset()
     assert say("next", "next", "no") == ["I love you", "tea?", "coffee?"]
+    talk.conversation.remove("a")
+    assert talk("topic: ~a()\nu:(next) ^nextProposal\nproposal: %new hello\n")("next") == ["hello"]
 
 
 def test_goto_topic_tag_and_random(talk):
