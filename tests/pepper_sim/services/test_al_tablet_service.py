@@ -47,8 +47,10 @@ def pages():
 
 
 @pytest.fixture
-def tablet(naoqi):
+def tablet(naoqi, simulation, wait_until):
     service = naoqi.ALTabletService
+    service.hide()
+    wait_until(lambda: _brightest(simulation) == 0, "what an earlier test has shown is gone")
     yield service
     service.hide()
 
