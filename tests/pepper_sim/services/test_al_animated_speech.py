@@ -34,7 +34,7 @@ def test_any_other_motion_has_precedence(naoqi, wait_until):
         "Hello, here is Pepper. It dances for much longer than this text takes.", _async=True
     )
     wait_until(lambda: arms_move(motion), "it moves")
-    motion.angleInterpolation("RShoulderPitch", 0.0, 0.2, True)
+    motion.angleInterpolation("RShoulderPitch", 0.0, 0.8, True)
     assert naoqi.ALMemory.getData("ALTextToSpeech/TextStarted"), "it still speaks"
     assert motion.getAngles("RShoulderPitch", True)[0] == pytest.approx(0.0, abs=0.05)
     naoqi.ALTextToSpeech.stopAll()
