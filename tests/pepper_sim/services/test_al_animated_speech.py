@@ -7,6 +7,13 @@ from pepper_sim.services.al_speaking_movement import NEUTRAL, WORDS
 HEY = "animations/Stand/Gestures/Hey_1"
 
 
+@pytest.fixture(autouse=True)
+def body_language(naoqi):
+    """Whatever other tests made of it."""
+    naoqi.ALSpeakingMovement.setEnabled(True)
+    naoqi.ALSpeakingMovement.setMode("contextual")
+
+
 def arms_move(motion):
     return any(name == "SpeakingMovement" for name, _, _ in motion.getTaskList())
 
