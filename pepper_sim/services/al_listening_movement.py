@@ -39,6 +39,7 @@ class ALListeningMovement(AutonomousAbility):
 
     def close(self) -> None:
         self._enabled = False
+        self._accompaniment.close()
 
     @property
     def running(self) -> bool:

@@ -78,6 +78,9 @@ class ALSpeakingMovement(AutonomousAbility):
         self._mode = "contextual"
         self._added: dict[str, str] = {}
 
+    def close(self) -> None:
+        self._accompaniment.close()
+
     @property
     def running(self) -> bool:
         return self._accompaniment.active

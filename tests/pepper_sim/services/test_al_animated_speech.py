@@ -7,6 +7,13 @@ from pepper_sim.services.al_speaking_movement import NEUTRAL, WORDS
 HEY = "animations/Stand/Gestures/Hey_1"
 
 
+@pytest.fixture(autouse=True)
+def body_language(naoqi):
+    """Whatever other tests made of it."""
+    naoqi.ALSpeakingMovement.setEnabled(True)
+    naoqi.ALSpeakingMovement.setMode("contextual")
+
+
 def arms_move(motion):
     return any(name == "SpeakingMovement" for name, _, _ in motion.getTaskList())
 
@@ -34,7 +41,7 @@ def test_any_other_motion_has_precedence(naoqi, wait_until):
         "Hello, here is Pepper. It dances for much longer than this text takes.", _async=True
     )
     wait_until(lambda: arms_move(motion), "it moves")
-    motion.angleInterpolation("RShoulderPitch", 0.0, 0.2, True)
+    motion.angleInterpolation("RShoulderPitch", 0.0, 0.8, True)
     assert naoqi.ALMemory.getData("ALTextToSpeech/TextStarted"), "it still speaks"
     assert motion.getAngles("RShoulderPitch", True)[0] == pytest.approx(0.0, abs=0.05)
     naoqi.ALTextToSpeech.stopAll()
