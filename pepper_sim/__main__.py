@@ -54,9 +54,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="put a person there, in metres ahead of the robot's start and to its left: standing@1.5,0, seated@2,1, "
         "waving@1.5,0.5, or walking@2,-1;2,1 to and fro; standing@1.5,0,90 is turned by degrees; may be repeated",
     )
+    parser.add_argument(
+        "--owner-consents",
+        action="store_true",
+        help="let programs switch safety reflexes off, as a real robot's owner can on its page",
+    )
+    parser.add_argument(
+        "--page-port",
+        type=command_line.port_number,
+        default=None,
+        metavar="PORT",
+        help="serve the owner's page, where this can be changed; 0 takes a free port (default: no page)",
+    )
+    parser.add_argument(
+        "--page-address", default="127.0.0.1", help="address on which that page listens (default: %(default)s)"
+    )
     options = parser.parse_args(arguments)
-    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters", "people")
-    parts = {name: getattr(options, name) for name in names}
+    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "posters", "people", "owner_consents")
+    parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )

@@ -222,10 +222,10 @@ class ALAutonomousLife(Module):
         return self._state in LIVING
 
     def _switch(self, ability: str) -> None:
-        """Switch an ability's service as the state of life and its own switch say."""
+        """Tell an ability's service what the state of life and its own switch say."""
         service: Any = self._others.find(f"AL{ability}")
         if service is not None:
-            service.setEnabled(self.is_on() and self._abilities[ability])
+            service.follow_life(self.is_on() and self._abilities[ability])
 
     def _runs_now(self, ability: str) -> bool:
         service: Any = self._others.find(f"AL{ability}")

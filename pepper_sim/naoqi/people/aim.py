@@ -58,7 +58,7 @@ def head_angles(robot: Pepper, place: Sequence[float]) -> dict[str, float]:
 
 def turn_head(robot: Pepper, motion: ALMotion, angles: Mapping[str, float], velocity: float) -> None:
     """Turn the head towards angles, no faster than `velocity` [rad/s]; not while a motion uses it."""
-    if motion.tasks.using(HEAD):
+    if motion.tasks.needs(HEAD):
         return
     now = robot.snapshot().joint_setpoints
     errors = {joint: abs(angle - now[joint]) for joint, angle in angles.items()}
