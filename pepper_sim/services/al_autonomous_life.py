@@ -222,14 +222,10 @@ class ALAutonomousLife(Module):
         return self._state in LIVING
 
     def _switch(self, ability: str) -> None:
-        """Have an ability's service do what the state of life and its switch say."""
+        """Tell an ability's service what the state of life and its own switch say."""
         service: Any = self._others.find(f"AL{ability}")
-        if service is None:
-            return
-        if hasattr(service, "changed"):  # its switch is ours: it asks
-            service.changed()
-        else:
-            service.setEnabled(self.is_on() and self._abilities[ability])
+        if service is not None:
+            service.follow_life(self.is_on() and self._abilities[ability])
 
     def _runs_now(self, ability: str) -> bool:
         service: Any = self._others.find(f"AL{ability}")

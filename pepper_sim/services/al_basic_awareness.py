@@ -93,7 +93,7 @@ class ALBasicAwareness(Module):
     @remote("b()", name="isRunning")
     def isRunningNow(self) -> bool:
         """Whether awareness is on, and paused neither by a call nor by a motion of the head."""
-        return self._enabled and not self._paused and not self._motion.tasks.using(HEAD)
+        return self._enabled and not self._paused and not self._motion.tasks.needs(HEAD)
 
     @remote("v()")
     def startAwareness(self) -> None:
@@ -193,24 +193,34 @@ class ALBasicAwareness(Module):
             return NOBODY
         return self._workers.run(self._search, stimulusPosition)
 
+    def follow_life(self, able: bool) -> None:
+        """Switch awareness as ALAutonomousLife says: its switch or the state of life has changed."""
+        self.setEnabled(able)
+
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _announce(self, event: str, value: Any) -> None:
         self._memory.announce(f"ALBasicAwareness/{event}", value)
 
     def _set_paused(self, paused: bool) -> None:
-        changed, self._paused = self._paused != paused, paused
+        with self.attention.lock:
+            changed, self._paused = self._paused != paused, paused
+            if paused:
+                self.attention.halt()
         if changed:
             self._announce("PauseStateChanged", paused)
 
     def _update(self, look: Look) -> None:
-        if self._motion.stiffness.awake and self.isRunningNow():
-            self.attention.update(
-                look,
-                people=self._stimuli["People"],
-                look_speed=self._parameters["LookStimulusSpeed"],
-                back_speed=self._parameters["LookBackSpeed"],
-            )
+        with self.attention.lock:
+            if self._motion.stiffness.awake and self.isRunningNow():
+                self.attention.update(
+                    look,
+                    people=self._stimuli["People"],
+                    look_speed=self._parameters["LookStimulusSpeed"],
+                    back_speed=self._parameters["LookBackSpeed"],
+                )
+            else:
+                self.attention.halt()
 
     def _touched(self, changes: Any) -> None:
         if any(row[1] for row in changes):

@@ -327,6 +327,23 @@ def test_stimuli_turn_the_head_and_a_pause_does_not(naoqi, stranger, wait_until)
     assert not awareness.isAwarenessPaused(), "switched off, it is no longer paused"
 
 
+@pytest.mark.parametrize("how", ["pause", "out of sight"])
+def test_a_base_that_turns_to_somebody_stops_with_awareness(naoqi, stranger, wait_until, how):
+    awareness, robot = naoqi.ALBasicAwareness, naoqi.robot
+    stranger.place(1.5, 0.7, math.pi)
+    awareness.setTrackingMode("BodyRotation")
+    awareness.setEnabled(True)
+    wait_until(lambda: robot.snapshot().moving, "the base turns")
+    if how == "pause":
+        awareness.pauseAwareness()
+    else:
+        stranger.place(-2.0, 0.0)
+    wait_until(lambda: not robot.snapshot().moving, "the base stopped")
+    assert robot.truth()[5] < 0.4, "before it was there"
+    awareness.setTrackingMode("Head")
+    awareness.setEnabled(False)
+
+
 def test_life_switches_awareness_and_mood(naoqi, stranger, wait_until):
     life, mood = naoqi.ALAutonomousLife, naoqi.ALMood
     assert mood.currentPersonState()["valence"] == {"value": 0.0, "confidence": 0.0}

@@ -6,6 +6,7 @@ Source: NAOqi 2.8 documentation, page albasicawareness.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -51,14 +52,24 @@ class Attention:
         self._announce = announce
         self._stimulus: Stimulus | None = None
         self._driving = False
+        self.lock = threading.RLock()
+        """Held while a look is acted on."""
         self.tracked = NOBODY
         self.engagement, self.tracking = "Unengaged", "Head"
 
     def release(self) -> None:
         """Track nobody and move nothing."""
-        self._stimulus = None
-        self._halt()
-        self._track(NOBODY)
+        with self.lock:
+            self._stimulus = None
+            self.halt()
+            self._track(NOBODY)
+
+    def halt(self) -> None:
+        """Stop the base, if it turns or drives after a person."""
+        if self._driving:
+            self._driving = False
+            if not self._motion.tasks.using(("Base",)):
+                self._robot.set_velocity(0.0, 0.0, 0.0)
 
     def track(self, number: int) -> bool:
         """Track a person from now on; false if nobody of this ID is seen."""
@@ -84,11 +95,12 @@ class Attention:
         limit = self._robot.LIMITS["HeadYaw"].velocity
         stimulus = self._stimulus
         if stimulus is not None:
+            self.halt()
             self._search(stimulus, look, look_speed * limit, back_speed * limit)
             return
         tracked = next((known for known in look.known if known.number == self.tracked), None)
         if self.tracked != NOBODY and (tracked is None or look.sight.time - tracked.seen > LOST_AFTER):
-            self._halt()
+            self.halt()
             self._track(NOBODY)
             self._announce("HumanLost", [])
             tracked = None
@@ -103,6 +115,8 @@ class Attention:
                 tracked = nearest
         if tracked is not None and tracked.visible:
             self._follow(tracked)
+        else:
+            self.halt()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -146,9 +160,4 @@ class Attention:
             limit = self._robot.base_limits.max_theta
             self._robot.set_velocity(speed if abs(bearing) < _TURNING else 0.0, 0.0, max(-limit, min(limit, turn)))
         else:
-            self._halt()
-
-    def _halt(self) -> None:
-        if self._driving:
-            self._driving = False
-            self._robot.set_velocity(0.0, 0.0, 0.0)
+            self.halt()

@@ -157,6 +157,8 @@ class Population:
             self.last = None
             return
         sight = self.look_now()
+        if self.last is not None and sight.time < self.last.sight.time:
+            self.forget_all()  # the world has been reset
         with self._lock:
             if tracking:
                 self._update_population(sight)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from typing import Any
 
 from pepper_sim.naoqi.people.aim import HEAD, arm_angles, from_world, head_angles, turn_head
@@ -36,6 +37,7 @@ class Pursuit:
         self._memory = memory
         self._motion = motion
         self._targets = targets
+        self._lock = threading.RLock()
         self._parameters: Any = None
         self._place: Place | None = None
         self._seen = 0.0
@@ -74,14 +76,16 @@ class Pursuit:
 
     def stop(self) -> None:
         """Follow nothing; the robot stays as it is."""
-        self.target, self._place, self._lost_since, self.new = "", None, None, False
-        self._halt()
+        with self._lock:
+            self.target, self._place, self._lost_since, self.new = "", None, None, False
+            self._halt()
 
     def set_mode(self, mode: str) -> None:
         """Choose what follows."""
-        self.mode = mode
-        if mode not in _MOVING:
-            self._halt()
+        with self._lock:
+            self.mode = mode
+            if mode not in _MOVING:
+                self._halt()
 
     def take_place(self) -> Place | None:
         """Return where the target was seen last; None if it was not. From now on it is no longer new."""
@@ -90,6 +94,12 @@ class Pursuit:
 
     def update(self, look: Look) -> None:
         """Follow what was just seen."""
+        with self._lock:
+            self._update(look)
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _update(self, look: Look) -> None:
         target = self.target
         place = self._targets.locate(target, self._parameters, look) if target else None
         if place is not None and self._distance(place) > self.farthest:
@@ -105,8 +115,6 @@ class Pursuit:
             self._point(place)
         if self.mode in _MOVING:
             self._approach(place)
-
-    # --- inside ------------------------------------------------------------------------------------------------------
 
     def _distance(self, place: Place) -> float:
         return math.hypot(*from_world(self._robot, place, 2))
@@ -140,7 +148,8 @@ class Pursuit:
     def _halt(self) -> None:
         if self._driving:
             self._driving = False
-            self._robot.set_velocity(0.0, 0.0, 0.0)
+            if not self._motion.tasks.using(("Base",)):
+                self._robot.set_velocity(0.0, 0.0, 0.0)
 
     def _miss(self, now: float) -> None:
         self._halt()
