@@ -46,7 +46,7 @@ setup(
     package_data={
         "telepresence.sim": ["scenes/*.xml", "scenes/parts/*.xml", "scenes/textures/*.png"],
         "telepresence.sim.walker": ["*.xml"],
-        "pepper_sim": ["models/*", "documented/*.toml"],
+        "pepper_sim": ["models/*", "documented/*.toml", "animations/*.toml"],
         "robotino_sim": ["models/*"],
         "gui": ["*.ui", "themes/*"],
         "gui.app": ["*.ui"],

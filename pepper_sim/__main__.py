@@ -43,11 +43,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="X,Y,THETA",
         help="pose of the robot on its charging station, seen from where it starts [m, m, rad] (default: no station)",
     )
+    parser.add_argument(
+        "--owner-consents",
+        action="store_true",
+        help="let programs switch safety reflexes off, as a real robot's owner can on its page",
+    )
+    parser.add_argument(
+        "--page-port",
+        type=command_line.port_number,
+        default=None,
+        metavar="PORT",
+        help="serve the owner's page, where this can be changed; 0 takes a free port (default: no page)",
+    )
+    parser.add_argument(
+        "--page-address", default="127.0.0.1", help="address on which that page listens (default: %(default)s)"
+    )
     options = parser.parse_args(arguments)
-    parts = {
-        name: getattr(options, name)
-        for name in ("speaker", "record_speaker", "room_sound", "head", "packages", "station")
-    }
+    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "station", "owner_consents")
+    parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)
     )

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from pepper_sim.body.collision_protection import SecurityZone
+from pepper_sim.body.consent import OwnerConsent
 from pepper_sim.body.description import (
     ACC_THETA,
     ACC_XY,
@@ -33,7 +34,7 @@ from pepper_sim.body.description import (
     WHEELS,
     JointLimits,
 )
-from pepper_sim.body.frames import Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
 from pepper_sim.body.motion import BaseMotion
@@ -64,13 +65,21 @@ class Pepper:
     JOINTS: tuple[str, ...] = JOINTS
     LIMITS: Mapping[str, JointLimits] = LIMITS
 
-    def __init__(self, world: World, cameras: Cameras | None, prefix: str = PREFIX, seed: int = 0) -> None:
+    def __init__(
+        self,
+        world: World,
+        cameras: Cameras | None,
+        prefix: str = PREFIX,
+        seed: int = 0,
+        owner_consents: bool = False,
+    ) -> None:
         """
         Args:
             world: Built with `pepper_sim.models.pepper_model(prefix)` among its robots.
             cameras: Renders this world's cameras; without it the robot has no pictures and its tablet stays dark.
             prefix: Prefix of this robot's names in the world.
             seed: Seed of the sensors' noise, together with the world's seed.
+            owner_consents: Programs may switch safety reflexes off; see `OwnerConsent`.
         """
         model = world.model
         self.world = world
@@ -89,12 +98,17 @@ class Pepper:
             model, prefix, BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA), BRAKING, world.rng(prefix + "odometry")
         )
         self.security = SecurityZone()
+        self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        """Whether a fall takes the joints' stiffness, a faulty device keeps the robot from waking up, and the base
+        gives way to a push."""
+        self.smart_stiffness = True
+        """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
+        self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
-        self._snapshot: Snapshot | None = None
-        self._snapshot_tick = -1
+        self._snapshot: tuple[int, Snapshot] | None = None
         self._laser_odometry = self._base.odometry
         self._station = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + STATION_BODY)
         self._held = False
@@ -215,6 +229,17 @@ class Pepper:
             self._check_able()
             self._snapshot = None
 
+    def ramp_stiffness(self, stiffness: Mapping[str, float], duration: float) -> Future:
+        """Change the share of torque of joints evenly over `duration` [s].
+
+        Returns:
+            Future: True when it is reached, False when `set_stiffness` came in between; cancelling it ends the change.
+        Raises:
+            ValueError: Unknown joint or a value that is not finite.
+        """
+        with self.world.locked():
+            return self._joints.ramp_stiffness(stiffness, duration, self.world.time)
+
     # --- people and parts --------------------------------------------------------------------------------------------
 
     def press(self, part: str, pressed: bool) -> None:
@@ -265,13 +290,22 @@ class Pepper:
 
     # --- what can be read --------------------------------------------------------------------------------------------
 
+    def has_snapshot(self) -> bool:
+        """Return whether `snapshot` answers without waiting for the world: it has been asked since the last tick."""
+        taken = self._snapshot
+        return taken is not None and taken[0] == self.world.tick
+
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
+        taken = self._snapshot
+        if (
+            taken is not None and taken[0] == self.world.tick
+        ):  # without waiting for the next tick, which may be on its way
+            return taken[1]
         with self.world.locked() as data:
-            if self._snapshot is None or self._snapshot_tick != self.world.tick:
-                self._snapshot = self._take_snapshot(data)
-                self._snapshot_tick = self.world.tick
-            return self._snapshot
+            if self._snapshot is None or self._snapshot[0] != self.world.tick:
+                self._snapshot = self.world.tick, self._take_snapshot(data)
+            return self._snapshot[1]
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
         """Return where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
@@ -292,12 +326,23 @@ class Pepper:
         with self.world.locked() as data:
             return self._frames.in_odometry(data, name, self._base.odometry)
 
+    def center_of_mass(self, names: Sequence[str]) -> tuple[float, np.ndarray]:
+        """Return mass [kg] and centre of mass (3,) [m] in the odometry frame, of some links together.
+
+        Raises:
+            ValueError: One of them is no link with a mass.
+        """
+        with self.world.locked() as data:
+            mass, center = self._frames.center_of_mass(self.world.model, data, names)
+            return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
+
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
         with self.world.locked() as data:
             self._motion.reset()
             self.security.reset()
+            self.consent.reset()
             self._joints.reset(data, STAND)
             self._base.write(data)
             self._sensors.reset()
@@ -306,11 +351,15 @@ class Pepper:
             mujoco.mj_kinematics(self.world.model, data)
             self._inertial.reset(data)
 
+    def _switch_reflexes_on(self) -> None:
+        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""
         with self.world.locked():
             self._motion.release()
             self._joints.stop(JOINTS)
+            self._joints.set_stiffness(dict(zip(JOINTS, self._joints.stiffness.tolist(), strict=True)))
 
     def _tick(self, now: float) -> None:
         with self.world.locked() as data:
@@ -341,13 +390,16 @@ class Pepper:
             if not self._fallen and 1.0 - 2.0 * (x * x + y * y) < math.cos(FALLEN_TILT):
                 self._fallen = True
                 self._motion.refuse("fallen")
-                self._joints.set_stiffness(dict.fromkeys(JOINTS, 0.0))
+                if self.fall_manager:
+                    self._joints.set_stiffness(dict.fromkeys(JOINTS, 0.0))
 
     def _update_power(self, now: float) -> None:
         with self.world.locked() as data:
             speed = math.hypot(self._base.vx, self._base.vy) + 0.2 * abs(self._base.wz)
-            plugged = self._on_station(data)
-            self._power.update(POWER_PERIOD, self._torques(data), self._joints.stiffness, speed, plugged=plugged)
+            torques, stiffness = self._torques(data), self._joints.stiffness
+            if self.smart_stiffness:
+                stiffness = self._joints.smart_stiffness(data, torques)
+            self._power.update(POWER_PERIOD, torques, stiffness, speed, plugged=self._on_station(data))
 
     def _on_station(self, data: mujoco.MjData) -> bool:
         """Whether the base stands on the contacts of the charging station, as a connection would show the robot."""

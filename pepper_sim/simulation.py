@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from pepper_sim import owner_page
 from pepper_sim.body.description import HEADS
 from pepper_sim.models import PREFIX, pepper_model
 from pepper_sim.robot import Pepper
@@ -20,19 +21,24 @@ from telepresence.sim.simulated_robot import SimulatedRobot
 from telepresence.sim.simulation import OneRobotSimulation
 from telepresence.sim.world import World
 from telepresence.video.images import LatestImage
+from telepresence.web.page_auth import page_key
+from telepresence.web.server import WebServer
 
 DEFAULT_PORT = 9559
 DEFAULT_SCENE = "apartment"
 
 
 class SimulatedPepper(SimulatedRobot):
-    """One Pepper of a world. `robot` and `tablet` exist once it has entered, `server` once it serves.
+    """One Pepper of a world. `robot` and `tablet` exist once it has entered, `server` and `page` once it serves.
 
     Args:
         speaker: The sound device that plays what the loudspeaker plays; see `telepresence.audio.devices`.
         record_speaker: A WAV file that records what the loudspeaker plays; "" for none.
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
+        owner_consents: Programs may switch safety reflexes off from the start.
+        page_port: Of the owner's page, see `pepper_sim.owner_page`; 0 takes a free one, None leaves it out.
+        page_address: On which the page listens.
         packages: Files of packages that are installed on it, see `pepper_sim.naoqi.installed_packages`.
         station: Where its charging station stands: "x,y,theta" [m, m, rad] of the docked robot, seen from where it
             starts; "" for none.
@@ -50,6 +56,9 @@ class SimulatedPepper(SimulatedRobot):
         room_sound: str = "",
         head: str | float = HEADS[0],
         packages: Sequence[str] = (),
+        owner_consents: bool = False,
+        page_port: int | None = None,
+        page_address: str = "127.0.0.1",
         station: str = "",
     ) -> None:
         # ROS hands the parameter 1.8 over as a number.
@@ -57,6 +66,10 @@ class SimulatedPepper(SimulatedRobot):
         self._output = (speaker, Path(record_speaker) if record_speaker else None)
         self._room_sound = room_sound
         self._packages = [Path(package) for package in packages]
+        self._owner_consents = owner_consents
+        self._page = (page_address, page_port)
+        self._page_key = page_key(owner_page.KEY_VARIABLE)
+        self.page: WebServer | None = None
         self.output: LoudspeakerOutput | None = None
         self.room_sounds: RoomSounds | None = None
         self._seed = 0
@@ -70,7 +83,7 @@ class SimulatedPepper(SimulatedRobot):
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
         self._seed = seed
-        self.robot = Pepper(world, cameras, self._model.prefix, seed)
+        self.robot = Pepper(world, cameras, self._model.prefix, seed, self._owner_consents)
         self.tablet = Tablet(self.robot.show_on_tablet)
 
     def serve(self, address: str, port: int) -> None:
@@ -79,6 +92,9 @@ class SimulatedPepper(SimulatedRobot):
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed)
         for package in self._packages:
             self.server.catalogue.packages.install(package)
+        page_address, page_port = self._page
+        if page_port is not None:
+            self.page = owner_page.serve(self.robot.consent, page_address, page_port, self._page_key)
         room = self.server.catalogue.room
         self.room_sounds = RoomSounds(room.surroundings, self._room_sound)
         self.output = LoudspeakerOutput(room.loudspeaker.track, *self._output)
@@ -88,16 +104,21 @@ class SimulatedPepper(SimulatedRobot):
         return self.server.endpoints if self.server else []
 
     @property
+    def page_url(self) -> str | None:
+        """Where the owner finds the robot's page, with the key to it."""
+        return owner_page.address_with_key(self.page, self._page_key) if self.page is not None else None
+
+    @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         tablet = self.tablet
         return {"tablet": lambda: tablet.image} if tablet is not None else {}
 
     def say_nearby(self, text: str) -> None:
-        if self.room_sounds is not None:
-            self.room_sounds.say(text)
+        if self.room_sounds is not None and self.server is not None:
+            self.server.catalogue.room.spoken(text, self.room_sounds.say(text))
 
     def close(self) -> None:
-        for part in (self.output, self.room_sounds, self.server, self.tablet):
+        for part in (self.page, self.output, self.room_sounds, self.server, self.tablet):
             if part is not None:
                 part.close()
 

@@ -28,6 +28,7 @@ def _open(options: argparse.Namespace) -> Simulation:
         watchdog=options.watchdog,
         laser=options.laser,
         battery=options.battery,
+        charging=options.charging,
         camera_size=tuple(map(int, options.camera.split("x"))),
         strict_camera=options.strict_camera,
         cors=options.cors,
@@ -50,7 +51,13 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         help="seconds of silence after which the robot stops (default: %(default)s)",
     )
     parser.add_argument("--laser", action="store_true", help="put a laser scanner on the robot")
-    parser.add_argument("--battery", choices=tuple(KINDS), default="NiMH", help="(default: %(default)s)")
+    parser.add_argument(
+        "--battery",
+        choices=tuple(KINDS),
+        default="NiMH",
+        help="Li-Ion: packs with a Festool charger (default: %(default)s)",
+    )
+    parser.add_argument("--charging", action="store_true", help="stand at the charger from the start")
     parser.add_argument("--camera", choices=sizes, default=sizes[1], help="size of /cam0 (default: %(default)s)")
     parser.add_argument(
         "--strict-camera", action="store_true", help="answer /cam0 with 500 whenever the robot of 2021 would have"

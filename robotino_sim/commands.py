@@ -1,6 +1,7 @@
 """The writable paths under /data and what each does with its body, in the vendor's words and units.
 
-A body is checked completely before anything happens, so that a bad one has no effect. Source: wiki.openrobotino.org,
+A body is checked completely before anything happens, so that a bad one has no effect. Programs in use send 1 and 0 for
+true and false, alone and in arrays. Source: wiki.openrobotino.org,
 page Rest api (27 July 2020); the program paths: restapid's ProgramHandler.cpp (mirror BusHero/robotino_api2).
 """
 

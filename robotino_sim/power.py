@@ -52,23 +52,23 @@ class Battery:
     Args:
         kind: A key of `KINDS`.
         charge: At the start, 0 to 1.
+        external: Whether the mains cable is connected at the start.
     Raises:
         ValueError: Unknown kind or impossible charge; the text names what there is.
     """
 
-    def __init__(self, kind: str = "NiMH", charge: float = 0.9) -> None:
+    def __init__(self, kind: str = "NiMH", charge: float = 0.9, external: bool = False) -> None:
         if kind not in KINDS:
             raise ValueError(f"there is no battery {kind!r}; batteries: {', '.join(KINDS)}")
         if not 0.0 <= charge <= 1.0:
             raise ValueError(f"a battery's charge lies between 0 and 1, got {charge}")
         self.kind = kind
-        self.external = False
-        self._start = charge
+        self._start, self._start_external = charge, external
         self.reset()
 
     def reset(self) -> None:
-        """Return to the charge at the start, without mains power."""
-        self.external = False
+        """Return to the charge and the cable at the start."""
+        self.external = self._start_external
         self._charge = self._start
         self._low_for = 0.0
 

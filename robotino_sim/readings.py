@@ -1,7 +1,8 @@
 """The readable paths under /data and their answers, in the vendor's words and units.
 
 Sources: wiki.openrobotino.org, page Rest api (27 July 2020), and replies of a robot with image 4.20.9 recorded in
-alexkorga/hsbi-robotino-navigation, docs/reference/robotino_http_api_inventory.md. `EMPTY` stands for hardware that this
+alexkorga/hsbi-robotino-navigation, docs/reference/robotino_http_api_inventory.md, /data/pose included, which that
+robot answers on port 8154 of an additional service. `EMPTY` stands for hardware that this
 robot does not have: the real one then answers 200 with an empty body.
 """
 
@@ -45,6 +46,15 @@ def odometry(robot: Robotino) -> list[float]:
     """[x m, y m, rot rad, vx m/s, vy m/s, omega rad/s, seq]."""
     reading = robot.snapshot().odometry
     return [reading.x, reading.y, reading.phi, reading.vx, reading.vy, reading.omega, reading.seq]
+
+
+def pose(robot: Robotino) -> dict[str, float]:
+    """Where the robot believes to be in the room [m, rad]. The recorded errors are 0, their meaning is unknown."""
+    reading = robot.snapshot().localization
+    return {
+        **{"errphi": 0, "errx": 0, "erry": 0},
+        **{"phi": reading.phi, "seq": reading.seq, "x": reading.x, "y": reading.y},
+    }
 
 
 def power_management(robot: Robotino) -> dict[str, Any]:
@@ -141,6 +151,7 @@ def table(programs: Programs) -> dict[str, Reading]:
     """Return path -> reading."""
     return {
         "/data/odometry": odometry,
+        "/data/pose": pose,
         "/data/distancesensorarray": lambda robot: robot.snapshot().distances,
         "/data/bumper": lambda robot: {"value": robot.snapshot().bumper},
         "/data/analoginputarray": lambda robot: robot.inputs_outputs.analog_inputs,

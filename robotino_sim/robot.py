@@ -16,6 +16,7 @@ from robotino_sim import infrared, laser
 from robotino_sim.controller import CYCLE, ODOMETRY_PERIOD, REST_WATCHDOG, DriveController, Odometry
 from robotino_sim.inputs_outputs import InputsOutputs
 from robotino_sim.kinematics import Triple
+from robotino_sim.localization import Localization, PoseEstimate
 from robotino_sim.models import PREFIX
 from robotino_sim.power import Battery, PowerState
 from telepresence.geometry import roll_pitch_yaw
@@ -41,6 +42,7 @@ class Snapshot:
         motors: Speeds of the motors 1, 2, 3 [rpm].
         scan: The last one of the laser scanner; None without a scanner.
         power: Battery and charging.
+        localization: Where the robot believes to be in the room, at most 50 ms old.
     """
 
     time: float
@@ -52,6 +54,7 @@ class Snapshot:
     motors: Triple
     scan: laser.Scan | None
     power: PowerState
+    localization: PoseEstimate
 
 
 class Robotino:
@@ -69,6 +72,7 @@ class Robotino:
         *,
         watchdog: float = REST_WATCHDOG,
         battery: str = "NiMH",
+        charging: bool = False,
         noise: bool = True,
     ) -> None:
         """
@@ -79,6 +83,7 @@ class Robotino:
             seed: Start of the sensors' noise, together with the world's seed.
             watchdog: Silence after which the motors stop [s].
             battery: "NiMH" or "Pb" (Robotino 3), "Li-Ion" (Robotino 4).
+            charging: It stands at the charger from the start, its mains cable connected.
             noise: False makes sensors and wheels perfect but for their resolution.
         Raises:
             ValueError: Unknown battery, or a watchdog that is not positive.
@@ -92,7 +97,8 @@ class Robotino:
         self._cameras = cameras
         rng = world.rng(f"{prefix}{seed}") if noise else None
         self._drive = DriveController(watchdog, world.rng(prefix + "wheels") if noise else None)
-        self._battery = Battery(battery)
+        self._battery = Battery(battery, external=charging)
+        self._localization = Localization(world.rng(prefix + "localization") if noise else None)
         root = model.joint(prefix + "root").qposadr[0]
         self._pose = slice(root, root + 7)
         first = model.actuator(prefix + "drive_x").id
@@ -176,6 +182,7 @@ class Robotino:
                 motors=self._drive.motors,
                 scan=self._scan,
                 power=self._battery.state,
+                localization=self._localization.estimate,
             )
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
@@ -189,6 +196,7 @@ class Robotino:
     def _reset(self) -> None:
         self._drive.reset()
         self._battery.reset()
+        self._localization.reset()
         self.inputs_outputs.reset()
         self._odometry = Odometry()
         self._distances = (infrared.NOTHING,) * infrared.COUNT
@@ -220,6 +228,8 @@ class Robotino:
 
     def _publish_odometry(self, now: float) -> None:
         self._odometry = self._drive.publish_odometry()
+        x, y, _, _, _, yaw = self.truth()
+        self._localization.update(x, y, yaw)
 
     def _measure(self, now: float) -> None:
         with self.world.locked() as data:

@@ -1,6 +1,7 @@
 """Robotino's web server: REST over plain HTTP, no authentication, as on RobotinoOS 4. Unlike there, pages of other web
 servers cannot drive it from somebody's browser, unless it is told to let them (`--cors`).
 
+    GET, HEAD   /               text/html     start_page.py
     GET, HEAD   /data/NAME      JSON          readings.py
     PUT, POST   /data/NAME      JSON body     commands.py; 200 with an empty body, 400 with a reason
     GET, HEAD   /cam0           image/jpeg    500 "No camera connected" without a picture
@@ -20,9 +21,11 @@ from robotino_sim.json_body import to_json
 from robotino_sim.programs import Programs
 from robotino_sim.robot import Robotino
 from robotino_sim.sensor_image import draw_sensors
+from robotino_sim.start_page import start_page
 from robotino_sim.webcam import Webcam
 from telepresence.web.json_app import (
     BINARY,
+    HTML,
     JPEG,
     PNG,
     Application,
@@ -83,6 +86,8 @@ class _Routes:
         if path in self._readings:
             value = self._readings[path](self._robot)
             return Response() if value is readings.EMPTY else Response(body=to_json(value))
+        if path == "/":
+            return Response(body=start_page(self._readings), content_type=HTML)
         if path == "/cam0":
             return self._camera()
         if path == "/sensorimage":
@@ -125,7 +130,7 @@ class _Routes:
     def _write(self, path: str, environ: Environ) -> Response:
         command = self._commands.get(path)
         if command is None:
-            if path in self._readings or path in ("/cam0", "/sensorimage"):
+            if path in self._readings or path in ("/", "/cam0", "/sensorimage"):
                 raise _not_allowed(f"{path} can be read, not written")
             raise _unknown(path)
         command.run(read_json(environ, path, command.limit))

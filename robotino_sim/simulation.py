@@ -24,7 +24,8 @@ class SimulatedRobotino(WebRobot):
     Args:
         watchdog: Silence after which the motors stop [s].
         laser: Whether the robot carries a laser scanner.
-        battery: "NiMH", "Pb" or "Li-Ion".
+        battery: "NiMH", "Pb" or "Li-Ion"; only the last one's packs have a Festool charger.
+        charging: Whether it stands at the charger from the start.
         camera_size: Of the pictures at /cam0 (width, height) [px].
         strict_camera, cors: See `robotino_sim.server.create_app`.
     """
@@ -39,12 +40,13 @@ class SimulatedRobotino(WebRobot):
         watchdog: float = REST_WATCHDOG,
         laser: bool = False,
         battery: str = "NiMH",
+        charging: bool = False,
         camera_size: tuple[int, int] = DEFAULT_SIZE,
         strict_camera: bool = False,
         cors: bool = False,
     ) -> None:
         self._model = robotino_model(prefix, offset=offset, laser=laser)
-        self._watchdog, self._battery = watchdog, battery
+        self._watchdog, self._battery, self._charging = watchdog, battery, charging
         self._camera_size, self._strict_camera, self._cors = camera_size, strict_camera, cors
         self.robot: Robotino | None = None
         self.webcam: Webcam | None = None
@@ -54,7 +56,12 @@ class SimulatedRobotino(WebRobot):
         return self._model
 
     def enter(self, world: World, cameras: Cameras, seed: int) -> None:
-        self.robot = Robotino(world, cameras, self._model.prefix, seed, watchdog=self._watchdog, battery=self._battery)
+        self.robot = Robotino(
+            *(world, cameras, self._model.prefix, seed),
+            watchdog=self._watchdog,
+            battery=self._battery,
+            charging=self._charging,
+        )
         self.webcam = Webcam(self.robot, self._camera_size)
 
     def create_app(self) -> Application:

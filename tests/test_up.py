@@ -142,7 +142,8 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
     }
     environment.pop("DISPLAY", None)
     station = Station(
-        environment, {name: free_port() for name in ("nao_port", "drive_port", "page_port", "screen_port")}
+        environment,
+        {name: free_port() for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port")},
     )
     try:
         wait_until(lambda: station.said("first picture"), "the window shows the first picture", timeout=120.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -33,6 +33,19 @@ class Frames:
             return data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
         known = sorted({*self._bodies, *self._sites})
         raise ValueError(f"Pepper has no link {name!r}; links: {', '.join(known)}")
+
+    def center_of_mass(self, model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) -> tuple[float, Any]:
+        """Return mass [kg] and centre of mass (3,) [m] in the frame of the base, of some links together.
+
+        Raises:
+            ValueError: One of them is no link with a mass.
+        """
+        bodies = [self._bodies[name] for name in names if name in self._bodies]
+        masses = model.body_mass[bodies]
+        if len(bodies) != len(names) or not masses.sum():
+            raise ValueError(f"no link of Pepper with a mass: {', '.join(names)}")
+        rotation, position = self.find(data, ROOT)
+        return float(masses.sum()), (masses @ data.xipos[bodies] / masses.sum() - position) @ rotation
 
     def in_odometry(self, data: mujoco.MjData, name: str, odometry: tuple[float, float, float]) -> np.ndarray:
         """Return the pose (4, 4) of a link in the odometry frame.

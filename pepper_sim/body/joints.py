@@ -16,6 +16,10 @@ from pepper_sim.body.description import JOINTS, LEG_JOINTS, LIMITS, MOTION_CYCLE
 
 ARRIVED = 1e-3
 """A setpoint this close [rad] to the last knot has arrived."""
+SMART_MARGIN = 0.2
+"""Smart stiffness leaves each motor this share of its torque beyond what the posture needs."""
+STILL_SPEED = 0.02
+"""A joint that turns more slowly [rad/s] does not move."""
 MAX_TRAJECTORY = 3600.0
 """Longest trajectory [s]."""
 
@@ -106,6 +110,23 @@ def monotone_cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     )
 
 
+class _Ramp:
+    """A change of the stiffness of some joints over time."""
+
+    def __init__(self, joints: np.ndarray, start: np.ndarray, goal: np.ndarray, begin: float, duration: float) -> None:
+        self.joints = joints
+        self.future: Future = Future()
+        self._start, self._goal, self._begin, self._duration = start, goal, begin, duration
+
+    def at(self, now: float) -> np.ndarray:
+        """Return the stiffness of each joint at the time `now` [s]."""
+        share = 1.0 if self.over(now) else (now - self._begin) / self._duration
+        return self._start + share * (self._goal - self._start)
+
+    def over(self, now: float) -> bool:
+        return now >= self._begin + self._duration
+
+
 class JointMotion:
     """Setpoints of the 17 joint servos."""
 
@@ -132,6 +153,8 @@ class JointMotion:
         self._running: list[tuple[float, Trajectory]] = []
         self._slewing = False
         self._limp: np.ndarray = np.zeros(0, int)
+        self._braked: np.ndarray = np.zeros(0, int)
+        self._ramps: list[_Ramp] = []
         # A damped servo lags behind a moving setpoint by damping / stiffness seconds; the lead compensates for that.
         damping = model.dof_damping[self.dofs] - model.actuator_biasprm[self.actuators, 2]
         self._lag = damping / model.actuator_gainprm[self.actuators, 0]
@@ -185,21 +208,51 @@ class JointMotion:
         self._targets[indices] = self.setpoints[indices]
 
     def set_stiffness(self, stiffness: Mapping[str, float]) -> None:
-        """Limit the motors' torque to a fraction of their effort. Limp arms fall; brakes hold the leg."""
+        """Limit the motors' torque to a fraction of their effort. Limp arms fall; brakes hold the leg.
+
+        Ends ramps of these joints.
+        """
         indices = _indices(stiffness)
         _require_finite("stiffness", stiffness)
+        for ramp in [ramp for ramp in self._ramps if np.isin(ramp.joints, indices).any()]:
+            self._ramps.remove(ramp)
+            self._finish(ramp.future, False)
         for index, value in zip(indices, stiffness.values(), strict=True):
             self.stiffness[index] = min(max(value, 0.0), 1.0)
+        self._apply_stiffness()
+
+    def ramp_stiffness(self, stiffness: Mapping[str, float], duration: float, now: float) -> Future:
+        """Change the stiffness of joints evenly over `duration` [s]; the future is true when it is reached."""
+        indices = np.array(_indices(stiffness), int)
+        _require_finite("stiffness", stiffness)
+        goals = np.clip(np.array(list(stiffness.values())), 0.0, 1.0)
+        ramp = _Ramp(indices, self.stiffness[indices], goals, now, duration)
+        self._ramps.append(ramp)
+        return ramp.future
+
+    def _apply_stiffness(self) -> None:
         torque = self.stiffness * _EFFORT
         torque[self._legs] = _EFFORT[self._legs]
         self._model.actuator_forcerange[self.actuators] = np.stack([-torque, torque], axis=1)
         for body, carriers in self._carried:
             self._model.body_gravcomp[body] = float(self.stiffness[carriers].min() > 0.0)
-        limp = np.flatnonzero(self.stiffness == 0.0)
-        self._limp = np.setdiff1d(limp, self._legs)
+        off = np.flatnonzero(self.stiffness == 0.0)
+        self._limp = np.setdiff1d(off, self._legs)
+        self._braked = np.intersect1d(off, self._legs)
+
+    def smart_stiffness(self, data: mujoco.MjData, torques: np.ndarray) -> np.ndarray:
+        """Return the stiffness that the posture needs, never more than was set; what was set while a joint moves.
+
+        Source: NAOqi 2.8 documentation, reflexes-smart-stiffness. `torques` are the motors' [N m].
+        """
+        if np.abs(data.qvel[self.dofs]).max() > STILL_SPEED:
+            return self.stiffness
+        return np.minimum(self.stiffness, np.abs(torques) / _EFFORT + SMART_MARGIN)
 
     def tick(self, now: float, dt: float, data: mujoco.MjData) -> None:
         """Advance all setpoints by one tick and hand them to the servos."""
+        if self._ramps:
+            self._advance_ramps(now)
         if not (self._running or self._slewing or self._leading or len(self._limp)):
             return
         for entry in tuple(self._running):
@@ -212,6 +265,8 @@ class JointMotion:
             elif trajectory.over(now - started) and self._arrived(trajectory):
                 self._running.remove(entry)
                 self._finish(trajectory.future, True)
+        if len(self._braked):
+            self._targets[self._braked] = self.setpoints[self._braked]
         if self._slewing:
             change = self._targets - self.setpoints
             reach = self._speeds * dt
@@ -228,9 +283,21 @@ class JointMotion:
         data.ctrl[self.actuators] = self.setpoints + self._lead
 
     def _arrived(self, trajectory: Trajectory) -> bool:
-        """Whether the joints are there: a trajectory above their top speed takes longer than its knots say."""
-        joints = trajectory.joints
-        return float(np.abs(self._targets[joints] - self.setpoints[joints]).max()) < ARRIVED
+        """Whether the joints are there: a trajectory above their top speed takes longer than its knots say.
+
+        Those whose motors are off get nowhere, and nobody waits for them.
+        """
+        joints = trajectory.joints[self.stiffness[trajectory.joints] > 0.0]
+        return bool((np.abs(self._targets[joints] - self.setpoints[joints]) < ARRIVED).all())
+
+    def _advance_ramps(self, now: float) -> None:
+        for ramp in tuple(self._ramps):
+            if not ramp.future.cancelled():
+                self.stiffness[ramp.joints] = ramp.at(now)
+            if ramp.future.cancelled() or ramp.over(now):
+                self._ramps.remove(ramp)
+                self._finish(ramp.future, True)
+        self._apply_stiffness()
 
     def _finish(self, future: Future, result: bool) -> None:
         self._post(lambda: resolve(future, result))

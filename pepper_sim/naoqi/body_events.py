@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,13 +20,17 @@ PERIOD = 0.02
 _SLOW_CYCLES = 50  # posture and battery are polled once a second
 _HAND_SIDES = ("HandRightLeftTouched", "HandRightRightTouched", "HandLeftLeftTouched", "HandLeftRightTouched")
 """Documented, although Pepper has touch sensors only on the backs of its hands."""
+CLICKS = tuple(f"ALChestButton/{times}ClickOccurred" for times in ("Simple", "Double", "Triple"))
+"""Events of the chest button."""
+CLICK_PAUSE = 0.4
+"""Seconds after which the next click is another one; the documentation gives no value."""
 _EVENTS = (
     *(event for _, event in TOUCH_SENSORS.values()),
     *(event for _, event, _ in BUMPERS.values()),
     *_HAND_SIDES,
     *("TouchChanged", "ALMotion/MoveFailed", "ALMotion/RobotIsFalling", "robotHasFallen", "ALMotion/RobotIsStand"),
     *("ALMotion/Safety/ChainVelocityClipped", "ALMotion/Protection/DisabledDevicesChanged"),
-    *("PostureChanged", "PostureFamilyChanged", "BodyStiffnessChanged", "ALChestButton/SimpleClickOccurred"),
+    *("PostureChanged", "PostureFamilyChanged", "BodyStiffnessChanged", *CLICKS),
     *("BatteryChargeChanged", "BatteryPowerPluggedChanged", "BatteryChargingFlagChanged"),
 )
 
@@ -38,6 +43,8 @@ class BodyEvents:
         self._memory = memory
         self._pressed: dict[str, bool] = {}
         self._seen: dict[str, Any] = {}
+        self._clicks, self._clicked = 0, 0.0
+        robot.world.on_reset(self._forget_clicks)
         self._move_failures = robot.snapshot().move_failed.count
         self._closing = threading.Event()
         memory.declare(_EVENTS)
@@ -85,15 +92,27 @@ class BodyEvents:
             changed += self._contact(event, device, bool(snapshot.bumpers[name]))
         if changed:
             self._memory.announce("TouchChanged", changed)
+        self._poll_clicks()
 
     def _contact(self, event: str, device: str, pressed: bool) -> Iterable[list]:
         before, self._pressed[event] = self._pressed.get(event, False), pressed
         if before == pressed:
             return ()
         self._memory.announce(event, float(pressed))
-        if event == "ChestButtonPressed" and not pressed:
-            self._memory.announce("ALChestButton/SimpleClickOccurred", [])
+        if event == "ChestButtonPressed":
+            self._clicks += not pressed
+            self._clicked = time.monotonic()
         return ([device, pressed],)
+
+    def _forget_clicks(self) -> None:
+        self._clicks = 0
+
+    def _poll_clicks(self) -> None:
+        """Tell single, double and triple clicks apart: by what follows within CLICK_PAUSE."""
+        held = self._pressed.get("ChestButtonPressed", False)
+        if self._clicks and not held and time.monotonic() - self._clicked >= CLICK_PAUSE:
+            self._memory.announce(CLICKS[min(self._clicks, len(CLICKS)) - 1], [])
+            self._clicks = 0
 
     def _poll_motion(self, snapshot: Any) -> None:
         failure = snapshot.move_failed

@@ -23,11 +23,12 @@ from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
 from pepper_sim.naoqi.service import Service
-from pepper_sim.naoqi.tasks import Alarm, Workers
+from pepper_sim.naoqi.tasks import Alarm, Watch, Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_leds import ALLeds
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_motion import ALMotion
+from pepper_sim.sound import robot_sounds
 from pepper_sim.sound.room import Loudspeaker, Room
 from pepper_sim.sound.speech import Voice
 from pepper_sim.tablet.tablet import Tablet
@@ -57,16 +58,18 @@ class Catalogue:
 
     def __init__(self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0) -> None:
         self.disk = RobotDisk()
+        robot_sounds.install(self.disk)
         self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
         self._workers = Workers()
         self._alarm = Alarm()
+        self._watch = Watch()
         self.clients = ClientServices(server, self._alarm)
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
-        self.memory = ALMemory(robot.snapshot, body, self.clients)
-        motion = ALMotion(robot, self.memory, self._workers)
-        robot.world.on_reset(motion.stiffness.restart)
+        self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
+        motion = ALMotion(robot, self.memory, self._workers, self._watch, self._alarm)
+        robot.world.on_reset(motion.restart)
         self.services: list[Service] = [leds, self.memory, motion]
         self._parts: dict[type, Any] = {
             Pepper: robot,
@@ -78,6 +81,7 @@ class Catalogue:
             ClientServices: self.clients,
             Workers: self._workers,
             Alarm: self._alarm,
+            Watch: self._watch,
             MotionBase: motion.base,
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
@@ -85,12 +89,21 @@ class Catalogue:
         }
         for service in service_classes():
             self._make(service)
+        self.clients.offer(self.services)
         self._events = BodyEvents(robot, self.memory)
 
     def close(self) -> None:
         """End threads, newest first."""
         with contextlib.ExitStack() as stack:
-            closing: list[Any] = [self.disk, self.clients, self._alarm, self._workers, *self.services, self._events]
+            closing: list[Any] = [
+                self.disk,
+                self.clients,
+                self._alarm,
+                self._watch,
+                self._workers,
+                *self.services,
+                self._events,
+            ]
             for part in closing:
                 stack.callback(part.close)
 

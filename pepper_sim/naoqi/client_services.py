@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
+from collections.abc import Iterable
 from typing import Any
 
+from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.server import Server
@@ -29,6 +31,7 @@ class ClientServices:
         self._server = server
         self._alarm = alarm
         self._own: frozenset[str] = frozenset()
+        self._offered: dict[str, Service] = {}
         self._proxies: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-lookup")
@@ -63,6 +66,48 @@ class ClientServices:
             self._start(done, name, method, arguments)
         else:
             self._pool.submit(self._start, done, name, method, arguments)
+        return done
+
+    def offer(self, services: Iterable[Service]) -> None:
+        """Let `start` call the robot's own services, too."""
+        self._offered = {service.name: service for service in services}
+
+    def start(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
+        """Call a method of a client's service or of the robot's own; it may take as long as it needs.
+
+        Raises: RuntimeError: There is no such service or method, or it refuses.
+        """
+        if name in self._offered:
+            return self._start_own(name, method, arguments)
+        done: concurrent.futures.Future = concurrent.futures.Future()
+        try:
+            answer = getattr(self._proxy(name), method)(*arguments, _async=True)
+        except AttributeError:
+            raise _no_method(name, method) from None
+
+        def finish(answer: Future) -> None:
+            if answer.hasError():
+                done.set_exception(RuntimeError(answer.error()))
+            else:
+                done.set_result(answer.value())
+
+        answer.addCallback(finish)
+        return done
+
+    def _start_own(self, name: str, method: str, arguments: tuple) -> concurrent.futures.Future:
+        overloads = [
+            binding
+            for binding in self._offered[name].bindings()
+            if binding.name == method and len(binding.arguments) == len(arguments)
+        ]
+        if not overloads:
+            raise _no_method(name, method)
+        binding = next((overload for overload in overloads if overload.takes(*arguments)), overloads[0])
+        result = binding(*arguments)
+        if isinstance(result, concurrent.futures.Future):
+            return result
+        done: concurrent.futures.Future = concurrent.futures.Future()
+        done.set_result(result)
         return done
 
     def post(self, name: str, method: str, *arguments: Any) -> None:

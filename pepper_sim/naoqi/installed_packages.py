@@ -3,7 +3,8 @@
 A package is a zip file with a manifest.xml (NAOqi 2.8 documentation, PackageManager):
 
     <package uuid="robotvideo" version="0.3.0">
-      <contents><behaviorContent path="behaviour"/></contents>      the behaviour robotvideo/behaviour
+      <contents><behaviorContent path="behaviour"/></contents>      the behaviour robotvideo/behaviour, whose folder
+                                                                    holds Choregraphe's behavior.xar
       <services><service name="main" execStart="/usr/bin/python scripts/main.py"/></services>      robotvideo.main
 """
 
@@ -13,7 +14,7 @@ import shutil
 import threading
 import xml.etree.ElementTree as ElementTree
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -45,14 +46,39 @@ class ServiceProgram:
 
 
 @dataclass(frozen=True)
+class Behavior:
+    """A behaviour of a package: "package/path", its folder or file, and what its manifest says about it."""
+
+    name: str
+    path: Path
+    nature: str = ""
+    tags: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> Path | None:
+        """The file that says what it does: Choregraphe's behavior.xar, or an animation; None if there is none."""
+        candidates = (
+            self.path / "behavior.xar",
+            self.path.with_name(f"{self.path.name}.qianim"),
+            self.path if self.path.suffix == ".qianim" else self.path / f"{self.path.name}.qianim",
+        )
+        return next((file for file in candidates if file.is_file()), None)
+
+
+@dataclass(frozen=True)
 class Package:
     """An installed package."""
 
     uuid: str
     version: str
     folder: Path
-    behaviors: tuple[str, ...]
+    contents: tuple[Behavior, ...]
     services: tuple[ServiceProgram, ...]
+
+    @property
+    def behaviors(self) -> tuple[str, ...]:
+        """The names of its behaviours."""
+        return tuple(behavior.name for behavior in self.contents)
 
 
 class InstalledPackages:
@@ -63,6 +89,7 @@ class InstalledPackages:
         self._lock = threading.Lock()
         self._packages: dict[str, Package] = {}
         self._listeners: list[Callable[[], None]] = []
+        self._watchers: list[Callable[[Sequence[str], Sequence[str]], None]] = []
 
     def icon(self, package: Package) -> bytes:
         """Return the package's icon, a PNG; nothing if it has none."""
@@ -81,6 +108,21 @@ class InstalledPackages:
         installed = (behavior for package in self.packages for behavior in package.behaviors)
         return list(dict.fromkeys((*BUILT_IN_BEHAVIORS, *installed)))
 
+    def file_of(self, behavior: str) -> Path | None:
+        """Return the file that says what a behaviour does; None if there is none."""
+        found = self._behavior(behavior)
+        return found.file if found else None
+
+    def nature(self, behavior: str) -> str:
+        """Return the nature that a behaviour's manifest names; "" for none."""
+        found = self._behavior(behavior)
+        return found.nature if found else ""
+
+    def tags(self, behavior: str) -> tuple[str, ...]:
+        """Return the tags that a behaviour's manifest names."""
+        found = self._behavior(behavior)
+        return found.tags if found else ()
+
     def service(self, name: str) -> ServiceProgram | None:
         """Return the program of a service, "package.service" or, as the robot allows, "service" alone."""
         services = [service for package in self.packages for service in package.services]
@@ -89,6 +131,10 @@ class InstalledPackages:
     def on_removed(self, listener: Callable[[], None]) -> None:
         """Call `listener` whenever a package was removed or replaced."""
         self._listeners.append(listener)
+
+    def on_changed(self, watcher: Callable[[Sequence[str], Sequence[str]], None]) -> None:
+        """Call `watcher` with a package's behaviours before and after it was installed, replaced or removed."""
+        self._watchers.append(watcher)
 
     def install(self, file: Path) -> Package:
         """Install a package, replacing an older one of the same name.
@@ -114,6 +160,7 @@ class InstalledPackages:
             self._packages[uuid] = package
         if replaced is not None:
             self._report_removal()
+        self._report_change(replaced, package)
         return package
 
     def remove(self, uuid: str) -> None:
@@ -125,7 +172,15 @@ class InstalledPackages:
         with self._lock:
             package = self._packages.pop(uuid)
         self._report_removal()
+        self._report_change(package, None)
         shutil.rmtree(package.folder, ignore_errors=True)
+
+    def _behavior(self, name: str) -> Behavior | None:
+        return next((found for package in self.packages for found in package.contents if found.name == name), None)
+
+    def _report_change(self, before: Package | None, after: Package | None) -> None:
+        for watcher in self._watchers:
+            watcher(before.behaviors if before else (), after.behaviors if after else ())
 
     def _report_removal(self) -> None:
         for listener in self._listeners:
@@ -143,9 +198,18 @@ def _check(archive: zipfile.ZipFile) -> None:
 
 
 def _read(root: ElementTree.Element, uuid: str, folder: Path) -> Package:
-    behaviors = tuple(f"{uuid}/{content.get('path')}" for content in root.iterfind("contents/behaviorContent"))
+    contents = tuple(_behavior(content, uuid, folder) for content in root.iterfind("contents/behaviorContent"))
     services = tuple(
         ServiceProgram(f"{uuid}.{service.get('name')}", service.get("execStart", ""), folder, uuid)
         for service in root.iterfind("services/service")
     )
-    return Package(uuid, root.get("version", ""), folder, behaviors, services)
+    return Package(uuid, root.get("version", ""), folder, contents, services)
+
+
+def _behavior(content: ElementTree.Element, uuid: str, folder: Path) -> Behavior:
+    path = content.get("path", "")
+    inside = PurePosixPath(path)
+    if inside.is_absolute() or ".." in inside.parts:
+        raise ValueError(f"its behaviour {path!r} lies outside its folder")
+    tags = tuple(tag.text.strip() for tag in content.iterfind("tags/tag") if tag.text and tag.text.strip())
+    return Behavior(f"{uuid}/{path}", folder / inside, content.findtext("nature", "").strip(), tags)

@@ -34,6 +34,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "RHand": ("RHand",),
 }
 CHAINS = ("Head", "LArm", "Leg", "RArm")
+STIFFNESS = {joint: f"{joint}/Stiffness" for joint in BODY}
+"""Joint -> what a motion task books that changes its stiffness and not its angle."""
 
 
 def joints_of(names: Any, argument: str = "names") -> list[str]:
@@ -55,6 +57,17 @@ def joints_of(names: Any, argument: str = "names") -> list[str]:
         else:
             raise ServiceError(f"{argument}: unknown joint or chain {shown(name)}")
     return joints
+
+
+def per_joint(names: Any, values: Any) -> Any:
+    """Return `values`; where they are a list with one entry per name and a name is a chain, with one per joint.
+
+    Raises:
+        ServiceError: As of `joints_of`.
+    """
+    if not isinstance(names, list | tuple) or not isinstance(values, list | tuple) or len(names) != len(values):
+        return values
+    return [value for name, value in zip(names, values, strict=True) for _ in joints_of(name)]
 
 
 def values_for(joints: list[str], values: Any, argument: str, *, spread: bool = False) -> dict[str, float]:

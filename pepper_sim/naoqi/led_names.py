@@ -9,7 +9,9 @@ from __future__ import annotations
 COLOURS = ("Red", "Green", "Blue")
 _SIDES = ("Left", "Right")
 _FACE_ANGLES = range(0, 360, 45)
-_EAR_ANGLES = range(0, 360, 36)
+EAR_STEP = 36
+"""Angle between two LEDs of an ear [degrees]."""
+_EAR_ANGLES = range(0, 360, EAR_STEP)
 
 
 def _face(sides: tuple[str, ...] = _SIDES, angles: range | tuple[int, ...] = _FACE_ANGLES) -> list[str]:
@@ -60,3 +62,14 @@ RGB: dict[str, tuple[float, float, float]] = {
 def channel(led: str) -> int:
     """Return the index of an LED's colour in red, green, blue; ears count as blue."""
     return next((index for index, colour in enumerate(COLOURS) if f"/{colour}" in led), 2)
+
+
+def coloured(led: str) -> bool:
+    """Whether an LED is one of three colours at its place."""
+    return any(f"/{colour}" in led for colour in COLOURS) and not led.startswith("Ears/")
+
+
+def angle(led: str) -> int:
+    """Return where in its circle an LED is [degrees]; 0 for one that stands alone."""
+    digits = led.rpartition("/")[2].removesuffix("Deg")
+    return int(digits) if digits.isdigit() else 0

@@ -19,7 +19,10 @@ def served_object(service: Service) -> ServedObject:
     """
     served = ServedObject(parallel=True, strict=False)
     for binding in service.bindings():
-        served.add_method(binding.name, binding.returns, binding.parameters, _answer(binding), binding.description)
+        served.add_method(
+            *(binding.name, binding.returns, binding.parameters, _answer(binding), binding.description),
+            quick=binding.quick,
+        )
     for name, signal in service.signals().items():
         if isinstance(signal, Property):
             served.add_property(name, signal)

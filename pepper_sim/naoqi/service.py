@@ -19,9 +19,10 @@ import inspect
 import logging
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
+from telepresence.naoqi.incoming_call import NotNow
 from telepresence.naoqi.signals import Property, Signal
 from telepresence.naoqi.signature import split
 
@@ -47,22 +48,26 @@ class _Remote(Protocol):
     __name__: str
     remote_signatures: tuple[str, ...]
     remote_name: str
+    remote_quick: str
 
     def __call__(self, *values: Any) -> Any: ...
 
 
-def remote(*signatures: str, name: str | None = None) -> Callable[[_F], _F]:
+def remote(*signatures: str, name: str | None = None, quick: str = "") -> Callable[[_F], _F]:
     """Declare a method that clients may call, once per overload.
 
     Args:
         signatures: Return type and parameters as in a qi metaobject, for example "b(fff)".
         name: The method's remote name if the function has another one (two overloads that need two functions).
+        quick: Name of a method of the same object that takes the same arguments and answers without waiting for the
+            world or anybody else, or raises `NotNow`; it is asked first, on the thread that serves every client.
     """
 
     def mark(function: _F) -> _F:
         marked = cast(_Remote, function)
         marked.remote_signatures = signatures
         marked.remote_name = name or marked.__name__
+        marked.remote_quick = quick
         return function
 
     return mark
@@ -83,6 +88,8 @@ class Binding:
     description: str
     arguments: tuple[tuple[str, str], ...]
     """Type and name of each argument."""
+    quick: Callable[..., Any] | None = None
+    """Answers at once or raises `NotNow`; see `remote`."""
 
     @classmethod
     def make(cls, service: str, signature: str, function: _Remote) -> Binding:
@@ -94,7 +101,11 @@ class Binding:
             raise TypeError(f"{service}.{function.__name__} takes fewer arguments than {signature}")
         arguments = tuple(zip(kinds, names[: len(kinds)], strict=True))
         description = inspect.getdoc(function) or ""
-        return cls(service, function.remote_name, returns, parameters, function, description, arguments)
+        made = cls(service, function.remote_name, returns, parameters, function, description, arguments)
+        if not function.remote_quick:
+            return made
+        quick = getattr(cast(Any, function).__self__, function.remote_quick)
+        return replace(made, quick=replace(made, function=quick))
 
     def __call__(self, *values: Any) -> Any:
         try:
@@ -102,9 +113,20 @@ class Binding:
                 check_argument(kind, value, name) for (kind, name), value in zip(self.arguments, values, strict=True)
             ]
             result = self.function(*checked)
+        except NotNow:
+            raise
         except Exception as error:  # top of a remote call: the client gets every error as text
             raise self.explain(error) from None
         return None if self.returns == "v" and not isinstance(result, concurrent.futures.Future) else result
+
+    def takes(self, *values: Any) -> bool:
+        """Whether the arguments are of this overload's types."""
+        try:
+            for (kind, name), value in zip(self.arguments, values, strict=True):
+                check_argument(kind, value, name)
+        except (ServiceError, ValueError):
+            return False
+        return True
 
     def explain(self, error: BaseException) -> ServiceError:
         """Return the error that the client reads; an unexpected one is logged with its traceback."""

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pepper_sim.naoqi.extractor import Extractor
-from pepper_sim.naoqi.service import finite, one_of, remote
+from pepper_sim.naoqi.service import finite, one_of, remote, within
 from pepper_sim.services.al_memory import ALMemory
+
+OLD_NAMES = {"Sensibility": "Sensitivity"}
+"""Deprecated name of a parameter -> its name."""
 
 
 class SoundExtractor(Extractor):
@@ -22,4 +25,11 @@ class SoundExtractor(Extractor):
     @remote("v(sm)")
     def setParameter(self, parameter: str, value: Any) -> None:
         """Sets a parameter ("Sensitivity", 0 to 1)."""
-        self._parameters[one_of(parameter, self._parameters, "parameter")] = finite(value, "value")
+        name = one_of(OLD_NAMES.get(parameter, parameter), self._parameters, "parameter")
+        number = finite(value, "value")
+        self._parameters[name] = within(number, 0.0, 1.0, "value") if name == "Sensitivity" else number
+
+    @property
+    def sensitivity(self) -> float:
+        """Between 0, which detects nothing, and 1."""
+        return self._parameters["Sensitivity"]

@@ -1,15 +1,17 @@
-"""Long calls: threads that run them, futures that end at a given time, and ALMotion's list of tasks."""
+"""Long calls: threads that run them, and futures that end at a given time or when a condition holds."""
 
 from __future__ import annotations
 
 import concurrent.futures
 import heapq
 import itertools
+import math
 import threading
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
+
+from pepper_sim.body.joints import resolve
 
 MAX_WORKERS = 48
 
@@ -85,55 +87,50 @@ class Alarm:
                 return
 
 
-@dataclass(frozen=True)
-class Task:
-    """A running motion: the joints, or "Base", that it uses, and how to end it."""
+class Watch:
+    """Completes futures when conditions hold, with one thread for all of them."""
 
-    name: str
-    identity: int
-    resources: tuple[str, ...]
-    end: Callable[[], Any]
-
-
-class MotionTasks:
-    """The running motions, as ALMotion.getTaskList lists them."""
+    PERIOD = 0.02
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._tasks: dict[int, Task] = {}
-        self._numbers = itertools.count(1)
+        self._changed = threading.Condition()
+        self._conditions: list[tuple[Callable[[], bool], float, concurrent.futures.Future]] = []
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
+        self._thread.start()
 
-    def add(
-        self, name: str, resources: Iterable[str], future: concurrent.futures.Future, end: Callable[[], Any]
-    ) -> concurrent.futures.Future:
-        """List a motion until `future` is done; returns `future`. `end` ends the motion early."""
-        task = Task(name, next(self._numbers), tuple(resources), end)
-        with self._lock:
-            self._tasks[task.identity] = task
-        future.add_done_callback(lambda _: self._remove(task))
+    def until(self, condition: Callable[[], bool], timeout: float = math.inf) -> concurrent.futures.Future:
+        """Return a future that is true once `condition()`, false after `timeout` [s] or at `close`."""
+        future: concurrent.futures.Future = concurrent.futures.Future()
+        with self._changed:
+            if self._closed:
+                future.set_result(False)
+                return future
+            self._conditions.append((condition, time.monotonic() + timeout, future))
+            self._changed.notify()
         return future
 
-    def all(self) -> list[Task]:
-        with self._lock:
-            return list(self._tasks.values())
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=2.0)
 
-    def using(self, resources: Iterable[str]) -> list[Task]:
-        """Return the motions that use one of `resources`."""
-        wanted = set(resources)
-        return [task for task in self.all() if wanted & set(task.resources)]
-
-    def kill(self, identity: int) -> bool:
-        """End one motion; false if there is none of that number."""
-        with self._lock:
-            task = self._tasks.get(identity)
-        if task is None:
-            return False
-        task.end()
-        return True
-
-    def _remove(self, task: Task) -> None:
-        with self._lock:
-            self._tasks.pop(task.identity, None)
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                if not self._closed:
+                    self._changed.wait(self.PERIOD if self._conditions else None)
+                closed, watched, self._conditions = self._closed, self._conditions, []
+            for condition, deadline, future in watched:
+                holds = condition()
+                if holds or closed or future.cancelled() or time.monotonic() >= deadline:
+                    resolve(future, holds)
+                else:
+                    with self._changed:
+                        self._conditions.append((condition, deadline, future))
+            if closed:
+                return
 
 
 def chained(future: concurrent.futures.Future, answer: Callable[[Any], Any]) -> concurrent.futures.Future:

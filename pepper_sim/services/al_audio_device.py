@@ -23,7 +23,7 @@ from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.service import Module, ServiceError, octets, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Alarm, chained
-from pepper_sim.sound.room import FULL_SCALE, Room, Stream, sine
+from pepper_sim.sound.room import FULL_SCALE, Room, Stream, read_channels, sine
 from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
@@ -51,6 +51,7 @@ class ALAudioDevice(Module):
         self._room = room
         self._clients = clients
         self._alarm = alarm
+        self._disk = disk
         self._recorder = MicrophoneRecorder(room, disk)
         self._lock = threading.Lock()
         self._streams: dict[str, MicrophoneStream] = {}
@@ -121,14 +122,13 @@ class ALAudioDevice(Module):
 
     @remote("i(s)")
     def getParameter(self, pParamName: str) -> int:
-        """Returns outputSampleRate [Hz] or inputBufferSize."""
-        one_of(pParamName, ("outputSampleRate", "inputBufferSize"), "pParamName")
-        return self._rate if pParamName == "outputSampleRate" else 8192
+        """Returns outputSampleRate [Hz] or inputBufferSize; -1 for another name."""
+        return {"outputSampleRate": self._rate, "inputBufferSize": 8192}.get(pParamName, -1)
 
     @remote("v(i)")
     def setOutputVolume(self, volume: int) -> None:
-        """Sets the volume, 0 to 100."""
-        self._room.loudspeaker.volume = within(volume, 0, 100, "volume") / 100.0
+        """Sets the volume, 0 to 100; what lies outside is as loud or as quiet as can be."""
+        self._room.loudspeaker.volume = min(max(volume, 0), 100) / 100.0
 
     @remote("i()")
     def getOutputVolume(self) -> int:
@@ -157,23 +157,37 @@ class ALAudioDevice(Module):
 
     @remote("v()")
     def openAudioInputs(self) -> None:
-        """Opens the microphones. They are always open."""
+        """Opens the microphones, which are open at the start."""
+        self._room.microphones_closed = False
 
     @remote("v()")
     def closeAudioInputs(self) -> None:
-        """Closes the microphones. They stay open."""
+        """Closes the microphones for other programs of the robot: nothing is picked up."""
+        self._room.microphones_closed = True
+
+    @remote("b()")
+    def isInputClosed(self) -> bool:
+        """Whether the microphones are closed."""
+        return self._room.microphones_closed
 
     @remote("v()")
     def openAudioOutputs(self) -> None:
-        """Opens the loudspeaker. It is always open."""
+        """Opens the loudspeaker, which is open at the start."""
+        self._room.loudspeaker.closed = False
 
     @remote("v()")
     def closeAudioOutputs(self) -> None:
-        """Closes the loudspeaker for other programs. Only drops the queued sound."""
+        """Closes the loudspeaker for other programs of the robot: nothing is played."""
         self.flushAudioOutputs()
+        self._room.loudspeaker.closed = True
 
-    @remote("b(im)")
-    def sendLocalBufferToOutput(self, nbOfFrames: int, buffer: Any) -> bool:
+    @remote("b()")
+    def isOutputClosed(self) -> bool:
+        """Whether the loudspeaker is closed."""
+        return self._room.loudspeaker.closed
+
+    @remote("b(ii)")
+    def sendLocalBufferToOutput(self, nbOfFrames: int, buffer: int) -> bool:
         """Plays a buffer of the robot's own process."""
         raise ServiceError("can only be called by a module on the robot; use sendRemoteBufferToOutput")
 
@@ -189,6 +203,23 @@ class ALAudioDevice(Module):
             if len(self._preferences) >= 1000:
                 self._preferences.clear()
             self._preferences[name] = Preferences(sampleRate, channelsVector, bool(deinterleaved))
+
+    @remote("v(s)")
+    def setFileAsInput(self, fileName: str) -> None:
+        """Reads the microphones from a WAV file, 48000 Hz, 16 bits, four channels; "" for the microphones again."""
+        if not fileName:
+            self._room.replace_microphones(None)
+            return
+        path = self._disk.path(fileName)
+        if not path.is_file():
+            raise ServiceError(f"file '{shown(fileName)[1:-1]}' was not found")
+        samples, rate = read_channels(path)
+        if rate != SOUND_RATE or samples.shape[1] != MICROPHONES:
+            raise ServiceError(
+                f"'{shown(fileName)[1:-1]}' has {samples.shape[1]} channels at {rate} Hz; "
+                f"{MICROPHONES} at {SOUND_RATE} Hz are needed"
+            )
+        self._room.replace_microphones(samples, rate)
 
     @remote("v(s)")
     def subscribe(self, module: str) -> None:
@@ -251,7 +282,7 @@ class ALAudioDevice(Module):
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:
-        """Ends the recording."""
+        """Ends the recording; without one nothing happens."""
         self._recorder.stop()
 
     # --- inside ------------------------------------------------------------------------------------------------------

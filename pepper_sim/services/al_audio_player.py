@@ -9,33 +9,18 @@ import concurrent.futures
 import itertools
 import threading
 import time
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from pepper_sim.body.description import SOUND_RATE
 from pepper_sim.disk import RobotDisk
+from pepper_sim.naoqi.audio.sound_sets import SoundFile, SoundSets
 from pepper_sim.naoqi.service import Module, ServiceError, remote, within
 from pepper_sim.naoqi.tasks import Alarm, chained
-from pepper_sim.sound.room import Room, Sound, read_wave, sine
+from pepper_sim.sound.room import Room, read_wave, sine
 
 MAX_FILES = 200
-_LOOPED_AHEAD = 3600.0
-
-
-@dataclass
-class _File:
-    samples: np.ndarray
-    rate: int
-    volume: float = 1.0
-    position: float = 0.0
-    sound: Sound | None = None
-    end: concurrent.futures.Future | None = None
-    loop: bool = False
-
-    @property
-    def length(self) -> float:
-        return len(self.samples) / self.rate
 
 
 class ALAudioPlayer(Module):
@@ -48,43 +33,47 @@ class ALAudioPlayer(Module):
         self._disk = disk
         self._alarm = alarm
         self._lock = threading.RLock()
-        self._files: dict[int, _File] = {}
+        self._files: dict[int, SoundFile] = {}
         self._numbers = itertools.count(1)
         self._master = 1.0
+        self._sets = SoundSets(disk, self.begin)
+
+    def parts(self) -> tuple[Any, ...]:
+        return self, self._sets
 
     # --- playing -----------------------------------------------------------------------------------------------------
 
     @remote("i(s)")
     def loadFile(self, fileName: str) -> int:
         """Loads a file and returns its number."""
-        samples, rate = self._read(fileName)
+        file = self._open(fileName)
         with self._lock:
             if len(self._files) >= MAX_FILES:
                 raise ServiceError(f"{MAX_FILES} files are already loaded")
             number = next(self._numbers)
-            self._files[number] = _File(samples, rate)
+            self._files[number] = file
         return number
 
     @remote("v(s)", "v(sff)")
     def playFile(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
         """Plays a file; ends with it."""
-        return self._play(_File(*self._read(fileName)), volume, pan, loop=False)
+        return self.begin(self._open(fileName), volume, pan, loop=False)
 
     @remote("v(s)", "v(sff)")
-    def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
-        """Plays a file again and again until stopAll."""
+    def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> None:
+        """Plays a file again and again until stopAll; the call ends at once, because no call waits for ever."""
         number = self.loadFile(fileName)
-        return self._play(self._files[number], volume, pan, loop=True)
+        self.begin(self._files[number], volume, pan, loop=True)
 
     @remote("v(i)", "v(iff)")
     def play(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
         """Plays a loaded file from its position; ends with it."""
-        return self._play(self._file(taskId), volume, pan, loop=False)
+        return self.begin(self._file(taskId), volume, pan, loop=False)
 
     @remote("v(i)", "v(iff)")
-    def playInLoop(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
-        """Plays a loaded file again and again until it is stopped."""
-        return self._play(self._file(taskId), volume, pan, loop=True)
+    def playInLoop(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> None:
+        """Plays a loaded file again and again until it is stopped; the call ends at once."""
+        self.begin(self._file(taskId), volume, pan, loop=True)
 
     @remote("v(i)")
     def pause(self, id: int) -> None:
@@ -139,11 +128,26 @@ class ALAudioPlayer(Module):
         with self._lock:
             self._files.clear()
 
-    @remote("[i]()")
-    def getLoadedFilesIds(self) -> list[int]:
-        """Lists the numbers of the loaded files."""
+    @remote("[s]()")
+    def getLoadedFilesNames(self) -> list[str]:
+        """Lists the loaded files."""
         with self._lock:
-            return list(self._files)
+            return [file.name for file in self._files.values()]
+
+    @remote("v(sf)", "v(sfff)")
+    def playFileFromPosition(
+        self, fileName: str, position: float, volume: float = 1.0, pan: float = 0.0
+    ) -> concurrent.futures.Future:
+        """Plays a file from a position on [s]; ends with it."""
+        file = self._open(fileName)
+        file.position = within(position, 0.0, file.length, "position")
+        return self.begin(file, volume, pan, loop=False)
+
+    @remote("[s]()")
+    def getLoadedFilesIds(self) -> list[str]:
+        """Lists the numbers of the loaded files, as text, as robots answer."""
+        with self._lock:
+            return [str(number) for number in self._files]
 
     @remote("v(iiif)")
     def playSine(self, frequence: int, gain: int, pan: int, duration: float) -> concurrent.futures.Future:
@@ -152,7 +156,9 @@ class ALAudioPlayer(Module):
         within(gain, 0, 100, "gain")
         within(pan, -1, 1, "pan")
         within(duration, 0.0, 600.0, "duration")
-        return self._play(_File(sine(frequence, duration, SOUND_RATE, gain / 100.0), SOUND_RATE), 1.0, 0.0, loop=False)
+        return self.begin(
+            SoundFile(sine(frequence, duration, SOUND_RATE, gain / 100.0), SOUND_RATE), 1.0, 0.0, loop=False
+        )
 
     @remote("v(sff)")
     def playWebStream(self, streamName: str, volume: float, pan: float) -> None:
@@ -165,6 +171,11 @@ class ALAudioPlayer(Module):
     def setMasterVolume(self, volume: float) -> None:
         """Sets the volume of all files, 0 to 1."""
         self._master = within(volume, 0.0, 1.0, "volume")
+
+    @remote("v(f)")
+    def setPanorama(self, pan: float) -> None:
+        """Sets the balance of all files, -1 left to 1 right. The simulated loudspeaker is one; nothing is louder."""
+        within(pan, -1.0, 1.0, "pan")
 
     @remote("f()")
     def getMasterVolume(self) -> float:
@@ -181,57 +192,38 @@ class ALAudioPlayer(Module):
         """Returns the volume of a file."""
         return self._file(id).volume
 
-    # --- sound sets: none is installed -------------------------------------------------------------------------------
-
-    @remote("[s]()")
-    def getInstalledSoundSetsList(self) -> list[str]:
-        """Lists the sound sets."""
-        return []
-
-    @remote("[s]()")
-    def getLoadedSoundSetsList(self) -> list[str]:
-        """Lists the loaded sound sets."""
-        return []
-
-    @remote("v(s)")
-    def loadSoundSet(self, setName: str) -> None:
-        """Loads a sound set; none is installed."""
-        raise ServiceError(f"sound set '{setName[:60]}' is not installed")
-
-    @remote("v(ss)", "v(s)")
-    def playSoundSetFile(self, soundSetName: str, fileName: str = "") -> None:
-        """Plays a sound of a set; none is installed."""
-        raise ServiceError(f"sound set '{soundSetName[:60]}' is not installed")
-
     # --- inside ------------------------------------------------------------------------------------------------------
 
-    def _read(self, name: str) -> tuple[np.ndarray, int]:
+    def _open(self, name: str) -> SoundFile:
         path = self._disk.path(name)
         if not path.is_file():
             raise ServiceError(f"file '{name[:120]}' was not found")
-        return read_wave(path)
+        return SoundFile(*read_wave(path), name)
 
-    def _file(self, number: int) -> _File:
+    def _file(self, number: int) -> SoundFile:
         with self._lock:
             if number not in self._files:
                 raise ServiceError(f"no file is loaded under the number {number}")
             return self._files[number]
 
-    def _play(self, file: _File, volume: float, pan: float, *, loop: bool) -> concurrent.futures.Future:
+    def begin(self, file: SoundFile, volume: float, pan: float, *, loop: bool) -> concurrent.futures.Future:
+        """Play a file from its position; the future is done at its end, or when it is stopped.
+
+        Raises: ServiceError: Volume or balance is out of range.
+        """
         within(volume, 0.0, 1.0, "volume")
         within(pan, -1.0, 1.0, "pan")
         with self._lock:
             self._halt(file)
-            samples = file.samples[int(file.position * file.rate) :]
-            if loop and len(file.samples):
-                repeats = min(int(_LOOPED_AHEAD / file.length) + 1, int(2e7 / len(file.samples)) + 1)
-                samples = np.concatenate([samples, np.tile(file.samples, repeats)])
+            shift = int(file.position * file.rate)
+            samples = np.roll(file.samples, -shift) if loop else file.samples[shift:]
+            loudness = volume * file.volume * self._master
             file.loop = loop
-            file.sound = self._loudspeaker.play(samples, file.rate, gain=volume * file.volume * self._master)
-            file.end = self._alarm.after(len(samples) / file.rate)
+            file.sound = self._loudspeaker.play(samples, file.rate, gain=loudness, loop=loop)
+            file.end = self._alarm.after(0.0 if loop else len(samples) / file.rate)
             return chained(file.end, lambda _: None)
 
-    def _halt(self, file: _File) -> None:
+    def _halt(self, file: SoundFile) -> None:
         with self._lock:
             if file.sound is None:
                 return
@@ -243,7 +235,7 @@ class ALAudioPlayer(Module):
             end.cancel()
 
 
-def _position(file: _File) -> float:
+def _position(file: SoundFile) -> float:
     if file.sound is None:
         return file.position
     played = file.position + time.monotonic() - file.sound.start

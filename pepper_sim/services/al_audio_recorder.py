@@ -40,5 +40,5 @@ class ALAudioRecorder(Module):
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:
-        """Ends the recording."""
+        """Ends the recording; without one nothing happens."""
         self._recorder.stop()

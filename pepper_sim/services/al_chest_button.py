@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pepper_sim.naoqi.body_events import CLICKS
 from pepper_sim.naoqi.extractor import Extractor
 
 
@@ -9,7 +10,4 @@ class ALChestButton(Extractor):
     """Raises the events of the chest button."""
 
     name = "ALChestButton"
-    events = (
-        *("ALChestButton/SimpleClickOccurred", "ALChestButton/DoubleClickOccurred"),
-        "ALChestButton/TripleClickOccurred",
-    )
+    events = ("ChestButtonPressed", *CLICKS)

@@ -6,14 +6,17 @@ fades ends with the fade. An LED that gets a new command while it fades continue
 
 from __future__ import annotations
 
+import bisect
 import concurrent.futures
+import math
 import random
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pepper_sim.naoqi.led_names import GROUPS, LEDS, RGB, channel
+from pepper_sim.naoqi.led_names import EAR_STEP, GROUPS, LEDS, RGB, angle, channel, coloured
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, finite, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Alarm
@@ -22,25 +25,32 @@ from pepper_sim.robot import Pepper
 MAX_GROUPS = 1000
 MAX_DURATION = 3600.0
 _MAX_STEPS = 100
+_MAX_TURNS = 500
+_SHOW_STEP = 0.25
+"""Time from colour to colour in randomEyes and rasta [s]."""
 _BODY_PERIOD = 0.05
 _BODY_LIGHTS = {"eyes": "FaceLeds", "shoulders": "ChestLeds"}
 """Light of the simulated body -> group of LEDs whose mean colour it shows."""
 
 
 @dataclass(frozen=True)
-class _Fade:
-    """Intensity from `start` to `target` between the times `begin` and `end` [s, monotonic]."""
+class _Course:
+    """Intensity over time: straight lines between points (time [s, monotonic], intensity), constant after the last."""
 
-    start: float
-    target: float
-    begin: float
-    end: float
+    points: tuple[tuple[float, float], ...]
+
+    @property
+    def end(self) -> float:
+        return self.points[-1][0]
 
     def at(self, now: float) -> float:
         if now >= self.end:
-            return self.target
-        share = (now - self.begin) / (self.end - self.begin)
-        return self.start + max(0.0, share) * (self.target - self.start)
+            return self.points[-1][1]
+        index = bisect.bisect_right(self.points, (now, math.inf))
+        if index == 0:
+            return self.points[0][1]
+        (begin, start), (end, target) = self.points[index - 1 : index + 1]
+        return start + (now - begin) / (end - begin) * (target - start) if end > begin else target
 
 
 class ALLeds(Module):
@@ -52,7 +62,7 @@ class ALLeds(Module):
         self._robot = robot
         self._alarm = alarm
         self._lock = threading.Lock()
-        self._fades = dict.fromkeys(LEDS, _Fade(1.0, 1.0, 0.0, 0.0))  # as after reset()
+        self._fades = dict.fromkeys(LEDS, _Course(((0.0, 1.0),)))  # as after reset()
         self._groups = {name: list(leds) for name, leds in GROUPS.items()}
         self._random = random.Random(0)
         self._changed = threading.Event()
@@ -120,37 +130,101 @@ class ALLeds(Module):
     def fadeRGBByParts(
         self, name: str, red: float, green: float, blue: float, duration: float
     ) -> concurrent.futures.Future:
-        """Fades to red, green and blue, 0 to 1, within a time [s]; ends with it."""
-        parts = tuple(within(value, 0.0, 1.0, part) for part, value in (("red", red), ("green", green), ("blue", blue)))
-        return self._colour(name, parts, duration)
+        """Fades to red, green and blue, 0 to 1, or 0 to 255 if one is above 1, within a time [s]; ends with it."""
+        scale = 255.0 if max(red, green, blue) > 1.0 else 1.0
+        parts = (("red", red), ("green", green), ("blue", blue))
+        return self._colour(name, tuple(within(value, 0.0, scale, part) / scale for part, value in parts), duration)
 
     @remote("v(smm)")
     def fadeListRGB(self, name: str, rgbList: Any, timeList: Any) -> concurrent.futures.Future:
-        """Fades through colours 0xRRGGBB at times [s]; ends with the last. Only the last colour is shown."""
+        """Fades through colours 0xRRGGBB, each reached at its time [s]; ends with the last."""
         if not isinstance(rgbList, list | tuple) or not isinstance(timeList, list | tuple):
             raise ServiceError(f"rgbList and timeList must be lists, got {shown(rgbList)} and {shown(timeList)}")
         if len(rgbList) != len(timeList) or not 0 < len(rgbList) <= _MAX_STEPS:
             raise ServiceError(f"rgbList and timeList must have the same length, 1 to {_MAX_STEPS}")
         colours = [_split(colour, f"rgbList[{index}]") for index, colour in enumerate(rgbList)]
-        times = [finite(moment, f"timeList[{index}]") for index, moment in enumerate(timeList)]
-        return self._colour(name, colours[-1], max(times))
+        times = [_duration(finite(moment, f"timeList[{index}]")) for index, moment in enumerate(timeList)]
+        if times != sorted(times):
+            raise ServiceError(f"timeList must rise, got {shown(times)}")
+        return self._show(
+            self._leds(name),
+            lambda led: [(moment, colour[channel(led)]) for moment, colour in zip(times, colours, strict=True)],
+        )
 
     @remote("v(iff)")
     def rotateEyes(self, rgb: int, timeForRotation: float, totalDuration: float) -> concurrent.futures.Future:
-        """Turns a colour around the eyes; ends after totalDuration [s]."""
-        within(timeForRotation, 0.01, MAX_DURATION, "timeForRotation")
-        return self._colour("FaceLeds", _split(rgb, "rgb"), totalDuration)
+        """Turns a colour around the eyes, one turn in timeForRotation [s]; ends after totalDuration [s]."""
+        turn = within(timeForRotation, 0.01, MAX_DURATION, "timeForRotation")
+        duration = _duration(totalDuration)
+        colour = _split(rgb, "rgb")
+        turns = min(math.ceil(duration / turn), _MAX_TURNS)
+
+        def course(led: str) -> list[tuple[float, float]]:
+            lit = colour[channel(led)]
+            begin = angle(led) / 360.0 * turn
+            points = []
+            for number in range(turns):
+                on = number * turn + begin
+                points += [(on, 0.0), (on, lit), (on + turn / 8.0, lit), (on + turn / 8.0, 0.0)]
+            return [point for point in points if point[0] < duration]
+
+        return self._show(self._leds("FaceLeds"), course, duration)
 
     @remote("v(f)")
     def randomEyes(self, duration: float) -> concurrent.futures.Future:
-        """Gives the eyes random colours; ends after a time [s]."""
-        colour = tuple(self._random.random() for _ in range(3))
-        return self._colour("FaceLeds", colour, duration)
+        """Gives the eyes one random colour after the other; ends after a time [s]."""
+        duration = _duration(duration)
+        steps = min(max(1, round(duration / _SHOW_STEP)), _MAX_STEPS)
+        moments = [duration * step / steps for step in range(steps)]
+        return self._show(
+            self._leds("FaceLeds"), lambda _: [(moment, self._random.random()) for moment in moments], duration
+        )
 
     @remote("v(f)")
     def rasta(self, duration: float) -> concurrent.futures.Future:
-        """Shows green, yellow and red; ends after a time [s]."""
-        return self._colour("FaceLeds", RGB["yellow"], duration)
+        """Shows green, yellow and red in turn on the whole body; ends after a time [s]."""
+        duration = _duration(duration)
+        steps = min(max(3, round(duration / _SHOW_STEP)), _MAX_STEPS)
+        colours = [RGB[("green", "yellow", "red")[step % 3]] for step in range(steps)]
+
+        def course(led: str) -> list[tuple[float, float]]:
+            points = []
+            for step, colour in enumerate(colours):
+                value = colour[channel(led)] if coloured(led) else float(step % 2)
+                points += [(duration * step / steps, value), (duration * (step + 1) / steps, value)]
+            return points
+
+        return self._show(list(LEDS), course, duration)
+
+    @remote("v(ifb)")
+    def earLedsSetAngle(self, degrees: int, duration: float, leaveOnAtEnd: bool) -> concurrent.futures.Future:
+        """Shows a direction with the ears within a time [s]: 0 is up, 90 forwards, 180 down, 270 back."""
+        duration = _duration(duration)
+        goal = degrees % 360
+
+        def course(led: str) -> list[tuple[float, float]]:
+            place = angle(led)
+            last = abs((place - goal + 180) % 360 - 180) <= EAR_STEP / 2
+            if place > goal and not last:
+                return [(0.0, 0.0)]
+            on = duration * min(place, goal) / max(goal, 1)
+            off = duration if last else min(duration, on + duration * EAR_STEP / max(goal, EAR_STEP))
+            return [(0.0, 0.0), (on, 0.0), (on, 1.0), (off, 1.0), (off, 1.0 if last and leaveOnAtEnd else 0.0)]
+
+        return self._show(self._leds("EarLeds"), course)
+
+    def blink(self, name: str, duration: float) -> None:
+        """Darken a group for a moment, for the autonomous blinking; not while something else changes it."""
+        now = time.monotonic()
+        leds = self._leds(name)
+        with self._lock:
+            if any(self._fades[led].end > now for led in leds):
+                return
+            for led in leds:
+                lit = self._fades[led].at(now)
+                edges = ((0.0, lit), (0.2, 0.0), (0.8, 0.0), (1.0, lit))
+                self._fades[led] = _Course(tuple((now + share * duration, value) for share, value in edges))
+        self._changed.set()
 
     # --- groups ------------------------------------------------------------------------------------------------------
 
@@ -172,6 +246,11 @@ class ALLeds(Module):
     def listGroup(self, groupName: str) -> list[str]:
         """Lists the LEDs of a group."""
         return list(self._groups[one_of(groupName, self._groups, "groupName")])
+
+    @remote("[s](s)")
+    def listLED(self, arg1: str) -> list[str]:
+        """Lists the devices of an LED or group, "Face/Led/Red/Left/0Deg/Actuator/Value"."""
+        return [f"{led}/Actuator/Value" for led in self._leds(arg1)]
 
     @remote("[s]()")
     def listLEDs(self) -> list[str]:
@@ -195,7 +274,7 @@ class ALLeds(Module):
         now = time.monotonic()
         with self._lock:
             for led in leds:
-                self._fades[led] = _Fade(self._fades[led].at(now), target, now, now + duration)
+                self._fades[led] = _Course(((now, self._fades[led].at(now)), (now + duration, target)))
         self._changed.set()
         return self._alarm.after(duration)
 
@@ -205,6 +284,23 @@ class ALLeds(Module):
         for index, part in enumerate(rgb):
             self._set([led for led in leds if channel(led) == index], part, duration)
         return self._alarm.after(duration)
+
+    def _show(
+        self, leds: list[str], course: Callable[[str], list[tuple[float, float]]], duration: float = 0.0
+    ) -> concurrent.futures.Future:
+        """Lead LEDs through (seconds from now, intensity); after `duration`, if given, they are as before."""
+        now = time.monotonic()
+        longest = duration
+        with self._lock:
+            for led in leds:
+                before = self._fades[led].at(now)
+                points = [(now, before), *((now + moment, value) for moment, value in course(led))]
+                if duration:
+                    points += [(now + duration, points[-1][1]), (now + duration, before)]
+                longest = max(longest, points[-1][0] - now)
+                self._fades[led] = _Course(tuple(points))
+        self._changed.set()
+        return self._alarm.after(longest)
 
     def _light_body(self) -> None:
         """Show the colours on the simulated body while they change."""

@@ -23,12 +23,14 @@ from pepper_sim.naoqi.memory_changes import Changes
 from pepper_sim.naoqi.memory_keys import Reader
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
+from telepresence.naoqi.incoming_call import NotNow
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
 
 _HISTORY_LENGTH = 32
+_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED = "ALMemory/KeyAdded", "ALMemory/KeyRemoved", "ALMemory/KeyTypeChanged"
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not use up this machine's RAM."""
 
@@ -78,12 +80,19 @@ class ALMemory(Module):
         snapshot: Function that returns the robot's last snapshot.
         body: Keys that are computed from the snapshot.
         clients: Services of clients, called for `subscribeToEvent`.
+        has_snapshot: Whether `snapshot` answers without waiting for the world.
     """
 
     name = "ALMemory"
 
-    def __init__(self, snapshot: Callable[[], Any], body: dict[str, Reader], clients: ClientServices) -> None:
-        self._snapshot = snapshot
+    def __init__(
+        self,
+        snapshot: Callable[[], Any],
+        body: dict[str, Reader],
+        clients: ClientServices,
+        has_snapshot: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._snapshot, self._has_snapshot = snapshot, has_snapshot
         self._body = body
         self._clients = clients
         self._lock = threading.Lock()
@@ -91,6 +100,8 @@ class ALMemory(Module):
         self._topics: dict[str, _Topic] = {}
         self._micro_events: set[str] = set()
         self._changes = Changes(self.read)
+        self.declare((_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED), self.name)
+        self.announce("NAOqiReady", True)
 
     def close(self) -> None:
         """End what waits for a change."""
@@ -99,10 +110,15 @@ class ALMemory(Module):
     # --- for the other services --------------------------------------------------------------------------------------
 
     def store(self, key: str, value: Any) -> None:
-        """Write a value without raising an event."""
+        """Write a value without raising an event, but for those that tell of new keys and of values of another type."""
         with self._lock:
-            self._entry(key).value = value
-            self._entries[key].stamp = time.time()
+            known = key in self._entries
+            entry = self._entry(key)
+            before, entry.value, entry.stamp = entry.value, value, time.time()
+        if not known:
+            self._report(_KEY_ADDED, key)
+        elif before is not None and value is not None and type(before) is not type(value):
+            self._report(_KEY_TYPE_CHANGED, key)
 
     def read(self, key: str) -> Any:
         """Return the value of a key; None if it is missing or void."""
@@ -122,6 +138,14 @@ class ALMemory(Module):
         for callback in callbacks:
             self._call_back(key, topic, callback, value)
 
+    def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Call `callback(value)` at each event, on another thread; return the function that ends it."""
+        with self._lock:
+            self._make_room(event)
+            signal = self._topics.setdefault(event, _Topic()).event.signal
+        link = signal.connect(callback)
+        return lambda: signal.disconnect(link)
+
     def declare(self, events: Iterable[str], extractor: str = "") -> None:
         """Make events known before they are first raised; until then their value is void, unless it is stored."""
         with self._lock:
@@ -136,7 +160,14 @@ class ALMemory(Module):
 
     # --- data --------------------------------------------------------------------------------------------------------
 
-    @remote("m(s)", "m(si)")
+    def quick_data(self, key: str, duration: int = 0) -> Any:
+        """getData of a key of the body, while nobody has to wait for the world."""
+        reader = self._body.get(key)
+        if reader is None or not self._has_snapshot():
+            raise NotNow
+        return reader(self._snapshot())
+
+    @remote("m(s)", "m(si)", quick="quick_data")
     def getData(self, key: str, duration: int = 0) -> Any:
         """Returns a key's value. The second argument, a cache time, is ignored: values are always fresh."""
         if not self._known(key):
@@ -150,7 +181,17 @@ class ALMemory(Module):
             raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
         return self._changes.next(key)
 
-    @remote("m(m)")
+    def quick_list_data(self, keyList: Any) -> list:
+        """getListData of keys of the body, while nobody has to wait for the world."""
+        if not self._has_snapshot() or not isinstance(keyList, list):
+            raise NotNow
+        snapshot, body = self._snapshot(), self._body
+        try:
+            return [body[key](snapshot) for key in keyList]
+        except (KeyError, TypeError):
+            raise NotNow from None
+
+    @remote("m(m)", quick="quick_list_data")
     def getListData(self, keyList: Any) -> list:
         """Returns many values, all of the same instant; None for a missing key."""
         if not isinstance(keyList, list | tuple) or not {str}.issuperset(map(type, keyList)):
@@ -176,6 +217,7 @@ class ALMemory(Module):
         with self._lock:
             if self._entries.pop(key, None) is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+        self._report(_KEY_REMOVED, key)
 
     @remote("[s](s)")
     def getDataList(self, filter: str) -> list[str]:
@@ -322,6 +364,13 @@ class ALMemory(Module):
         return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
 
     # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _report(self, event: str, key: str) -> None:
+        """Raise an event about a key; it leaves no value behind."""
+        topic = self._topics[event]
+        topic.event.signal(key)
+        for callback in list(topic.callbacks):
+            self._call_back(event, topic, callback, key)
 
     def _stored(self, key: str) -> Any:
         entry = self._entries.get(key)

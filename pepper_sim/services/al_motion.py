@@ -9,11 +9,14 @@ from pepper_sim.body.postures import STAND
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.config import MotionConfig
 from pepper_sim.naoqi.motion.frames import MotionFrames
+from pepper_sim.naoqi.motion.idle import MotionIdle
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.reflexes import MotionReflexes
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.motion.two_legged import MotionOfTwoLegs
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import Module, remote
-from pepper_sim.naoqi.tasks import MotionTasks, Workers
+from pepper_sim.naoqi.tasks import Alarm, Watch, Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
 
@@ -25,15 +28,32 @@ class ALMotion(Module):
 
     name = "ALMotion"
 
-    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers) -> None:
+    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers, watch: Watch, alarm: Alarm) -> None:
+        self._robot = robot
         self.tasks = MotionTasks()
-        self.base = MotionBase(robot, workers, self.tasks)
+        self.base = MotionBase(robot, watch, self.tasks)
         self.joints = MotionJoints(robot, self.tasks)
         self.stiffness = MotionStiffness(robot, memory, workers, self.tasks, self.joints)
-        self._others = (MotionFrames(robot), MotionConfig(robot, self.tasks), MotionReflexes(robot, memory))
+        self._idle = MotionIdle(robot, self.joints, alarm)
+        self._others = (
+            MotionFrames(robot),
+            MotionConfig(robot, self.tasks),
+            MotionReflexes(robot, memory),
+            self._idle,
+            MotionOfTwoLegs(),
+        )
 
     def parts(self) -> tuple[Any, ...]:
         return (self, self.base, self.joints, self.stiffness, *self._others)
+
+    def restart(self) -> None:
+        """Stand awake again and forget what waits for its turn, because the world was reset; its lock is held."""
+        self.stiffness.restart()
+        self._robot.world.post(self.tasks.drop_waiting)
+
+    def close(self) -> None:
+        self._idle.close()
+        self.tasks.close()
 
     @remote("v()")
     def moveInit(self) -> concurrent.futures.Future:

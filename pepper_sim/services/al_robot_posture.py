@@ -5,11 +5,12 @@ from __future__ import annotations
 import concurrent.futures
 from collections.abc import Mapping
 
+from pepper_sim.body.joints import resolve
 from pepper_sim.body.postures import POSTURES
 from pepper_sim.naoqi.joint_names import HANDS
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.service import Module, one_of, remote, within
-from pepper_sim.naoqi.tasks import Workers
+from pepper_sim.naoqi.tasks import Watch
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
 
@@ -19,6 +20,8 @@ _TOLERANCE = 0.15
 _SPEED_SHARE = 0.4
 """Fraction of the joints' top speed at goToPosture's speed 1: fast, but the robot does not tip over."""
 _MAX_TRIES = 10
+_SETTLING = 0.5
+"""How long after its motion the robot may take to have the posture [s]."""
 
 
 class ALRobotPosture(Module):
@@ -26,12 +29,13 @@ class ALRobotPosture(Module):
 
     name = "ALRobotPosture"
 
-    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers, joints: MotionJoints) -> None:
+    def __init__(self, robot: Pepper, memory: ALMemory, watch: Watch, joints: MotionJoints) -> None:
         self._robot = robot
-        self._workers = workers
+        self._watch = watch
         self._joints = joints
         self._tries = 3
         self._stops = 0
+        self._motions: set[concurrent.futures.Future] = set()
         memory.declare(("PostureChanged", "PostureFamilyChanged"), self.name)
 
     @remote("[s]()")
@@ -56,41 +60,64 @@ class ALRobotPosture(Module):
 
     @remote("b(sf)")
     def goToPosture(self, postureName: str, speed: float) -> concurrent.futures.Future:
-        """Goes to a posture at a relative speed (0 to 1); true when the robot has it, after up to three tries."""
+        """Goes to a posture at a relative speed (0 to 1); true when the robot has it, after up to three tries.
+
+        It waits while other motions use the joints.
+        """
         one_of(postureName, POSTURES, "postureName")
         _check_speed(speed)
-        return self._workers.run(self._go, postureName, speed, self._tries, self._stops)
+        return self._go(postureName, speed, self._tries)
 
     @remote("b(sf)")
     def applyPosture(self, postureName: str, speed: float) -> concurrent.futures.Future:
         """Moves the joints to a posture once; true when the robot has it."""
         one_of(postureName, POSTURES, "postureName")
         _check_speed(speed)
-        return self._workers.run(self._go, postureName, speed, 1, self._stops)
+        return self._go(postureName, speed, 1)
 
     @remote("v()")
     def stopMove(self) -> None:
-        """Ends goToPosture."""
+        """Ends goToPosture and applyPosture."""
         self._stops += 1
-        self._robot.stop_joints()
+        for motion in tuple(self._motions):
+            motion.cancel()
 
     @remote("v(i)")
     def setMaxTryNumber(self, pMaxTryNumber: int) -> None:
         """Sets how often goToPosture tries."""
         self._tries = int(within(pMaxTryNumber, 1, _MAX_TRIES, "pMaxTryNumber"))
 
-    def _go(self, name: str, speed: float, tries: int, stops: int) -> bool:
-        for _ in range(tries):
-            if self._stops != stops or self._workers.closing.is_set():
-                return False
-            if not self._joints.go(POSTURES[name], speed * _SPEED_SHARE, "goToPosture").result():
-                return False  # another command took a joint
-            settled = self._workers.wait_until(
-                lambda: has_posture(self._robot.snapshot().joint_positions, POSTURES[name]), timeout=0.5
-            )
-            if settled:
-                return True
-        return False
+    def _go(self, name: str, speed: float, tries: int) -> concurrent.futures.Future:
+        answer: concurrent.futures.Future = concurrent.futures.Future()
+        stops = self._stops
+
+        def attempt(left: int) -> None:
+            motion = self._joints.go(POSTURES[name], speed * _SPEED_SHARE, "goToPosture")
+            self._motions.add(motion)
+            answer.add_done_callback(lambda done: motion.cancel() if done.cancelled() else None)
+            motion.add_done_callback(lambda done: moved(done, left))
+            if self._stops != stops:  # stopMove came before the motion was in the set
+                motion.cancel()
+
+        def moved(motion: concurrent.futures.Future, left: int) -> None:
+            self._motions.discard(motion)
+            if motion.cancelled() or not motion.result():
+                resolve(answer, False)  # another command took a joint
+            else:
+                settled = self._watch.until(
+                    lambda: has_posture(self._robot.snapshot().joint_positions, POSTURES[name]), _SETTLING
+                )
+                settled.add_done_callback(lambda done: checked(done.result(), left - 1))
+
+        def checked(reached: bool, left: int) -> None:
+            able = all(self._robot.snapshot().stiffness[joint] for joint in POSTURES[name])
+            if reached or not left or not able or self._stops != stops:
+                resolve(answer, reached)
+            else:
+                attempt(left)
+
+        attempt(tries)
+        return answer
 
 
 def has_posture(angles: Mapping[str, float], posture: Mapping[str, float]) -> bool:

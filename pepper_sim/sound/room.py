@@ -9,6 +9,7 @@ import math
 import threading
 import time
 import wave
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -28,15 +29,28 @@ FULL_SCALE = 32767.0
 
 @dataclass
 class Sound:
-    """Samples that play from `start` on."""
+    """Samples that play from `start` on, once, or again and again up to `until`."""
 
     samples: np.ndarray
     rate: int
     start: float
+    until: float | None = None
 
     @property
     def end(self) -> float:
-        return self.start + len(self.samples) / self.rate
+        return self.start + len(self.samples) / self.rate if self.until is None else self.until
+
+    def at(self, moments: np.ndarray) -> np.ndarray:
+        """Return the samples at times after `start` [s], linearly interpolated."""
+        places = moments * self.rate
+        if self.until is not None:
+            places = np.where(moments < self.until - self.start, places % len(self.samples), -1.0)
+        first = max(0, int(places.min()))
+        samples = self.samples[first : int(places.max()) + 2]
+        if not len(samples):
+            return np.zeros(len(moments), np.float32)
+        known = np.arange(first, first + len(samples))
+        return np.interp(places, known, samples, left=0.0, right=0.0).astype(np.float32)
 
 
 _S = TypeVar("_S", bound=Sound)
@@ -72,9 +86,11 @@ class Track:
         self._lock = threading.Lock()
         self._sounds: list[Sound] = []
 
-    def play(self, samples: np.ndarray, rate: int, start: float | None = None) -> Sound:
-        """Add a sound; `start` defaults to now."""
-        return self._add(Sound(np.asarray(samples, np.float32), rate, time.monotonic() if start is None else start))
+    def play(self, samples: np.ndarray, rate: int, start: float | None = None, loop: bool = False) -> Sound:
+        """Add a sound; `start` defaults to now. One that loops plays until it is cut."""
+        start = time.monotonic() if start is None else start
+        until = math.inf if loop and len(samples) else None
+        return self._add(Sound(np.asarray(samples, np.float32), rate, start, until))
 
     def open(self, rate: int, start: float | None = None) -> Stream:
         """Add an empty sound for `extend`; `start` defaults to now."""
@@ -96,6 +112,9 @@ class Track:
         """End a sound at a time; default now."""
         at = time.monotonic() if at is None else at
         with self._lock:
+            if sound.until is not None:
+                sound.until = min(sound.until, at)
+                return
             keep = max(0, min(len(sound.samples), math.ceil((at - sound.start) * sound.rate)))
             sound.samples = sound.samples[:keep]
 
@@ -112,12 +131,7 @@ class Track:
         with self._lock:
             sounds = [sound for sound in self._sounds if sound.start < stop and sound.end > start]
         for sound in sounds:
-            at = (start - sound.start + np.arange(count) / rate) * sound.rate
-            first = max(0, int(at[0]))
-            samples = sound.samples[first : int(at[-1]) + 2]
-            if len(samples):
-                known = np.arange(first, first + len(samples))
-                mixed += np.interp(at, known, samples, left=0.0, right=0.0).astype(np.float32)
+            mixed += sound.at(start - sound.start + np.arange(count) / rate)
         return mixed
 
 
@@ -129,17 +143,21 @@ class Loudspeaker:
         self.volume = 0.6
         """0 to 1."""
         self.muted = False
+        self.closed = False
+        """Whether another program has it; nothing is played then."""
 
-    def play(self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0) -> Sound:
-        """Play mono samples at the present volume."""
-        return self.track.play(self._loud(samples, gain), rate, start)
+    def play(
+        self, samples: np.ndarray, rate: int, start: float | None = None, gain: float = 1.0, loop: bool = False
+    ) -> Sound:
+        """Play mono samples at the present volume, once or until they are cut."""
+        return self.track.play(self._loud(samples, gain), rate, start, loop)
 
     def extend(self, stream: Stream, samples: np.ndarray) -> None:
         """Extend a stream of `track` at the present volume."""
         self.track.extend(stream, self._loud(samples))
 
     def _loud(self, samples: np.ndarray, gain: float = 1.0) -> np.ndarray:
-        loudness = 0.0 if self.muted else self.volume * gain
+        loudness = 0.0 if self.muted or self.closed else self.volume * gain
         return np.clip(np.asarray(samples, np.float32) * loudness, -1.0, 1.0)
 
 
@@ -155,6 +173,27 @@ class Room:
         self.surroundings = Track()
         self._random = np.random.default_rng([seed, 4])
         self._lock = threading.Lock()
+        self._listeners: list[Callable[[str, Sound], None]] = []
+        self.microphones_closed = False
+        """Whether another program has the microphones; they pick up nothing then."""
+        self._recording: tuple[np.ndarray, int, float] | None = None
+
+    def replace_microphones(self, samples: np.ndarray | None, rate: int = 0) -> None:
+        """Let a recording stand for the microphones, from now on and once; None for the microphones.
+
+        Args:
+            samples: (n, 4) int16.
+        """
+        self._recording = None if samples is None else (samples, rate, time.monotonic())
+
+    def on_speech(self, listener: Callable[[str, Sound], None]) -> None:
+        """Call `listener(text, sound)` when a person in the room begins to speak."""
+        self._listeners.append(listener)
+
+    def spoken(self, text: str, sound: Sound) -> None:
+        """Let everybody who listens know which text a sound in the room is; nobody recognises it from its samples."""
+        for listener in self._listeners:
+            listener(text, sound)
 
     def listen(self, start: float, count: int, rate: int) -> np.ndarray:
         """Return what the microphones pick up.
@@ -163,11 +202,24 @@ class Room:
             (count, 4) int16, in the order that `description.MICROPHONES` explains. All get the same sound, each with
             noise of its own; the direction of a sound is not modelled.
         """
+        if self.microphones_closed:
+            return np.zeros((count, MICROPHONES), np.int16)
+        if self._recording is not None:
+            return _cut(*self._recording, start, count, rate)
         sound = self.surroundings.render(start, count, rate)
         sound += LOUDSPEAKER_IN_MICROPHONE * self.loudspeaker.track.render(start, count, rate)
         with self._lock:
             noise = self._random.standard_normal((count, MICROPHONES), np.float32) * np.float32(NOISE_FLOOR)
         return (np.clip(sound[:, None] + noise, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
+
+
+def _cut(samples: np.ndarray, recorded_at: int, since: float, start: float, count: int, rate: int) -> np.ndarray:
+    """Return what a recording that begins at `since` holds from `start` on; silence outside."""
+    at = np.round((start - since + np.arange(count) / rate) * recorded_at).astype(np.int64)
+    inside = (at >= 0) & (at < len(samples))
+    block = np.zeros((count, MICROPHONES), np.int16)
+    block[inside] = samples[at[inside]]
+    return block
 
 
 def sine(frequency: float, duration: float, rate: int, amplitude: float = 1.0) -> np.ndarray:
@@ -184,7 +236,7 @@ def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
     if samples.dtype != np.int16:
         samples = (np.clip(samples, -1.0, 1.0) * FULL_SCALE).astype(np.int16)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with wave.open(str(path), "wb") as writer:
+    with path.open("wb") as stream, wave.open(stream, "wb") as writer:
         writer.setnchannels(1 if samples.ndim == 1 else samples.shape[1])
         writer.setsampwidth(2)
         writer.setframerate(rate)
@@ -192,7 +244,13 @@ def write_wave(path: Path, samples: np.ndarray, rate: int) -> None:
 
 
 def read_wave(path: Path) -> tuple[np.ndarray, int]:
-    """Read a 16-bit WAV file; return the mean of its channels, (n,) float32, and its rate [Hz].
+    """Read a 16-bit WAV file; return the mean of its channels, (n,) float32, and its rate [Hz]; see `read_channels`."""
+    samples, rate = read_channels(path)
+    return samples.mean(axis=1, dtype=np.float32) / 32768.0, rate
+
+
+def read_channels(path: Path) -> tuple[np.ndarray, int]:
+    """Read a 16-bit WAV file; return its samples, (n, channels) int16, and its rate [Hz].
 
     Raises:
         ValueError: It is not such a file.
@@ -203,7 +261,6 @@ def read_wave(path: Path) -> tuple[np.ndarray, int]:
             if reader.getsampwidth() != 2:
                 raise ValueError(f"{8 * reader.getsampwidth()} bits per sample; only 16 can be played")
             frames = reader.readframes(reader.getnframes())
-            samples = np.frombuffer(frames, "<i2").reshape(-1, reader.getnchannels())
-            return samples.mean(axis=1, dtype=np.float32) / 32768.0, reader.getframerate()
+            return np.frombuffer(frames, "<i2").reshape(-1, reader.getnchannels()), reader.getframerate()
     except (wave.Error, EOFError) as error:
         raise ValueError(f"not a WAV file: {error}") from None

@@ -15,6 +15,8 @@ TONE = "tone"
 _TONE = (440.0, 0.1)  # [Hz], amplitude
 _AHEAD = 4.0
 """Seconds of a repeated sound that are prepared in advance."""
+SPEAKER_PLACE = (1.0, 0.0, 1.6)
+"""Where the person who speaks stands, seen from the robot's base: in front of it, with the head at 1.6 m [m]."""
 _PERSON = SpeechStyle(voice="en-us", speed=90.0, volume=0.5)
 
 

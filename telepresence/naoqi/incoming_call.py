@@ -21,13 +21,20 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+QUICK_BYTES = 16 * 1024
+"""Calls with longer arguments are not answered on the reactor's thread, which serves everybody."""
 _CANCELED_TEXT = "Call has been canceled."
+
+
+class NotNow(Exception):
+    """Raised by a method's quick answer: it would have to wait, so a worker is to run the method."""
 
 
 class Method(NamedTuple):
     """One method: types, and the function that answers.
 
     inline: It returns at once and may run on the reactor's thread.
+    quick: Answers as `function` does, on the reactor's thread and at once, or raises NotNow.
     connection_first: It gets the caller's Connection before the arguments.
     strict: See `ServedObject`.
     """
@@ -40,26 +47,48 @@ class Method(NamedTuple):
     inline: bool = False
     connection_first: bool = False
     strict: bool = True
+    quick: Callable[..., Any] | None = None
 
 
 class Call:
     """One CALL or POST that has arrived: decoded, run and answered on a worker."""
 
-    __slots__ = ("_answered", "_begun", "_canceled", "_future", "_lock", "_method", "connection", "header", "payload")
+    __slots__ = (
+        *("_answered", "_begun", "_canceled", "_counted", "_future", "_lock", "_method"),
+        *("connection", "header", "payload"),
+    )
 
     def __init__(self, connection: Connection, header: Header, payload: Any, method: Method) -> None:
         self.connection, self.header, self.payload = connection, header, payload
         self._method = method
         self._future: Any = None
-        self._begun = self._canceled = self._answered = False
+        self._begun = self._canceled = self._answered = self._counted = False
         self._lock = threading.Lock()
 
     def begin(self) -> bool:
         """Take a place among the connection's calls; refuse if there is none."""
         if self.connection.begin(self.header.identity, self, self.header.size):
+            self._counted = True
             return True
         self.connection.error(self.header, f"more than {8 * self.connection.limits.pending_calls} calls are waiting")
         return False
+
+    def run_quick(self) -> bool:
+        """Answer at once if the method can; return whether it has. On the reactor's thread."""
+        quick = self._method.quick
+        if quick is None or self.header.size > QUICK_BYTES:
+            return False
+        wanted = ""
+        try:
+            arguments, wanted = self._arguments()
+            result = quick(*arguments)
+        except NotNow:
+            return False
+        except Exception as error:  # top of a remote call, as in `run`
+            self._fail(error)
+        else:
+            self._succeed(result, wanted)
+        return True
 
     def run(self) -> None:
         """Decode the arguments, call, and answer or wait for the future."""
@@ -178,5 +207,5 @@ class Call:
         self._done()
 
     def _done(self) -> None:
-        if not self._method.inline:
+        if self._counted:
             self.connection.finished(self.header.identity, self, self.header.size)

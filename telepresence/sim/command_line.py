@@ -25,7 +25,7 @@ def parser(program: str, description: str, *, scene: str, port: int | None = Non
     """Return a parser with the options that every simulation has; `port` and `scene` are the defaults."""
     options = argparse.ArgumentParser(prog=f"python -m {program}", description=description)
     if port is not None:
-        options.add_argument("--port", type=_port, default=port, help="0 takes a free one (default: %(default)s)")
+        options.add_argument("--port", type=port_number, default=port, help="0 takes a free one (default: %(default)s)")
     options.add_argument(
         "--address",
         default="127.0.0.1",
@@ -89,15 +89,18 @@ def announce(simulation: Simulation) -> None:
     for name, robot in simulation.robots.items():
         for url in robot.urls:
             print(f"listening on {url}" + (f" ({name})" if len(simulation.robots) > 1 else ""), flush=True)
+        if robot.page_url:
+            print(f"owner's page {robot.page_url}", flush=True)
     if not simulation.urls:
         print("running; no robot here has a wire", flush=True)
 
 
-def _port(text: str) -> int:
+def port_number(text: str) -> int:
+    """Return the port that an argument of a command line names."""
     try:
-        port = int(text)
+        number = int(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"a port is a number, got {text!r}") from None
-    if not 0 <= port <= 65535:
-        raise argparse.ArgumentTypeError(f"a port is between 0 and 65535, got {port}")
-    return port
+    if not 0 <= number <= 65535:
+        raise argparse.ArgumentTypeError(f"a port is between 0 and 65535, got {number}")
+    return number

@@ -104,6 +104,11 @@ class SimulatedRobot(ABC):
         return []
 
     @property
+    def page_url(self) -> str | None:
+        """Address of the page that the robot itself serves for its owner, with the key to it; None without one."""
+        return None
+
+    @property
     def screens(self) -> Mapping[str, Callable[[], LatestImage]]:
         """Pictures that the robot itself shows, by name: Pepper's tablet."""
         return {}

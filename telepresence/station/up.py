@@ -39,10 +39,12 @@ from telepresence.web.page_auth import page_key
 
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
-PAGE_PORT, SCREEN_PORT = 10002, 10003
+PAGE_PORT, SCREEN_PORT, ROBOT_PAGE_PORT = 10002, 10003, 8081
 PAGE_KEY, SCREEN_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_SCREEN_KEY"
-"""Environment variables with the keys to the tablet's page and to the window's: the banner says them, and the programs
-that serve the pages find them there, where other users of the machine cannot read them."""
+ROBOT_PAGE_KEY = "TELEPRESENCE_ROBOT_PAGE_KEY"
+"""Environment variables with the keys to the tablet's page, to the window's and to that of a simulated Pepper's owner:
+the banner says them, and the programs that serve the pages find them there, where other users of the machine cannot
+read them."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,9 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             require_loopback(settings, wire.address)
             port = port_setting(settings, wire.port, wire.simulated_port)
             require_free(port, wire.port, f"the simulated {wire.name}")
+    if PEPPER in wires and simulated:
+        robot_page = port_setting(settings, "robot_page_port", ROBOT_PAGE_PORT)
+        require_free(robot_page, "robot_page_port", "the simulated Pepper's own page")
     if PEPPER in wires:
         require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
     for server in drive_servers(arguments.robot, settings, simulated):
@@ -152,7 +157,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
 
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
     start_conditions.require_no_station(master_uri)
-    for variable in (PAGE_KEY, SCREEN_KEY):
+    for variable in (PAGE_KEY, SCREEN_KEY, ROBOT_PAGE_KEY):
         os.environ[variable] = page_key(variable)
     watch = Path(os.environ[station_folder.VARIABLE]) / "watch"
     watch.mkdir(mode=0o700)
@@ -381,6 +386,9 @@ def banner(
     if PEPPER in wires:
         page = f"http://127.0.0.1:{settings.get('page_port', PAGE_PORT)}/?k={os.environ.get(PAGE_KEY, '')}"
         lines.append(f"  tablet page  {page if simulated else 'com_cam prints its address, with the key to it'}")
+    if PEPPER in wires and simulated:
+        port = settings.get("robot_page_port", ROBOT_PAGE_PORT)
+        lines.append(f"  owner's page http://127.0.0.1:{port}/?k={os.environ.get(ROBOT_PAGE_KEY, '')}")
     if display is not None:
         lines += [
             f"  window       http://127.0.0.1:{screen_port}/?k={os.environ.get(SCREEN_KEY, '')}",

@@ -17,8 +17,9 @@ import gevent
 
 from telepresence.web.origin import foreign, own_names
 
-JSON, JPEG, PNG, TEXT, BINARY = (
+JSON, HTML, JPEG, PNG, TEXT, BINARY = (
     "application/json",
+    "text/html; charset=utf-8",
     "image/jpeg",
     "image/png",
     "text/plain; charset=utf-8",
@@ -26,6 +27,7 @@ JSON, JPEG, PNG, TEXT, BINARY = (
 )
 _STATUS_LINES = {
     200: "200 OK",
+    303: "303 See Other",
     400: "400 Bad Request",
     403: "403 Forbidden",
     404: "404 Not Found",
@@ -183,14 +185,14 @@ def index(value: Any, count: int, meaning: str) -> int:
 
 
 def boolean(value: Any, meaning: str) -> bool:
-    """Return true or false."""
-    if not isinstance(value, bool):
+    """Return true or false, for which 1 and 0 may stand."""
+    if not isinstance(value, int | float) or value not in (0, 1):
         raise BadRequest(f"expected {meaning}: true or false, got {shown(value)}")
-    return value
+    return bool(value)
 
 
 def booleans(value: Any, count: int, meaning: str) -> list[bool]:
-    """Return `count` times true or false."""
+    """Return `count` times true or false, for which 1 and 0 may stand."""
     if not isinstance(value, list) or len(value) != count:
         raise BadRequest(f"expected {meaning}: an array of {count} booleans, got {shown(value)}")
     return [boolean(item, meaning) for item in value]

@@ -146,12 +146,19 @@ class ProtectedPage:
 
     Args:
         app: A WSGI application that answers GET. Its pages refer to each other relatively: they are below `/PLACE/`.
-        csp: Its Content-Security-Policy, without frame-ancestors.
+        csp: Its Content-Security-Policy, without frame-ancestors and form-action.
+        forms: Whether the application also answers POST, to forms of its own pages.
     """
 
-    def __init__(self, app: Callable[..., Iterable[bytes]], auth: PageAuth, csp: str) -> None:
+    def __init__(self, app: Callable[..., Iterable[bytes]], auth: PageAuth, csp: str, *, forms: bool = False) -> None:
         self._app, self._auth = app, auth
-        self._headers = [*_HEADERS, ("Content-Security-Policy", f"{csp}; form-action 'none'; frame-ancestors 'none'")]
+        self._methods = ("GET", "HEAD", "POST") if forms else ("GET", "HEAD")
+        action = "'self'" if forms else "'none'"
+        policy = f"{csp}; form-action {action}; frame-ancestors 'none'"
+        headers = [*_HEADERS, ("Content-Security-Policy", policy)]
+        # Without any referrer the form of our own page would come from an origin called null.
+        referrer = {"Referrer-Policy": "same-origin"} if forms else {}
+        self._headers = [(name, referrer.get(name, value)) for name, value in headers]
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
         try:
@@ -176,7 +183,7 @@ class ProtectedPage:
             reason = foreign(environ, auth.names)
             if reason:
                 raise Refused(403, reason)
-        if environ["REQUEST_METHOD"] not in ("GET", "HEAD"):
+        if environ["REQUEST_METHOD"] not in self._methods:
             raise Refused(405, "This page can be read and nothing else.")
         if not auth.keyed:
             return None

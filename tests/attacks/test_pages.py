@@ -6,6 +6,7 @@ Each test is an attack, and must fail as such.
 from __future__ import annotations
 
 import contextlib
+import http.client
 import json
 import os
 import secrets
@@ -67,6 +68,19 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Program]:
     """A simulated Robotino."""
     words = [sys.executable, "-m", "robotino_sim", "--port=0", "--scene=empty"]
     program = Program(tmp_path_factory.mktemp("robot"), *words, says=r"listening on (\S+)")
+    yield program
+    program.close()
+
+
+@pytest.fixture(scope="module")
+def owner(tmp_path_factory: pytest.TempPathFactory, free_port: Callable) -> Iterator[Program]:
+    """The page of a simulated Pepper's owner; `naoqi_port` is where programs reach the robot."""
+    port = free_port()
+    words = [sys.executable, "-m", "pepper_sim", f"--port={port}", "--scene=empty", "--page-port=0"]
+    program = Program(
+        tmp_path_factory.mktemp("owner"), *words, says=r"owner's page (\S+)", TELEPRESENCE_ROBOT_PAGE_KEY=KEY
+    )
+    program.naoqi_port = port
     yield program
     program.close()
 
@@ -332,6 +346,27 @@ WAYS = {
 }
 
 
+CONSENT_WAYS = {
+    "fetch": """fetch({url}, {{
+      method: 'POST', mode: 'no-cors', credentials: 'include', body: new URLSearchParams('programs=1')
+    }}).then(() => 0, () => 0)""",
+    "beacon": "new Promise(r => {{ navigator.sendBeacon({url}, new URLSearchParams('programs=1')); "
+    "setTimeout(r, 200); }})",
+    "form": """new Promise(resolve => {{
+      const form = document.createElement('form'), field = document.createElement('input');
+      const frame = document.createElement('iframe');
+      frame.name = form.target = 'hidden';
+      Object.assign(form, {{method: 'post', action: {url}}});
+      [field.name, field.value] = ['programs', '1'];
+      form.append(field);
+      document.body.append(frame, form);
+      frame.onload = resolve;
+      form.submit();
+      setTimeout(resolve, 1000);
+    }})""",
+}
+
+
 @pytest.fixture
 def outputs(robot: Program) -> Callable[[], list[bool]]:
     """Reads the robot's digital outputs, which are all off; programs that are no browser switch and read them."""
@@ -397,24 +432,83 @@ def _greet(endpoint: str) -> None:
         Session().connect(endpoint)
 
 
-def test_a_post_from_a_page_makes_naoqi_calls(tmp_path):
+def test_a_post_from_a_page_makes_naoqi_calls(owner):
     """Its headers come before whatever its body holds: NAOqi must hang up instead of looking for the next message."""
-    words = [sys.executable, "-m", "pepper_sim", "--port=0", "--scene=empty"]
-    program = Program(tmp_path, *words, says=r"listening on (\S+)")
-    try:
-        naoqi = greeting()
-        head = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\n"
-        padding = b"".join(b"x" * count + b"\r\n" for count in (0, *range(1, 28)))  # messages begin with 28 bytes
-        for body in (naoqi, padding + naoqi * 28):
-            with program.connect() as client:
-                client.sendall(head + b"Content-Length: %d\r\n\r\n" % len(body) + body)
-                with contextlib.suppress(ConnectionError):
-                    assert client.recv(100) == b""
-        with program.connect() as client:
-            client.sendall(naoqi)
-            assert client.recv(100)[:4] == naoqi[:4], "without the headers it is answered"
-    finally:
-        program.close()
+    address = ("127.0.0.1", owner.naoqi_port)
+    naoqi = greeting()
+    head = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\n"
+    padding = b"".join(b"x" * count + b"\r\n" for count in (0, *range(1, 28)))  # messages begin with 28 bytes
+    for body in (naoqi, padding + naoqi * 28):
+        with socket.create_connection(address, timeout=10.0) as client:
+            client.sendall(head + b"Content-Length: %d\r\n\r\n" % len(body) + body)
+            with contextlib.suppress(ConnectionError):
+                assert client.recv(100) == b""
+    with socket.create_connection(address, timeout=10.0) as client:
+        client.sendall(naoqi)
+        assert client.recv(100)[:4] == naoqi[:4], "without the headers it is answered"
+
+
+FORM = {"Content-Type": "application/x-www-form-urlencoded"}
+
+
+def consents(owner: Program) -> bool:
+    """What the page says to whoever has its key."""
+    return b"<strong>may</strong>" in owner.ask(owner.place)[1]
+
+
+@pytest.fixture
+def refusing(owner: Program) -> Iterator[None]:
+    """The owner has opened the page and consents to nothing, before and after the attack."""
+    with contextlib.closing(http.client.HTTPConnection(owner.host, owner.port, timeout=20.0)) as client:
+        client.request("GET", owner.with_key("/"))
+        answer = client.getresponse()
+        owner.place = owner.with_key(answer.headers["Location"])
+    assert not consents(owner)
+    yield
+    assert not consents(owner)
+
+
+@pytest.mark.usefixtures("refusing")
+@pytest.mark.parametrize("query", ["", "?k=", f"?k={'0' * 22}"])
+def test_another_user_consents_without_the_key(owner, query):
+    for path in ("/consent", owner.place.partition("?")[0] + "consent"):
+        assert owner.ask(path + query, "POST", b"programs=1", **FORM)[0] == 403
+    assert owner.ask(f"/{query}")[0] == 403
+
+
+@pytest.mark.usefixtures("refusing")
+def test_another_name_or_page_consents_with_the_key(owner):
+    """DNS rebinding, and what browsers send with the forms of other pages, with the key even."""
+    path = owner.with_key("/consent")
+    for headers in (
+        {"Host": f"evil.example:{owner.port}"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://127.0.0.1:1"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ):
+        assert owner.ask(path, "POST", b"programs=1", **FORM, **headers)[0] == 403
+
+
+@pytest.mark.usefixtures("refusing")
+@pytest.mark.parametrize("way", ["fetch", "beacon", "form"])
+@pytest.mark.parametrize("site", SITES)
+def test_a_page_consents_in_the_owners_browser(pilot, attacker, owner, site, way):
+    """In which the robot's page was opened, at the address that only the browser knows."""
+    pilot.open(f"http://{owner.host}:{owner.port}{owner.with_key('/')}")
+    place = str(pilot.run("location.href"))
+    pilot.open(f"http://{site}:{attacker.server_port}/")
+    pilot.run(CONSENT_WAYS[way].format(url=json.dumps(place + "consent")))
+
+
+@pytest.mark.usefixtures("refusing")
+def test_the_owner_consents_and_withdraws(pilot, owner, wait_until):
+    """No attack: the buttons of the page work in a browser."""
+    pilot.open(f"http://{owner.host}:{owner.port}{owner.with_key('/')}")
+    for wanted in (True, False):
+        pilot.run("document.querySelector('button').click()")
+        wait_until(lambda wanted=wanted: consents(owner) is wanted, "the page says so")
 
 
 # --- at the end, when its time is over ------------------------------------------------------------------------------

@@ -35,7 +35,7 @@ BENCHMARKS = {
 PROGRAMS = {
     "faults": "kills and freezes every process while it drives, cuts the link: rest, told, back, stale motion",
     "soak": "hours of driving, restarts, cuts and viewers: what grows, and which tracebacks come",
-    "naoqi": "NAOqi's messaging, ours and libqi's at each end: calls, pictures, lists, events, 50 clients; resets",
+    "naoqi": "NAOqi's messaging, ours and libqi's at each end: calls, pictures, lists, events; a driver; resets",
 }
 """Benchmarks with a command line of their own, never among all: they take hours, or need `qi` and the processors."""
 

@@ -1,8 +1,9 @@
-"""`./stack bench naoqi [--rounds N] [--json FILE] [--resets]`: NAOqi's messaging, ours and the vendor's at each end.
+"""`./stack bench naoqi [--rounds N] [--json FILE] [--resets | --driver]`: NAOqi's messaging, by us and by the vendor.
 
 Four pairs, each client and each server in a process of its own, in turn round after round; the figures are medians of
 the rounds, so that a busy moment of the machine does not fall on one pair. The reference is libqi at both ends. All
 pairs send the same bytes: a picture is a tuple of declared types, for libqi's Python sends no raw data in a dynamic.
+At the end a driver asks the simulated Pepper for everything at once, by either library: `messaging/driver.py`.
 """
 
 from __future__ import annotations
@@ -31,6 +32,13 @@ PAIRS = [(VENDOR, VENDOR), (OURS, OURS), (VENDOR, OURS), (OURS, VENDOR)]
 """Client and server; the first is the reference."""
 REFERENCE = "libqi to libqi"
 PATIENCE = 300.0
+DRIVER_S = 20.0
+"""How long a driver asks for everything [s]."""
+RATES = {
+    "joint states": 50.0,
+    **dict.fromkeys(("front camera", "bottom camera", "depth camera", "laser", "sonar"), 10.0),
+}
+"""Stream of the driver -> wanted [Hz]."""
 METRICS = {
     "bare call, p50": ("call", 50, 1e3, "ms"),
     "bare call, p90": ("call", 90, 1e3, "ms"),
@@ -55,7 +63,8 @@ def main(options: Sequence[str]) -> int:
     try:
         if arguments.resets:
             return resets(arguments)
-        rows = measure(arguments.rounds, arguments.scale)
+        rows = [] if arguments.driver else measure(arguments.rounds, arguments.scale)
+        rows += measure_driver(DRIVER_S * arguments.scale)
     finally:
         processes.end_descendants()
     print(table(rows))
@@ -77,6 +86,7 @@ def parse(options: Sequence[str]) -> argparse.Namespace:
         help="instead: ten thousand connections reset before they are accepted, then how soon a new client is served; "
         "a hundred times in a row",
     )
+    parser.add_argument("--driver", action="store_true", help="only the driver that asks for everything at once")
     parser.add_argument("--times", type=int, default=100, help="with --resets: how often (default: %(default)s)")
     parser.add_argument("--count", type=int, default=10_000, help="with --resets: connections (default: %(default)s)")
     return parser.parse_args(options)
@@ -103,6 +113,22 @@ def measure(rounds: int, scale: float) -> list[Row]:
     ]
 
 
+def measure_driver(seconds: float) -> list[Row]:
+    """Return what a driver gets of each stream that it asks the simulated Pepper for, against what it asked for."""
+    rows = []
+    for library in (VENDOR, OURS):
+        print(f"driver of {LABELS[library]} ...", file=sys.stderr, flush=True)
+        with serving("pepper_sim", "--port=0", "--scene=apartment") as (url, process):
+            found = run_client("driver.py", library, url, process.pid, seconds)
+        name = f"driver of {LABELS[library]}"
+        rows += [Row(f"{name}: {stream}", found[stream], wanted, "Hz", "asked for") for stream, wanted in RATES.items()]
+        for percent in (50, 90):
+            took = percentile(found["cycles"], percent) * 1e3
+            rows.append(Row(f"{name}: 36 calls for joint states, p{percent}", took, 20.0, "ms", "period"))
+        rows.append(Row(f"{name}: processor of the robot", 100.0 * found["robot"], 100.0, "%", "one core"))
+    return rows
+
+
 def figure(metric: str, rounds: Sequence[dict]) -> float:
     """The median of the rounds."""
     names, percent, factor, _unit = METRICS[metric]
@@ -115,33 +141,40 @@ def figure(metric: str, rounds: Sequence[dict]) -> float:
 
 def one(client: str, server: str, scale: float) -> dict:
     """What a client of one library measures at a server of another."""
-    with serving(server) as (url, process):
-        command = [sys.executable, HERE / "messaging" / "client.py", client, url, str(process.pid), str(scale)]
-        ended = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=PATIENCE)
+    with serving(str(HERE / "messaging" / "server.py"), server) as (url, process):
+        return run_client("client.py", client, url, process.pid, scale)
+
+
+def run_client(program: str, library: str, url: str, server: int, amount: float) -> dict:
+    """What a client of one library prints as JSON."""
+    command = [sys.executable, HERE / "messaging" / program, library, url, str(server), str(amount)]
+    ended = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=PATIENCE)
     lines = ended.stdout.splitlines()
     if ended.returncode or not lines:
-        raise RuntimeError(f"{LABELS[client]} to {LABELS[server]}: {ended.stderr.strip()[-2000:]}")
+        raise RuntimeError(f"{program} of {LABELS[library]}: {ended.stderr.strip()[-2000:]}")
     return json.loads(lines[-1])
 
 
 @contextmanager
-def serving(library: str) -> Iterator[tuple[str, subprocess.Popen]]:
-    """A server of this library: its address and its process."""
+def serving(program: str, *arguments: str) -> Iterator[tuple[str, subprocess.Popen]]:
+    """A program that serves NAOqi, a file or a module: its address and its process."""
+    module = () if program.endswith(".py") else ("-m",)
     process = processes.start(
-        [sys.executable, str(HERE / "messaging" / "server.py"), library],
+        [sys.executable, *module, program, *arguments],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(),
     )  # fmt: skip
     try:
         for line in process.stdout:
-            if line.startswith("tcp://"):
+            if (found := line.rpartition(" ")[2].strip()).startswith("tcp://"):
                 break
         else:
-            raise RuntimeError(f"the server of {LABELS[library]} did not start")
-        yield line.strip(), process
+            raise RuntimeError(f"{program} {' '.join(arguments)} did not start")
+        yield found, process
     finally:
-        process.stdin.close()  # it ends with its input
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(5.0)
+        process.stdin.close()
+        if not module:  # the benchmark's own server ends with its input
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(5.0)
         processes.end(process)
         process.stdout.close()
 
@@ -153,7 +186,7 @@ def environment() -> dict[str, str]:
 def resets(arguments: argparse.Namespace) -> int:
     """Reset connections, our server in a process of its own, and print and write what came of it."""
     begin = time.monotonic()
-    with serving(OURS) as (url, process):
+    with serving(str(HERE / "messaging" / "server.py"), OURS) as (url, process):
         figures = reset_rounds(url, process.pid, arguments.times, arguments.count)
     rows = [
         Row("connected and reset", sum(figures.connected), arguments.times * arguments.count, "", "asked for"),

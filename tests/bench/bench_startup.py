@@ -37,7 +37,10 @@ def time_up() -> tuple[float, int]:
     """Seconds until the window says that it shows a picture, and the number of nodes then."""
     with private_environment() as environment:
         environment.pop("DISPLAY", None)
-        ports = [f"{name}:={free_port()}" for name in ("nao_port", "drive_port", "page_port", "screen_port")]
+        ports = [
+            f"{name}:={free_port()}"
+            for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port")
+        ]
         begin = time.monotonic()
         up = processes.start(
             [str(ROOT / "stack"), "up", "pepper", *ports, "source:=test"],

@@ -49,6 +49,7 @@ class BothStation(Station):
         names = (
             "nao_port",
             "page_port",
+            "robot_page_port",
             "robotino_port",
             "pepper_drive_port",
             "drive_port",

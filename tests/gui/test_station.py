@@ -31,7 +31,7 @@ def station(tmp_path_factory, free_port, wait_until):
     station = Station(tmp_path_factory.mktemp("station"), PEOPLE, free_port, wait_until)
     try:
         station.start_master()
-        ports = [f"{name}:={free_port()}" for name in ("nao_port", "drive_port", "page_port")]
+        ports = [f"{name}:={free_port()}" for name in ("nao_port", "drive_port", "page_port", "robot_page_port")]
         launch = str(ROOT / "launch" / "pepper.launch")
         station.start(
             "roslaunch",

@@ -158,7 +158,8 @@ def _filled(arguments: Any, answers: Any) -> tuple:
 
 def _fits(kind: Any, value: Any) -> bool:
     """Whether a client's value is one of this type."""
-    simple = {"v": type(None), "_": type(None), "b": bool, "f": float, "d": float, "s": str, "r": bytes | bytearray}
+    octets = bytes | bytearray
+    simple = {"v": type(None), "_": type(None), "b": bool, "f": float, "d": float, "s": str | octets, "r": octets}
     if kind.code in "mX":
         return True
     if kind.code in simple:

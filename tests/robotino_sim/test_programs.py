@@ -1,76 +1,43 @@
-import base64
+"""Programs in the style of those that people write for a Robotino, run unchanged; their effect is seen in the world."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
-from robotino_sim.programs import MAX_PROGRAMS, Programs
-from telepresence.web.json_app import BadRequest
-
-
-def program(name="circle.rvwx", data=b"<program/>"):
-    return {"name": name, "size": len(data), "data": base64.b64encode(data).decode()}
+PROGRAMS = Path(__file__).parent / "programs"
 
 
 @pytest.fixture
-def programs():
-    programs = Programs()
-    programs.upload(program())
-    return programs
+def run_against_robot(simulation, client) -> Callable[..., str]:
+    """Run `programs/NAME.py` to its end and return what it printed."""
+
+    def run(name: str, *arguments: str) -> str:
+        words = [sys.executable, PROGRAMS / f"{name}.py", "--url", simulation.url, *arguments]
+        ended = subprocess.run(words, capture_output=True, text=True, timeout=60.0)
+        assert ended.returncode == 0, f"{ended.stdout}\n{ended.stderr}"
+        return ended.stdout
+
+    return run
 
 
-def test_lists_what_was_uploaded(programs):
-    programs.upload(program("a.b.rvwx"))
-    assert programs.listing() == [
-        {"id": 1, "name": "a", "old": "a", "suffix": "b.rvwx", "action": "stopped"},
-        {"id": 2, "name": "circle", "old": "circle", "suffix": "rvwx", "action": "stopped"},
+def test_a_gripper_on_relays_and_outputs(simulation, run_against_robot):
+    printed = run_against_robot("robotino_gripper").splitlines()
+    assert [line for line in printed if not line.endswith(" 200")] == [
+        "closed: [True, False] True",
+        "opened: [False, True] False",
     ]
-    assert programs.read("circle.rvwx") == b"<program/>"
-    assert programs.read("square.rvwx") is None
+    outputs = simulation.robot.inputs_outputs
+    assert outputs.relays == [False, True] and not any(outputs.digital_outputs)
 
 
-def test_starts_stops_renames_removes(programs):
-    programs.start_or_stop({"action": "stopped", "name": "circle", "suffix": "rvwx"})
-    assert programs.listing()[0]["action"] == "running"
-    programs.rename([{"old": "circle", "name": "round", "suffix": "rvwx"}])
-    assert programs.listing()[0]["name"] == "round"
-    assert programs.listing()[0]["action"] == "running"
-    programs.start_or_stop({"name": "round", "suffix": "rvwx"})
-    assert programs.listing()[0]["action"] == "stopped"
-    programs.remove({"name": "round", "suffix": "rvwx"})
-    assert programs.listing() == []
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        {},
-        [],
-        {"name": "x", "size": 1, "data": "!!"},
-        {"name": "x", "size": 3, "data": "AAAA AAAA"},
-        {"name": "x", "size": 2, "data": "AAAA"},
-        {"name": "../x", "size": 3, "data": "AAAA"},
-        {"name": "", "size": 3, "data": "AAAA"},
-    ],
-)
-def test_refuses_bad_uploads(programs, body):
-    with pytest.raises(BadRequest):
-        programs.upload(body)
-    assert len(programs.listing()) == 1
-
-
-def test_refuses_unknown_programs(programs):
-    for refused in (programs.start_or_stop, programs.remove):
-        with pytest.raises(BadRequest, match="no program"):
-            refused({"name": "square", "suffix": "rvwx"})
-    with pytest.raises(BadRequest, match="no program"):
-        programs.rename([{"old": "square", "name": "x", "suffix": "rvwx"}])
-    programs.upload(program("other.rvwx"))
-    with pytest.raises(BadRequest, match="already"):
-        programs.rename([{"old": "other", "name": "circle", "suffix": "rvwx"}])
-
-
-def test_there_is_an_end_to_it(programs):
-    for i in range(MAX_PROGRAMS - 1):
-        programs.upload(program(f"p{i}.rvwx"))
-    with pytest.raises(BadRequest, match="remove one"):
-        programs.upload(program("one_more.rvwx"))
-    programs.upload(program())  # replacing is no addition
+def test_a_patrol_by_pose_and_odometry(simulation, run_against_robot):
+    before = simulation.robot.truth()
+    printed = run_against_robot("robotino_patrol", "--distance", "0.2")
+    after = simulation.robot.truth()
+    assert "web page: text/html" in printed and "no Festool charger" in printed
+    assert "poses: True ['errphi', 'errx', 'erry', 'phi', 'seq', 'x', 'y']" in printed
+    assert float(printed.split("driven ")[1].split()[0]) >= 0.2
+    assert after[0] - before[0] == pytest.approx(0.2, abs=0.15) and after[0] - before[0] > 0.1

@@ -15,6 +15,7 @@ from robotino_sim.simulation import Simulation
 
 READABLE = [
     "odometry",
+    "pose",
     "distancesensorarray",
     "bumper",
     "analoginputarray",
@@ -120,6 +121,13 @@ def test_wrong_verbs_are_405(client):
     assert client.request("DELETE", "/data/bumper")[0] == 405
     assert client.request("PUT", "/data/bumper", b"true")[0] == 405
     assert client.request("GET", "/data/omnidrive")[0] == 405
+
+
+def test_start_page_leads_to_every_reading(client):
+    status, headers, body = client.request("GET", "/")
+    assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
+    assert b'href="/data/odometry"' in body and b'src="/cam0"' in body
+    assert client.request("PUT", "/", b"1")[0] == 405
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------
@@ -285,15 +293,25 @@ def test_outputs_are_set_one_by_one_and_all_at_once(client):
     assert client.put("/data/poweroutput", {"value": -50}) == 200
 
 
+def test_ones_and_zeros_are_booleans(client):
+    assert client.put("/data/digitaloutput", {"num": 3, "val": 1}) == 200
+    assert client.get("/data/digitaloutputstatus") == [False, False, False, True] + [False] * 4
+    assert client.put("/data/digitaloutputarray", [1, 0, True, False, 1, 0, 0, 1]) == 200
+    assert client.get("/data/digitaloutputstatus") == [True, False, True, False, True, False, False, True]
+    assert client.put("/data/relay", {"num": 0, "val": 1}) == 200
+    assert client.put("/data/relayarray", [0, 1]) == 200
+    assert client.get("/data/relaystatus") == [False, True]
+
+
 @pytest.mark.parametrize(
     ("path", "value"),
     [
         ("digitaloutput", {"num": 8, "val": True}),
         ("digitaloutput", {"num": 0}),
-        ("digitaloutput", {"num": 0, "val": 1}),
+        ("digitaloutput", {"num": 0, "val": 2}),
         ("digitaloutput", [0, True]),
         ("digitaloutputarray", [True] * 7),
-        ("digitaloutputarray", [True] * 7 + [1]),
+        ("digitaloutputarray", [True] * 7 + ["1"]),
         ("relay", {"num": -1, "val": True}),
         ("relay", {"num": 0.5, "val": True}),
         ("relayarray", [True]),
@@ -331,11 +349,14 @@ def test_programs_are_uploaded_and_downloaded(client):
 
 
 def test_a_robot_with_festool_packs_and_laser(make_client, wait_until):
-    with Simulation(port=0, battery="Li-Ion", laser=True, cors=True) as simulation:
+    with Simulation(port=0, battery="Li-Ion", charging=True, laser=True, cors=True) as simulation:
         client = make_client(simulation.url)
         assert client.get("/data/powermanagement")["batteryType"] == "Li-Ion"
         payload = client.get("/data/festoolcharger")["payload"]
         assert len(payload["voltages"]) == len(payload["capacities"]) == 2
+        assert payload["chargerConnected"] and payload["accuLoading"] == [1, 1]
+        simulation.restart()
+        assert client.get("/data/powermanagement")["ext_power"] is True
         assert client.request("GET", "/data/charger0")[::2] == (200, b"")
         wait_until(lambda: client.request("GET", "/data/scan0")[2], "a scan")
         scan = client.get("/data/scan0")

@@ -60,16 +60,12 @@ class MicrophoneRecorder:
             self._thread.start()
 
     def stop(self) -> None:
-        """End the recording; the file is complete afterwards.
-
-        Raises: ServiceError: No recording is running.
-        """
+        """End the recording, if there is one; the file is complete afterwards."""
         with self._lock:
             thread, self._thread = self._thread, None
-            if thread is None:
-                raise ServiceError("no recording is running")
             self._ending.set()
-        thread.join(timeout=3.0)
+        if thread is not None:
+            thread.join(timeout=3.0)
 
     def close(self) -> None:
         self._ending.set()

@@ -1,1 +1,1 @@
-"""Parts of ALMotion: base, joints, stiffness, frames, reflexes, config; bezier, move_config and gestures help them."""
+"""Parts of ALMotion: base, joints, stiffness, frames, reflexes, config; bezier and move_config help them."""

@@ -11,8 +11,9 @@ import math
 from typing import Any
 
 from pepper_sim.naoqi.motion.move_config import configured_limits, move_config_table
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown
-from pepper_sim.naoqi.tasks import MotionTasks, Workers, chained
+from pepper_sim.naoqi.tasks import Watch, chained
 from pepper_sim.robot import BaseLimits, Pepper
 
 _MAX_POINTS = 1000
@@ -25,9 +26,9 @@ class MotionBase:
     and moveTo answers false.
     """
 
-    def __init__(self, robot: Pepper, workers: Workers, tasks: MotionTasks) -> None:
+    def __init__(self, robot: Pepper, watch: Watch, tasks: MotionTasks) -> None:
         self._robot = robot
-        self._workers = workers
+        self._watch = watch
         self._tasks = tasks
         self._arms = {"LArm": True, "RArm": True}
 
@@ -78,7 +79,7 @@ class MotionBase:
     @remote("v()")
     def waitUntilMoveIsFinished(self) -> concurrent.futures.Future:
         """Ends when the robot no longer moves."""
-        return self._workers.run(self._workers.wait_until, lambda: not self._robot.snapshot().moving)
+        return self._watch.until(lambda: not self._robot.snapshot().moving)
 
     # --- state -------------------------------------------------------------------------------------------------------
 
@@ -120,9 +121,15 @@ class MotionBase:
 
     # --- names of the walking robots, mapped to driving --------------------------------------------------------------
 
-    @remote("v(ffff)", "v(ffffm)")
+    @remote("v(ffff)", "v(ffffm)", "v(ffffmm)")
     def setWalkTargetVelocity(
-        self, x: float, y: float, theta: float, frequency: float, feetGaitConfig: Any = ()
+        self,
+        x: float,
+        y: float,
+        theta: float,
+        frequency: float,
+        leftFootGaitConfig: Any = (),
+        rightFootGaitConfig: Any = (),
     ) -> None:
         """Old name of moveToward; there are no steps to count."""
         self.moveToward(x, y, theta)
@@ -131,6 +138,11 @@ class MotionBase:
     def walkTo(self, x: float, y: float, theta: float, feetGaitConfig: Any = ()) -> concurrent.futures.Future:
         """Old name of moveTo."""
         return self.moveTo(x, y, theta)
+
+    @remote("b(m)", "b(mm)", name="walkTo")
+    def walkToPoints(self, controlPoints: Any, feetGaitConfig: Any = ()) -> concurrent.futures.Future:
+        """Old name of moveTo."""
+        return self.moveToPoints(controlPoints)
 
     @remote("b()")
     def stopWalk(self) -> concurrent.futures.Future:
@@ -146,6 +158,26 @@ class MotionBase:
     def waitUntilWalkIsFinished(self) -> concurrent.futures.Future:
         """Old name of waitUntilMoveIsFinished."""
         return self.waitUntilMoveIsFinished()
+
+    @remote("v()")
+    def killWalk(self) -> None:
+        """Old name of killMove."""
+        self.killMove()
+
+    @remote("m(s)")
+    def getFootGaitConfig(self, config: str) -> list:
+        """Old name of getMoveConfig."""
+        return self.getMoveConfig(config)
+
+    @remote("m()")
+    def getWalkArmsEnabled(self) -> bool:
+        """Whether both arms may swing; see getMoveArmsEnabled."""
+        return self.getMoveArmsEnabled("Arms")
+
+    @remote("v(bb)")
+    def setWalkArmsEnabled(self, leftArmEnabled: bool, rightArmEnabled: bool) -> None:
+        """Old name of setMoveArmsEnabled."""
+        self.setMoveArmsEnabled(leftArmEnabled, rightArmEnabled)
 
     # --- inside ------------------------------------------------------------------------------------------------------
 

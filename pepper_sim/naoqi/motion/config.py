@@ -1,4 +1,4 @@
-"""ALMotion: description of the body, list of tasks, and switches that are stored but move nothing."""
+"""ALMotion: description of the body and list of tasks."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.naoqi.identity import ARM_VERSION, BODY_VERSION, HEAD_VERSION, MODEL_TYPE
-from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, joints_of
-from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
-from pepper_sim.naoqi.tasks import MotionTasks
+from pepper_sim.naoqi.joint_names import BODY, CHAINS, STIFFNESS, joints_of
+from pepper_sim.naoqi.motion.idle import named_values
+from pepper_sim.naoqi.motion_tasks import MotionTasks
+from pepper_sim.naoqi.service import finite, one_of, remote
 from pepper_sim.robot import Pepper
 
-MASS = 28.68
-"""Sum of the URDF's links (ros-naoqi/pepper_robot) [kg]."""
-_SWITCH_CHAINS = ("Body", "Legs", "Leg", "Arms", "LArm", "RArm", "Head")
-_BREATH_LIMITS = {"Bpm": (5.0, 50.0), "Amplitude": (0.0, 1.0)}
 _MOTION_CONFIG = {
     *("ENABLE_DCM_LIKE", "CONTROL_JOINT_MAX_ACCELERATION", "CONTROL_USE_ACCELERATION_INTERPOLATOR"),
     *("CONTROL_FREQUENCY", "ENABLE_STIFFNESS_PROTECTION", "ENABLE_DYNAMIC_STABILIZATION", "ENABLE_MOVE_API"),
@@ -27,9 +24,6 @@ class MotionConfig:
     def __init__(self, robot: Pepper, tasks: MotionTasks) -> None:
         self._robot = robot
         self._tasks = tasks
-        self._breath: dict[str, float] = {"Bpm": 15.0, "Amplitude": 1.0}
-        self._breathing: set[str] = set()
-        self._idle: set[str] = set()
 
     # --- the body ----------------------------------------------------------------------------------------------------
 
@@ -68,12 +62,6 @@ class MotionConfig:
         }
         return [list(config), list(config.values())]
 
-    @remote("f(s)")
-    def getMass(self, pName: str) -> float:
-        """Returns the mass of the whole robot, "Body" [kg]."""
-        one_of(pName, ("Body",), "pName")
-        return MASS
-
     @remote("i()")
     def getMotionCycleTime(self) -> int:
         """Returns the controller's period [ms]."""
@@ -109,8 +97,7 @@ class MotionConfig:
     @remote("v([s])")
     def killTasksUsingResources(self, resourceNames: list[str]) -> None:
         """Ends the motions of these joints."""
-        for task in self._tasks.using(_resources(resourceNames)):
-            task.end()
+        self._tasks.end_using(_resources(resourceNames))
 
     @remote("b([s])")
     def areResourcesAvailable(self, resourceNames: list[str]) -> bool:
@@ -119,68 +106,22 @@ class MotionConfig:
 
     @remote("v()")
     def killAll(self) -> None:
-        """Ends everything that moves, the base abruptly."""
+        """Ends everything that moves or waits for its turn, the base abruptly."""
+        self._tasks.end_using((*BODY, *STIFFNESS.values()))
         self._robot.stop_move(abrupt=True)
         self._robot.stop_joints()
-
-    # --- switches that are only stored -------------------------------------------------------------------------------
-
-    @remote("v(sb)")
-    def setBreathEnabled(self, pChain: str, pIsEnabled: bool) -> None:
-        """Switches breathing on or off. Stored only: this robot does not breathe."""
-        _switch(self._breathing, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
-
-    @remote("b(s)")
-    def getBreathEnabled(self, pChain: str) -> bool:
-        """Whether breathing is switched on."""
-        return one_of(pChain, _SWITCH_CHAINS, "pChain") in self._breathing
-
-    @remote("v(m)")
-    def setBreathConfig(self, pConfig: Any) -> None:
-        """Sets [["Bpm", 5 to 50], ["Amplitude", 0 to 1]]."""
-        for name, value in _named(pConfig, "pConfig"):
-            one_of(name, _BREATH_LIMITS, "pConfig")
-            self._breath[name] = within(finite(value, name), *_BREATH_LIMITS[name], name)
-
-    @remote("m()")
-    def getBreathConfig(self) -> list[list]:
-        """Returns [["Bpm", value], ["Amplitude", value]]."""
-        return [[name, value] for name, value in self._breath.items()]
-
-    @remote("v(sb)")
-    def setIdlePostureEnabled(self, pChain: str, pIsEnabled: bool) -> None:
-        """Switches the return to an idle posture on or off. Stored only."""
-        _switch(self._idle, one_of(pChain, _SWITCH_CHAINS, "pChain"), pIsEnabled)
-
-    @remote("b(s)")
-    def getIdlePostureEnabled(self, pChain: str) -> bool:
-        """Whether the return to an idle posture is switched on."""
-        return one_of(pChain, _SWITCH_CHAINS, "pChain") in self._idle
 
     @remote("v(m)")
     def setMotionConfig(self, config: Any) -> None:
         """Sets internal switches, [[name, value], ...]. Checked and ignored."""
-        for name, value in _named(config, "config"):
+        for name, value in named_values(config, "config"):
             one_of(name, _MOTION_CONFIG, "config")
             finite(value, name)
 
 
-def _switch(switched_on: set[str], name: str, on: bool) -> None:
-    (switched_on.add if on else switched_on.discard)(name)
-
-
 def _resources(names: list[str]) -> list[str]:
-    joints: list[str] = []
+    resources: list[str] = []
     for name in names:
-        joints += (
-            ["Base"] if name in ("Base", "Wheels") else list(GROUPS.get(name, ())) or joints_of(name, "resourceNames")
-        )
-    return joints
-
-
-def _named(value: Any, argument: str) -> list[tuple[str, Any]]:
-    if not isinstance(value, list | tuple) or not all(
-        isinstance(item, list | tuple) and len(item) == 2 and isinstance(item[0], str) for item in value
-    ):
-        raise ServiceError(f"{argument} must be [[name, value], ...], got {shown(value)}")
-    return [(name, item) for name, item in value]
+        joints = [] if name in ("Base", "Wheels") else joints_of(name, "resourceNames")
+        resources += [*joints, *(STIFFNESS[joint] for joint in joints)] or ["Base"]
+    return resources

@@ -9,7 +9,9 @@ import math
 
 import numpy as np
 
-from pepper_sim.naoqi.joint_names import LEFT_ARM, RIGHT_ARM
+from pepper_sim.body.description import WHEEL_CENTRES
+from pepper_sim.body.frames import ROOT
+from pepper_sim.naoqi.joint_names import LEFT_ARM, RIGHT_ARM, joints_of
 from pepper_sim.naoqi.service import ServiceError, one_of, remote, shown
 from pepper_sim.robot import STEREO_CAMERA, Pepper
 
@@ -64,6 +66,11 @@ SENSORS: dict[str, str] = {
 }
 """Sensor name of getSensorNames -> frame of the URDF (ros-naoqi/pepper_robot)."""
 
+MASS = 28.68
+"""Sum of the URDF's links (ros-naoqi/pepper_robot) [kg]."""
+_BASE_LINK = "Tibia"
+"""The link under the knee, whose mass the simulated body has in one with the base."""
+
 FRAME_LINKS: dict[int, str | None] = {0: "torso", 1: None, 2: "base_footprint"}
 """Frame of reference -> its link; None for the world."""
 
@@ -91,6 +98,30 @@ class MotionFrames:
         """Returns the homogeneous matrix of an effector, joint or sensor, 16 numbers, row by row."""
         return self._pose(name, space).ravel().tolist()
 
+    @remote("f(s)")
+    def getMass(self, pName: str) -> float:
+        """Returns the mass of a joint's link, of a chain, or of the whole robot, "Body" [kg]."""
+        return MASS if pName == "Body" else self._robot.center_of_mass(_links(pName))[0]
+
+    @remote("[f](sib)")
+    def getCOM(self, pName: str, pSpace: int, pUseSensorValues: bool) -> list[float]:
+        """Returns the centre of mass [x, y, z] of a joint's link, of a chain, or of the whole robot, "Body".
+
+        Measured angles are used in either case.
+        """
+        one_of(pSpace, FRAME_LINKS, "pSpace")
+        with self._robot.world.locked():
+            center = self._robot.center_of_mass(_links(pName))[1]
+            return (np.linalg.inv(self._reference(pSpace)) @ [*center, 1.0])[:3].tolist()
+
+    @remote("[[f]](ib)")
+    def getSupportPolygon(self, pFrame: int, pUseSensorValues: bool) -> list[list[float]]:
+        """Returns the corners [x, y] of the area between the wheels, counter-clockwise, in frame 1 or 2."""
+        one_of(pFrame, (1, 2), "pFrame")
+        x, y, theta = self._robot.snapshot().odometry if pFrame == 1 else (0.0, 0.0, 0.0)
+        c, s = math.cos(theta), math.sin(theta)
+        return [[x + c * wx - s * wy, y + s * wx + c * wy] for wx, wy in WHEEL_CENTRES]
+
     @remote("[s]()")
     def getSensorNames(self) -> list[str]:
         """Lists the sensors."""
@@ -102,8 +133,19 @@ class MotionFrames:
         if link is None:
             raise ServiceError(f"name: unknown chain, joint or sensor {shown(name)}")
         with self._robot.world.locked():  # both links at the same instant
-            pose = self._robot.link_pose(link)
-            frame = FRAME_LINKS[space]
-            reference = np.eye(4) if frame is None else self._robot.link_pose(frame)
+            pose, reference = self._robot.link_pose(link), self._reference(space)
         pose[:3, 3] += pose[:3, :3] @ offset
         return np.linalg.inv(reference) @ pose
+
+    def _reference(self, space: int) -> np.ndarray:
+        frame = FRAME_LINKS[space]
+        return np.eye(4) if frame is None else self._robot.link_pose(frame)
+
+
+def _links(name: str) -> list[str]:
+    """Return the links whose mass counts for a joint or chain: those that its joints move."""
+    if name == "Torso":
+        return ["torso"]
+    links = [_JOINT_LINKS[joint] for joint in joints_of(name, "pName")]
+    links = [ROOT if link == _BASE_LINK else link for link in links]
+    return [*links, "torso"] if name in ("Body", "Joints", "JointActuators") else links

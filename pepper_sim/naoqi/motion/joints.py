@@ -1,21 +1,23 @@
 """ALMotion: joint angles. Radians and seconds; hands are fractions, 0 closed, 1 open.
 
-Angles beyond a joint's limits are clipped. Calls that follow a trajectory end when it does; another command to one of
-its joints ends it early.
+Angles beyond a joint's limits are clipped. Calls that follow a trajectory end when it does. One whose joints another
+trajectory uses waits for its turn; setAngles and changeAngles wait for nothing and end the trajectory (NAOqi 2.8
+documentation, tools-motion-task).
 """
 
 from __future__ import annotations
 
 import concurrent.futures
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
-from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, values_for
+from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.bezier import bezier_knots
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
-from pepper_sim.naoqi.tasks import MotionTasks, chained
 from pepper_sim.robot import Pepper
+from telepresence.naoqi.incoming_call import NotNow
 
 PEAK_OVER_MEAN_SPEED = 1.5
 """Peak speed over mean speed of a cubic motion from rest to rest."""
@@ -38,28 +40,34 @@ class MotionJoints:
         """Moves joints to angles at a fraction of their top speed; returns at once."""
         joints = joints_of(names)
         fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
-        self._set(values_for(joints, angles, "angles"), dict.fromkeys(joints, fraction))
+        self._set(values_for(joints, per_joint(names, angles), "angles"), dict.fromkeys(joints, fraction))
 
     @remote("v(mm[f])", name="setAngles")
     def setAnglesWithSpeeds(self, names: Any, angles: Any, fractionMaxSpeeds: list[float]) -> None:
         """Moves joints to angles, each at its own fraction of top speed; returns at once."""
         joints = joints_of(names)
-        fractions = values_for(joints, fractionMaxSpeeds, "fractionMaxSpeeds", spread=True)
+        fractions = values_for(joints, per_joint(names, fractionMaxSpeeds), "fractionMaxSpeeds", spread=True)
         for fraction in fractions.values():
             within(fraction, 0.0, 1.0, "fractionMaxSpeeds")
-        self._set(values_for(joints, angles, "angles"), fractions)
+        self._set(values_for(joints, per_joint(names, angles), "angles"), fractions)
 
     @remote("v(mmf)")
     def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: float) -> None:
         """Moves joints by angles relative to their setpoints; returns at once."""
         joints = joints_of(names)
         fraction = within(fractionMaxSpeed, 0.0, 1.0, "fractionMaxSpeed")
-        steps = values_for(joints, changes, "changes")
+        steps = values_for(joints, per_joint(names, changes), "changes")
         setpoints = self._robot.snapshot().joint_setpoints
         targets = {joint: setpoints[joint] + step for joint, step in steps.items()}
         self._set(targets, dict.fromkeys(joints, fraction))
 
-    @remote("[f](mb)")
+    def quick_angles(self, names: Any, useSensors: bool) -> list[float]:
+        """getAngles, while nobody has to wait for the world."""
+        if not self._robot.has_snapshot():
+            raise NotNow
+        return self.getAngles(names, useSensors)
+
+    @remote("[f](mb)", quick="quick_angles")
     def getAngles(self, names: Any, useSensors: bool) -> list[float]:
         """Returns the measured angles, or with useSensors false the commanded ones."""
         snapshot = self._robot.snapshot()
@@ -77,21 +85,20 @@ class MotionJoints:
         """
         joints = joints_of(names)
         _require_distinct(joints)
-        angles = _rows(joints, angleLists, "angleLists")
-        times = _rows(joints, timeLists, "timeLists", spread=True)
-        setpoints = self._robot.snapshot().joint_setpoints
+        angles = _rows(joints, per_joint(names, angleLists), "angleLists")
+        times = _rows(joints, per_joint(names, timeLists), "timeLists", spread=True)
         knots: Knots = {}
         for joint, row, moments in zip(joints, angles, times, strict=True):
-            start = 0.0 if isAbsolute else setpoints[joint]
             if len(row) != len(moments):
                 raise ServiceError(f"timeLists holds {len(moments)} times for the {len(row)} angles of {joint}")
             _check_rising(moments, joint)
-            knots[joint] = [
-                # A first knot at time zero is reached one cycle later.
-                (max(moment, MOTION_CYCLE), start + angle)
-                for moment, angle in zip(moments, row, strict=True)
-            ]
-        return self.follow("angleInterpolation", knots)
+            # A first knot at time zero is reached one cycle later.
+            knots[joint] = [(max(moment, MOTION_CYCLE), angle) for moment, angle in zip(moments, row, strict=True)]
+
+        def relative(setpoints: Mapping[str, float]) -> Knots:
+            return {joint: [(t, setpoints[joint] + step) for t, step in row] for joint, row in knots.items()}
+
+        return self.plan("angleInterpolation", joints, (lambda _: knots) if isAbsolute else relative)
 
     @remote("v(mmf)")
     def angleInterpolationWithSpeed(
@@ -102,7 +109,7 @@ class MotionJoints:
         _require_distinct(joints)
         if not 0.0 < maxSpeedFraction <= 1.0:
             raise ServiceError(f"maxSpeedFraction must be above 0 and at most 1, got {maxSpeedFraction:g}")
-        return self.go(values_for(joints, targetAngles, "targetAngles"), maxSpeedFraction)
+        return self.go(values_for(joints, per_joint(names, targetAngles), "targetAngles"), maxSpeedFraction)
 
     @remote("v([s]mm)")
     def angleInterpolationBezier(self, jointNames: list[str], times: Any, controlPoints: Any) -> Any:
@@ -117,13 +124,18 @@ class MotionJoints:
             raise ServiceError(f"times must hold one list for each of the {len(joints)} joints, got {shown(times)}")
         if not isinstance(controlPoints, list | tuple) or len(controlPoints) != len(joints):
             raise ServiceError(f"controlPoints must hold one list for each of the {len(joints)} joints")
-        setpoints = self._robot.snapshot().joint_setpoints
-        knots: Knots = {}
-        for joint, row, points in zip(joints, times, controlPoints, strict=True):
-            moments = _numbers(row, f"times of {joint}")
-            _check_rising(moments, joint)
-            knots[joint] = bezier_knots(setpoints[joint], moments, points, f"controlPoints of {joint}")
-        return self.follow("angleInterpolationBezier", knots)
+        moments = {joint: _numbers(row, f"times of {joint}") for joint, row in zip(joints, times, strict=True)}
+        for joint, row in moments.items():
+            _check_rising(row, joint)
+
+        def curves(setpoints: Mapping[str, float]) -> Knots:
+            return {
+                joint: bezier_knots(setpoints[joint], moments[joint], points, f"controlPoints of {joint}")
+                for joint, points in zip(joints, controlPoints, strict=True)
+            }
+
+        curves(self._robot.snapshot().joint_setpoints)  # what is malformed is refused now, not when its turn comes
+        return self.plan("angleInterpolationBezier", joints, curves)
 
     @remote("v(s)")
     def openHand(self, handName: str) -> concurrent.futures.Future:
@@ -137,24 +149,47 @@ class MotionJoints:
 
     # --- for the other services --------------------------------------------------------------------------------------
 
-    def go(self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation") -> Any:
-        """Move joints so that all arrive together, the slowest at `fraction` of its top speed.
+    def go(
+        self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation", *, yields: bool = False
+    ) -> concurrent.futures.Future:
+        """Move joints so that all arrive together, the slowest at `fraction` of its top speed; see `plan`."""
 
+        def knots(setpoints: Mapping[str, float]) -> Knots:
+            duration = SHORTEST_MOTION
+            for joint, angle in angles.items():
+                limits = self._robot.LIMITS[joint]
+                distance = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
+                duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
+            return {joint: [(duration, angle)] for joint, angle in angles.items()}
+
+        return self.plan(name, angles, knots, yields=yields)
+
+    def follow(self, name: str, knots: Knots, *, yields: bool = False) -> concurrent.futures.Future:
+        """Move joints through (seconds from the start, angle) as the task `name`; see `plan`."""
+        return self.plan(name, knots, lambda _: knots, yields=yields)
+
+    def plan(
+        self,
+        name: str,
+        joints: Iterable[str],
+        knots: Callable[[Mapping[str, float]], Knots],
+        *,
+        yields: bool = False,
+    ) -> concurrent.futures.Future:
+        """Move joints as soon as no other motion uses them.
+
+        Args:
+            name: What getTaskList calls the motion.
+            knots: Gets the joints' setpoints when the motion starts; returns joint -> (seconds from the start, angle).
+            yields: Another motion of these joints ends this one instead of waiting for it: for movements that only make
+                the robot look alive.
         Returns:
-            Future: true when they arrived, false when another command took a joint away.
+            Future: true when the motion is over, false when another command took a joint away. Joints that are limp do
+            not get there; the motion ends after its time all the same.
         """
-        setpoints = self._robot.snapshot().joint_setpoints
-        duration = SHORTEST_MOTION
-        for joint, angle in angles.items():
-            limits = self._robot.LIMITS[joint]
-            distance = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
-            duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
-        return self.follow(name, {joint: [(duration, angle)] for joint, angle in angles.items()})
-
-    def follow(self, name: str, knots: Knots) -> concurrent.futures.Future:
-        """Move joints through (seconds from now, angle) as the task `name`; the future is as that of `go`."""
-        future = self._robot.follow(knots)
-        return chained(self._tasks.add(name, knots, future, future.cancel), bool)
+        return self._tasks.book(
+            name, joints, lambda: self._robot.follow(knots(self._robot.snapshot().joint_setpoints)), yields=yields
+        )
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -164,8 +199,12 @@ class MotionJoints:
 
     def _move_hand(self, hand: str, opening: float) -> concurrent.futures.Future:
         one_of(hand, HANDS, "handName")
-        self._robot.set_stiffness({hand: 1.0})
-        return self.follow("openHand" if opening else "closeHand", {hand: [(_HAND_TIME, opening)]})
+
+        def start(_: Mapping[str, float]) -> Knots:
+            self._robot.set_stiffness({hand: 1.0})
+            return {hand: [(_HAND_TIME, opening)]}
+
+        return self.plan("openHand" if opening else "closeHand", (hand,), start)
 
 
 def _require_distinct(joints: Sequence[str]) -> None:

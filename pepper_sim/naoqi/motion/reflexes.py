@@ -23,17 +23,14 @@ class MotionReflexes:
         self._memory = memory
         self._arms = {"LArm": True, "RArm": True}
         self._self_collision = {"Arms": True, "LArm": True, "RArm": True}
-        self._smart_stiffness = True
-        self._push_recovery = True
 
     @remote("v(sb)")
     def setExternalCollisionProtectionEnabled(self, pName: str, pEnable: bool) -> None:
         """Switches the protection against obstacles on or off. "All" and "Move" stay on without the owner's consent."""
         one_of(pName, _PROTECTED, "pName")
-        if not pEnable and pName not in _FREE:
-            raise ServiceError(f"pName '{pName}': {_CONSENT}")
-        if pName in ("All", "Move"):
-            self._robot.security.enabled = True
+        if pName not in _FREE:
+            self._require_consent(pEnable, f"pName '{pName}'")
+            self._robot.security.enabled = pEnable
         for arm in self._arms:
             if pName in (arm, "Arms", "All"):
                 self._arms[arm] = pEnable
@@ -95,45 +92,47 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setSmartStiffnessEnabled(self, pEnable: bool) -> None:
-        """Switches smart stiffness on or off. Stored only."""
-        self._smart_stiffness = pEnable
+        """Switches smart stiffness on or off: motors that save power while nothing moves."""
+        self._robot.smart_stiffness = pEnable
 
     @remote("b()")
     def getSmartStiffnessEnabled(self) -> bool:
         """Whether smart stiffness is on."""
-        return self._smart_stiffness
+        return self._robot.smart_stiffness
 
     @remote("v(b)")
     def setFallManagerEnabled(self, pEnable: bool) -> None:
         """Switches the fall manager on or off; off only with the owner's consent."""
-        _require_consent(pEnable, "pEnable")
+        self._require_consent(pEnable, "pEnable")
+        self._robot.fall_manager = pEnable
 
     @remote("b()")
     def getFallManagerEnabled(self) -> bool:
-        """Whether the fall manager is on: always."""
-        return True
+        """Whether the fall manager is on."""
+        return self._robot.fall_manager
 
     @remote("v(b)")
     def setDiagnosisEffectEnabled(self, pEnable: bool) -> None:
         """Switches the reaction to a faulty device on or off; off only with the owner's consent."""
-        _require_consent(pEnable, "pEnable")
+        self._require_consent(pEnable, "pEnable")
+        self._robot.diagnosis_effect = pEnable
 
     @remote("b()")
     def getDiagnosisEffectEnabled(self) -> bool:
-        """Whether a faulty device keeps the robot from waking up: always."""
-        return True
+        """Whether a faulty device keeps the robot from waking up."""
+        return self._robot.diagnosis_effect
 
     @remote("v(b)")
     def setPushRecoveryEnabled(self, pEnable: bool) -> None:
-        """Switches push recovery on or off. Stored only."""
-        self._push_recovery = pEnable
+        """Switches push recovery on or off; off only with the owner's consent. Stored only."""
+        self._require_consent(pEnable, "pEnable")
+        self._robot.push_recovery = pEnable
 
     @remote("b()")
     def getPushRecoveryEnabled(self) -> bool:
         """Whether push recovery is on."""
-        return self._push_recovery
+        return self._robot.push_recovery
 
-
-def _require_consent(enable: bool, argument: str) -> None:
-    if not enable:
-        raise ServiceError(f"{argument}: {_CONSENT}")
+    def _require_consent(self, enable: bool, argument: str) -> None:
+        if not enable and not self._robot.consent.given:
+            raise ServiceError(f"{argument}: {_CONSENT}")

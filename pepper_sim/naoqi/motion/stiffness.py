@@ -7,16 +7,18 @@ the rest of the group, because documented examples call it with "Body" (NAOqi 2.
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
 from pepper_sim.body.postures import CROUCH, STAND
-from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, joints_of, values_for
+from pepper_sim.naoqi.joint_names import BODY, GROUPS, LEG, STIFFNESS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, one_of, remote, within
-from pepper_sim.naoqi.tasks import MotionTasks, Workers
+from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
 
@@ -48,9 +50,12 @@ class MotionStiffness:
 
     @remote("b()")
     def wakeUp(self) -> concurrent.futures.Future:
-        """Turns the motors on and stands up; ends when the robot stands."""
+        """Turns the motors on and, if it rested, stands up; ends when the robot stands.
+
+        To stand up it takes the joints from other motions, as rest does.
+        """
         self._require_upright("wakeUp")
-        return self._workers.run(self._wake_up)
+        return self._workers.run(self._stiffen if self.awake else self._wake_up)
 
     @remote("v()")
     def rest(self) -> concurrent.futures.Future:
@@ -88,18 +93,24 @@ class MotionStiffness:
 
     @remote("v(mmm)")
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> concurrent.futures.Future:
-        """Changes stiffness over time [s]; ends when it is reached. Of a list per joint only the last entry counts."""
+        """Changes stiffness over time [s]; ends when it is reached. Of a list per joint only the last entry counts.
+
+        setStiffnesses ends it.
+        """
         joints = joints_of(names)
         targets = self._wanted(names, _last(stiffnessLists, len(joints)))
-        times = values_for(joints, _last(timeLists, len(joints)), "timeLists", spread=True)
+        times = values_for(joints, per_joint(names, _last(timeLists, len(joints))), "timeLists", spread=True)
         duration = within(max(times.values()), 0.0, 600.0, "timeLists")
-        future = self._workers.run(self._ramp, targets, duration)
-        return self._tasks.add("stiffnessInterpolation", joints, future, future.cancel)
+        return self._tasks.book(
+            "stiffnessInterpolation",
+            [STIFFNESS[joint] for joint in joints],
+            lambda: self._robot.ramp_stiffness(targets, duration),
+        )
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _wanted(self, names: Any, stiffnesses: Any) -> dict[str, float]:
-        wanted = values_for(joints_of(names), stiffnesses, "stiffnesses", spread=True)
+        wanted = values_for(joints_of(names), per_joint(names, stiffnesses), "stiffnesses", spread=True)
         for joint, value in wanted.items():
             within(value, 0.0, 1.0, f"stiffnesses of {joint}")
         return {joint: value for joint, value in wanted.items() if joint not in LEG}
@@ -108,34 +119,43 @@ class MotionStiffness:
         if stiffness:
             self._robot.set_stiffness(stiffness)
 
-    def _ramp(self, targets: dict[str, float], duration: float) -> None:
-        start = self._robot.snapshot().stiffness
-        steps = max(1, round(duration / MOTION_CYCLE))
-        for step in range(1, steps + 1):
-            if self._workers.closing.wait(MOTION_CYCLE if duration else 0.0):
-                return
-            share = step / steps
-            self._apply({joint: start[joint] + share * (value - start[joint]) for joint, value in targets.items()})
+    @contextlib.contextmanager
+    def _whole_body(self) -> Iterator[None]:
+        """Take all joints from whatever uses them or waits for them, an earlier wakeUp or rest included."""
+        while True:
+            self._tasks.end_using((*BODY, *STIFFNESS.values()))
+            if self._changing.acquire(timeout=MOTION_CYCLE):
+                break
+        try:
+            yield
+        finally:
+            self._changing.release()
+
+    def _stiffen(self) -> bool:
+        self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
+        self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
+        self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
+        return True
 
     def _wake_up(self) -> bool:
-        with self._changing:
+        with self._whole_body():
             self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
             self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
-            arrived = True
-            if not self.awake:
-                arrived = self._joints.go(STAND, _WAKE_SPEED, "wakeUp").result()
+            arrived = self._joints.go(STAND, _WAKE_SPEED, "wakeUp").result()
             self._set_awake(True)
             self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
             return bool(arrived)
 
     def _rest(self) -> None:
-        with self._changing:
-            if not self.awake:
+        with self._whole_body():
+            if not self.awake and not any(self._robot.snapshot().stiffness.values()):
                 return
             self._memory.announce("ALMotion/Stiffness/restStarted", 1)
             self._robot.stop_move().result()
             self._set_awake(False)
             self._joints.go(CROUCH, _REST_SPEED, "rest").result()
+            if self.awake:
+                return  # somebody woke it up in the meantime
             self._robot.set_stiffness(dict.fromkeys(BODY, 0.0))
             self._memory.announce("ALMotion/Stiffness/restFinished", 1)
 

@@ -62,12 +62,13 @@ STATIONS: dict[str, tuple[Robot, ...]] = {
     "both": (PEPPER, Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/rto3/truth", 0.2)),
 }
 PORTS = {
-    "pepper": ("nao_port", "drive_port", "page_port", "screen_port"),
+    "pepper": ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port"),
     "robotino": ("robotino_port", "drive_port", "camera_port", "sound_port", "screen_port"),
     "both": (
         "nao_port",
         "pepper_drive_port",
         "page_port",
+        "robot_page_port",
         "robotino_port",
         "drive_port",
         "camera_port",

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import pytest
 import qi
 
 pytestmark = pytest.mark.ros
+
+PROGRAMS = Path(__file__).parent / "programs"
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +111,11 @@ def test_speech_topic_reaches_the_robot(graph, naoqi_session, until_true):
         lambda: memory.getListData(["ALTextToSpeech/CurrentSentence"]) == ["good morning"],
         "the robot says the sentence",
     )
+
+
+def test_a_program_speaks_by_the_action_of_naoqi_bridge_msgs(graph, naoqi_session, probe):
+    greeting = graph.run(sys.executable, str(PROGRAMS / "greet.py"), "Hello.")
+    assert greeting.wait_for(r"begun: .*")[0] == "begun: True finished: True state: 3", "3 is SUCCEEDED"
 
 
 def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):

@@ -64,3 +64,14 @@ def test_arms_held_out_get_warmer_than_arms_that_hang():
     assert warm["LShoulderPitch"] > ROOM + ELECTRONICS_RISE + 0.2
     assert warm["LShoulderPitch"] > warm["HeadYaw"]
     assert pepper.snapshot().battery.charge < FULL_CHARGE
+
+
+def test_smart_stiffness_saves_power_while_nothing_moves():
+    currents = {}
+    for smart in (True, False):
+        pepper = Pepper(build_world("empty", [pepper_model()]), None)
+        pepper.smart_stiffness = smart
+        pepper.world.step(410)
+        assert set(pepper.snapshot().stiffness.values()) == {1.0}, "what was set is what is read"
+        currents[smart] = pepper.snapshot().battery.current
+    assert currents[False] < currents[True] - 0.1 < 0.0

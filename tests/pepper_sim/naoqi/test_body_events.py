@@ -2,6 +2,8 @@
 
 import pytest
 
+from pepper_sim.naoqi import body_events
+
 PARTS = {
     "FrontTactil": ("FrontTactilTouched", "Device/SubDeviceList/Head/Touch/Front/Sensor/Value"),
     "MiddleTactil": ("MiddleTactilTouched", "Device/SubDeviceList/Head/Touch/Middle/Sensor/Value"),
@@ -32,14 +34,19 @@ def test_touch_raises_its_event_and_shows_in_its_keys(naoqi, wait_until, part):
     assert changes[0][0][1] is True and changes[1][0][1] is False
 
 
-def test_the_chest_button_clicks(naoqi, wait_until):
-    clicks = []
-    subscriber = naoqi.ALMemory.subscriber("ALChestButton/SimpleClickOccurred")
-    subscriber.signal.connect(clicks.append)
-    naoqi.robot.press("ChestButton", True)
-    wait_until(lambda: naoqi.ALMemory.getData("ChestButtonPressed") == 1.0, "the press was seen")
-    naoqi.robot.press("ChestButton", False)
+@pytest.mark.parametrize(("times", "name"), [(1, "Simple"), (2, "Double")])
+def test_the_chest_button_clicks(naoqi, wait_until, monkeypatch, times, name):
+    monkeypatch.setattr(body_events, "CLICK_PAUSE", 0.7)  # for a machine that has no time
+    clicks, memory = [], naoqi.ALMemory
+    subscribers = [memory.subscriber(event) for event in body_events.CLICKS]
+    for event, subscriber in zip(body_events.CLICKS, subscribers, strict=True):
+        subscriber.signal.connect(lambda _, event=event: clicks.append(event))
+    for _ in range(times):
+        for pressed in (True, False):
+            naoqi.robot.press("ChestButton", pressed)
+            wait_until(lambda: memory.getData("ChestButtonPressed") == float(pressed), "it was seen")  # noqa: B023
     wait_until(lambda: clicks, "the click was reported")
+    assert clicks == [f"ALChestButton/{name}ClickOccurred"]
 
 
 def test_data_behind_events_is_there_from_the_start(naoqi):

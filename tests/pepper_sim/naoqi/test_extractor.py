@@ -83,7 +83,7 @@ def test_inherited_module_methods(naoqi, refused):
     assert {"subscribe", "ping", "getMethodList"} <= set(module.getMethodList())
     assert module.getMethodHelp("subscribe")[0][0] == "subscribe"
     assert "subscribe" in module.getUsage("subscribe") and module.getModuleHelp()[0] == "ALSonar"
-    assert module.isRunning(1) is False and module.wait(1) is False and module.wait(1, 10) is False
+    assert module.isRunning(1) is False and module.wait(1) is None and module.wait(1, 10) is False
     module.stop(1)
     assert module.getBrokerName()
     assert "fly" in refused(module.getMethodHelp, "fly")

@@ -135,12 +135,11 @@ def test_malformed_requests_are_refused(audio, refused):
     assert "buffer" in refused(audio.sendRemoteBufferToOutput, 100, b"\0" * 100)
     assert "buffer" in refused(audio.sendRemoteBufferToOutput, 1, [1, 2, 3])
     assert "pParamValue" in refused(audio.setParameter, "outputSampleRate", 12345)
-    assert "pParamName" in refused(audio.getParameter, "colour")
+    assert audio.getParameter("colour") == -1
     assert "channelsVector" in refused(audio.setClientPreferences, "x", 48000, 3, 0)
     assert "sampleRate" in refused(audio.setClientPreferences, "x", 44100, 0, 0)
     assert "NoSuchService" in refused(audio.subscribe, "NoSuchService")
     assert "nobody" in refused(audio.unsubscribe, "nobody")
-    assert "volume" in refused(audio.setOutputVolume, 101)
     assert "sendRemoteBufferToOutput" in refused(audio.sendLocalBufferToOutput, 1, 0)
 
 
@@ -180,5 +179,15 @@ def test_energy_and_recording(audio, simulation, refused, wait_until):
     with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/recording.wav"))) as recording:
         assert recording.getnchannels() == 4 and recording.getframerate() == 48000
         assert recording.getnframes() / 48000 > 0.3
-    assert "no recording" in refused(audio.stopMicrophonesRecording)
+    audio.stopMicrophonesRecording()
+    audio.setFileAsInput("/home/nao/recording.wav")
+    audio.closeAudioInputs()
+    assert audio.isInputClosed() and not simulation.room.listen(time.monotonic(), 100, 16000).any()
+    audio.openAudioInputs()
+    assert not simulation.room.listen(time.monotonic() + 60.0, 100, 16000).any(), "the file is over"
+    audio.setFileAsInput("")
+    assert "not found" in refused(audio.setFileAsInput, "/home/nao/none.wav")
+    audio.setOutputVolume(130)
+    assert audio.getOutputVolume() == 100
+    audio.setOutputVolume(60)
     assert ".." in refused(audio.startMicrophonesRecording, "../../etc/passwd")

@@ -1,5 +1,6 @@
 """ALMemory over the wire, with both clients."""
 
+import pytest
 from naoqi_clients import with_both_clients
 
 pytestmark = with_both_clients
@@ -133,3 +134,35 @@ def test_time_stamps_and_descriptions(naoqi):
     assert memory.getEventHistory("Test/Stamped")[-1][0] == 7
     memory.setDescription("Test/Stamped", "a test")
     assert memory.getDescriptionList(["Test/Stamped"]) == [["Test/Stamped", "Event", "a test"]]
+
+
+def test_new_keys_and_new_types_are_reported(naoqi, wait_until):
+    memory, told = naoqi.ALMemory, []
+    subscribers = {event: memory.subscriber(f"ALMemory/Key{event}") for event in ("Added", "TypeChanged", "Removed")}
+    for event, subscriber in subscribers.items():
+        subscriber.signal.connect(lambda key, event=event: told.append((event, key)) if key == "Test/New" else None)
+    for value in (1, 2, 2.5, "text"):
+        memory.insertData("Test/New", value)
+    memory.removeData("Test/New")
+    wait_until(lambda: len(told) == 4, "all was reported")
+    assert sorted(event for event, _ in told) == ["Added", "Removed", "TypeChanged", "TypeChanged"]
+
+
+def test_the_next_change_is_waited_for(naoqi):
+    memory = naoqi.ALMemory
+    memory.insertData("Test/Changing", 1)
+    change = memory.getDataOnChange("Test/Changing", 0, _async=True)
+    memory.insertData("Test/Changing", 1)
+    memory.insertData("Test/Changing", 2)
+    assert change.value(20_000) == 2
+
+
+def test_sensors_are_read_while_the_world_is_busy(naoqi):
+    """Between two ticks the last readings are there, and nobody waits for the next one."""
+    keys = [f"Device/SubDeviceList/{joint}/Position/Sensor/Value" for joint in ("HeadYaw", "HipPitch")]
+    with naoqi.robot.world.locked():
+        snapshot = naoqi.robot.snapshot()
+        measured = pytest.approx([snapshot.joint_positions[joint] for joint in ("HeadYaw", "HipPitch")], abs=1e-6)
+        assert naoqi.ALMemory.getListData(keys) == measured
+        assert [naoqi.ALMemory.getData(key) for key in keys] == measured
+        assert naoqi.ALMotion.getAngles(["HeadYaw", "HipPitch"], True) == measured

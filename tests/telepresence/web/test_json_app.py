@@ -82,12 +82,12 @@ def test_refuses_wrong_indices(value):
 def test_takes_what_is_right():
     assert numbers([1, 2.5, -3], 3, "three numbers") == (1.0, 2.5, -3.0)
     assert index(7.0, 8, "an index") == 7
-    assert booleans([True, False], 2, "two booleans") == [True, False]
+    assert booleans([True, 0, 1.0], 3, "three booleans") == [True, False, True]
     assert member({"num": 3}, "num", "num") == 3
     assert text(" name ", "a name") == "name"
 
 
-@pytest.mark.parametrize("value", [0, 1, "true", None])
+@pytest.mark.parametrize("value", [2, -1, 0.5, math.nan, "true", "1", None, [1]])
 def test_refuses_what_is_no_boolean(value):
     with pytest.raises(BadRequest):
         boolean(value, "a boolean")

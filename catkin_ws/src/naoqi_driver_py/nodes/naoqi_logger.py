@@ -6,8 +6,8 @@ Parameters: ~level (warning): the least important messages to repeat: fatal, err
 At most one line a second: what comes faster is counted, not written.
 
 Wire: `LogManager.getListener()` returns an object whose signal `onLogMessage` carries, as a structure, source, level
-(1 fatal to 6 debug), category, location and text, a time among them from some robots. An old robot that refuses the signal is asked again at the
-next link.
+(1 fatal to 6 debug), category, location and text, and from some robots a time between them. An old robot that refuses
+the signal is asked again at the next link.
 """
 
 import sys

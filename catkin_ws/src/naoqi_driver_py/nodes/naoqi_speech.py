@@ -11,7 +11,7 @@ import sys
 
 import actionlib
 import rospy
-from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFeedback, SpeechWithFeedbackResult
+from naoqi_bridge_msgs.msg import SpeechWithFeedbackAction, SpeechWithFeedbackFeedback
 from naoqi_bridge_msgs.srv import GetString, GetStringResponse, SetString, SetStringResponse
 from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
@@ -44,18 +44,18 @@ class Speech:
     def _on_goal(self, goal) -> None:
         try:
             saying = self._node.connection.call_async("ALTextToSpeech", "say", goal.say)
-            self._action.publish_feedback(SpeechWithFeedbackFeedback(started=True))
+            self._action.publish_feedback(SpeechWithFeedbackFeedback())
             while not saying.done:
                 if self._node.stop.wait(POLL_PERIOD):
                     return
                 if self._action.is_preempt_requested():
                     self._node.connection.call("ALTextToSpeech", "stopAll")
-                    self._action.set_preempted(SpeechWithFeedbackResult(finished=False))
+                    self._action.set_preempted()
                     return
             saying.result()
-            self._action.set_succeeded(SpeechWithFeedbackResult(finished=True))
+            self._action.set_succeeded()
         except RobotError as error:
-            self._action.set_aborted(SpeechWithFeedbackResult(finished=False), str(error))
+            self._action.set_aborted(text=str(error))
 
     def _on_set_language(self, request) -> SetStringResponse:
         try:

@@ -52,3 +52,27 @@ def test_every_named_sensor_has_a_place(naoqi):
 def test_unknown_names_and_frames_are_refused(naoqi, refused):
     assert "Tail" in refused(naoqi.ALMotion.getPosition, "Tail", 0, True)
     assert "space" in refused(naoqi.ALMotion.getTransform, "Head", 3, True)
+
+
+def test_masses_and_their_centres(naoqi, refused):
+    motion = naoqi.ALMotion
+    chains = sum(motion.getMass(chain) for chain in ("Head", "LArm", "RArm", "Leg", "Torso"))
+    assert motion.getMass("Body") == pytest.approx(chains, abs=0.05)
+    assert motion.getMass("HeadPitch") < motion.getMass("Head") < motion.getMass("Body")
+    x, y, z = motion.getCOM("Body", ROBOT, True)
+    assert abs(x) < 0.05 and abs(y) < 0.01 and 0.2 < z < 0.5
+    before = motion.getCOM("RArm", TORSO, False)
+    motion.angleInterpolation("RShoulderPitch", 0.0, 0.5, True)
+    assert motion.getCOM("RArm", TORSO, False)[0] > before[0] + 0.1, "the arm is stretched forward"
+    assert "pName" in refused(motion.getMass, "Tail") and "pSpace" in refused(motion.getCOM, "Body", 3, True)
+
+
+def test_the_support_polygon_moves_with_the_wheels(naoqi, refused):
+    motion = naoqi.ALMotion
+    start = np.array(motion.getSupportPolygon(ROBOT, True))
+    assert len(start) == 3
+    sides = start[1:] - start[0]
+    assert np.linalg.det(sides) > 0.05, "counter-clockwise"
+    motion.moveTo(0.2, 0.0, 0.0)
+    assert np.array(motion.getSupportPolygon(WORLD, True)) == pytest.approx(start + np.array([0.2, 0.0]), abs=0.02)
+    assert "pFrame" in refused(motion.getSupportPolygon, TORSO, True)

@@ -36,6 +36,16 @@ def test_each_joint_may_have_its_own_speed(naoqi, wait_until):
     _near(naoqi, "Head", [0.3, 0.1], wait_until)
 
 
+def test_chains_may_have_one_value_each(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    motion.setAngles(["Head", "LHand"], [0.1, 0.9], 0.5)
+    _near(naoqi, ["Head", "LHand"], [0.1, 0.1, 0.9], wait_until)
+    motion.angleInterpolation(["Head", "LHand"], [[0.2], [0.5, 0.3]], [[0.3], [0.2, 0.4]], True)
+    assert motion.getAngles(["Head", "LHand"], True) == pytest.approx([0.2, 0.2, 0.3], abs=0.03)
+    motion.setStiffnesses(["Head", "LArm"], [0.5, 0.6])
+    assert motion.getStiffnesses(["Head", "LArm"]) == pytest.approx([0.5] * 2 + [0.6] * 6)
+
+
 def test_angles_beyond_the_limits_are_clipped(naoqi, wait_until):
     naoqi.ALMotion.setAngles("HeadYaw", 5.0, 1.0)
     _near(naoqi, "HeadYaw", [2.08567], wait_until)
@@ -97,7 +107,7 @@ def test_bezier_timelines_as_choregraphe_exports_them(naoqi):
     assert naoqi.ALMotion.getAngles(names, True) == pytest.approx([0.1, 1.2], abs=0.03)
 
 
-def test_another_command_ends_an_interpolation(naoqi, wait_until):
+def test_setting_an_angle_ends_an_interpolation(naoqi, wait_until):
     motion = naoqi.ALMotion
     call = motion.angleInterpolation("HeadYaw", 1.0, 5.0, True, _async=True)
     wait_until(lambda: any(task[0] == "angleInterpolation" for task in motion.getTaskList()), "the task is listed")
@@ -105,6 +115,48 @@ def test_another_command_ends_an_interpolation(naoqi, wait_until):
     call.wait(3000)
     assert call.isFinished()
     assert motion.getTaskList() == []
+
+
+def test_a_second_motion_of_a_joint_is_postponed(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    first = motion.angleInterpolation(["HeadYaw", "HeadPitch"], [0.6, 0.2], 60.0, True, _async=True)
+    wait_until(motion.getTaskList, "the first motion runs")
+    second = motion.angleInterpolation("HeadPitch", 0.2, 0.2, False, _async=True)
+    motion.ping()
+    behind = motion.angleInterpolation(["HeadPitch", "LHand"], [0.3, 0.9], 0.4, True, _async=True)
+    motion.angleInterpolation("RElbowRoll", 1.0, 0.2, True)  # another joint waits for nobody
+    ((_, number, joints),) = motion.getTaskList()
+    assert joints == ["HeadYaw", "HeadPitch"] and not second.isFinished() and not behind.isFinished()
+    before = motion.getAngles("HeadPitch", False)[0]
+    motion.killTask(number)
+    second.wait(5000)
+    assert first.isFinished() and not behind.isFinished()
+    assert motion.getAngles("HeadPitch", False)[0] == pytest.approx(before + 0.2, abs=0.05)
+    behind.wait(5000)
+    assert motion.getAngles(["HeadPitch", "LHand"], True) == pytest.approx([0.3, 0.9], abs=0.03)
+
+
+def test_what_is_postponed_ends_with_what_it_waits_for(naoqi, wait_until):
+    motion, posture = naoqi.ALMotion, naoqi.ALRobotPosture
+    running = motion.angleInterpolation("HeadYaw", 1.0, 60.0, True, _async=True)
+    wait_until(motion.getTaskList, "the first motion runs")
+    waiting = [posture.goToPosture("Crouch", 0.5, _async=True), motion.moveInit(_async=True)]
+    cancelled = motion.angleInterpolation("HeadYaw", 0.5, 60.0, True, _async=True)
+    cancelled.cancel()
+    motion.killTasksUsingResources(["HeadYaw"])
+    assert waiting[0].value(5000) is False
+    for call in (running, waiting[1]):
+        call.wait(5000)
+        assert call.isFinished()
+    assert motion.areResourcesAvailable(["Body"])
+
+
+def test_a_motion_that_gives_way_does_not_make_others_wait(naoqi, simulation):
+    joints = simulation.server.catalogue.services[2].joints
+    alive = joints.follow("breathing", {"HeadYaw": [(60.0, 1.0)]}, yields=True)
+    naoqi.ALMotion.angleInterpolation("HeadYaw", 0.2, 0.2, True)
+    assert alive.result(0) is False
+    assert naoqi.ALMotion.getAngles("HeadYaw", True) == pytest.approx([0.2], abs=0.03)
 
 
 def test_hands_open_and_close(naoqi, refused):

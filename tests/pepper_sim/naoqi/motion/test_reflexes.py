@@ -34,14 +34,14 @@ def test_switches_that_need_consent(naoqi, refused):
     motion = naoqi.ALMotion
     assert "consent" in refused(motion.setFallManagerEnabled, False)
     assert "consent" in refused(motion.setDiagnosisEffectEnabled, False)
-    assert motion.getFallManagerEnabled() and motion.getDiagnosisEffectEnabled()
+    assert "consent" in refused(motion.setPushRecoveryEnabled, False)
+    assert motion.getFallManagerEnabled() and motion.getDiagnosisEffectEnabled() and motion.getPushRecoveryEnabled()
 
 
 def test_switches_that_are_kept(naoqi, refused):
     motion = naoqi.ALMotion
     motion.setSmartStiffnessEnabled(False)
-    motion.setPushRecoveryEnabled(False)
-    assert not motion.getSmartStiffnessEnabled() and not motion.getPushRecoveryEnabled()
+    assert not motion.getSmartStiffnessEnabled()
     assert motion.setCollisionProtectionEnabled("Arms", False) is True
     assert motion.getCollisionProtectionEnabled("LArm") is False
     motion.setCollisionProtectionEnabled("Arms", True)
@@ -49,4 +49,3 @@ def test_switches_that_are_kept(naoqi, refused):
     assert "pChainName" in refused(motion.setCollisionProtectionEnabled, "Head", True)
     assert "LArm" in refused(motion.getChainClosestObstaclePosition, "LArm", 0)
     motion.setSmartStiffnessEnabled(True)
-    motion.setPushRecoveryEnabled(True)

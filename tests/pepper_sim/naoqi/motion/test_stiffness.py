@@ -50,6 +50,54 @@ def test_one_arm_can_rest(naoqi, refused, wait_until):
     assert "chainName" in refused(motion.rest, "Leg")
 
 
+def test_motions_of_limp_joints_end_after_their_time(naoqi):
+    motion, posture, player = naoqi.ALMotion, naoqi.ALRobotPosture, naoqi.ALAnimationPlayer
+    motion.setStiffnesses("LArm", 0.0)
+    calls = [
+        motion.angleInterpolation("LShoulderPitch", -1.0, 0.3, True, _async=True),
+        motion.angleInterpolationWithSpeed("LElbowYaw", 0.0, 0.5, _async=True),
+        motion.stiffnessInterpolation("LWristYaw", 0.0, 0.1, _async=True),
+        player.run("animations/Stand/Gestures/Yes_1", _async=True),
+    ]
+    for call in calls:
+        call.wait(5000)
+        assert call.isFinished()
+    assert posture.goToPosture("StandZero", 1.0) is False, "the arm hangs"
+    assert motion.getAngles("LShoulderPitch", True)[0] > 1.0
+    motion.rest()
+    motion.rest()
+    assert motion.robotIsWakeUp() is False
+    assert posture.goToPosture("Stand", 1.0) is False, "the motors are off"
+    assert posture.getPosture() != "Stand"
+    assert motion.wakeUp() is True
+    assert posture.getPosture() == "Stand"
+
+
+def test_rest_does_not_wait_for_motions_that_run_or_wait(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    calls = [motion.angleInterpolation("HeadYaw", angle, 60.0, True, _async=True) for angle in (1.0, -1.0)]
+    wait_until(motion.getTaskList, "the first motion runs")
+    motion.rest()
+    for call in calls:
+        call.wait(5000)
+        assert call.isFinished()
+    rising = motion.wakeUp(_async=True)
+    wait_until(lambda: [task[0] for task in motion.getTaskList()] == ["wakeUp"], "the robot stands up")
+    motion.rest()
+    assert rising.value(5000) is False
+    assert motion.getStiffnesses("Body") == [0.0] * 17
+
+
+def test_setting_stiffness_ends_its_interpolation(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    call = motion.stiffnessInterpolation("Head", 0.5, 60.0, _async=True)
+    wait_until(motion.getTaskList, "the task is listed")
+    motion.setStiffnesses("HeadYaw", 0.3)
+    call.wait(5000)
+    assert call.isFinished()
+    assert motion.getStiffnesses("HeadYaw") == pytest.approx([0.3])
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [

@@ -89,6 +89,8 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
         for robot, simulated in simulation.robots.items():
             for url in simulated.urls:
                 rospy.loginfo("simulated %s listens on %s", robot, url)
+            if simulated.page_url:  # with its key, which is nothing for a log that every program reads
+                print(f"the owner's page of {robot}: {simulated.page_url}", flush=True)
         settings = rospy.get_param("~wires", {})
         with WorldInterface(
             simulation, {request.name: RobotTopics.read(request, settings) for request in requests}

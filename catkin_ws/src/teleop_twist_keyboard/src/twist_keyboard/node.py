@@ -7,6 +7,7 @@ Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
 received nothing for 0.5 s). The telepresence report starts at 0.5 m/s and 1.0 rad/s, which is brisk among people, and
 publishes once for each key; as there:  _speed:=0.5 _turn:=1.0 _repeat_rate:=0
+Option:     --give-way: wait while another program has this node's name, instead of throwing it out; see `namesake`.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ from telepresence_ros.node import Node, stop_on_signals
 
 from telepresence.security.outside_text import clean
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
+from twist_keyboard.namesake import wait_for_namesake
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
+NAME = "teleop_twist_keyboard"
 IDLE_PERIOD = 0.1
 NEWCOMER_SILENCE = 1.0
 """Seconds without a command from another input after which its next one counts as taking over."""
@@ -34,11 +37,14 @@ NEWCOMER_SILENCE = 1.0
 def main() -> int:
     """Run the node; the exit code."""
     master_lost = threading.Event()
+    stop = stop_on_signals(threading.Event())
+    if "--give-way" in sys.argv:
+        wait_for_namesake(NAME, stop)
     # It waits for a master as long as it takes: people open the terminal for the keys first.
     node = Node(
-        "teleop_twist_keyboard",
+        NAME,
         on_master_lost=master_lost.set,
-        stop=stop_on_signals(threading.Event()),
+        stop=stop,
         master_timeout=math.inf,
     )
     try:

@@ -1,0 +1,89 @@
+"""Animated speech: the body moves with the words, and instructions are carried out in their turn."""
+
+import pytest
+
+from pepper_sim.services.al_speaking_movement import NEUTRAL, WORDS
+
+HEY = "animations/Stand/Gestures/Hey_1"
+
+
+def arms_move(motion):
+    return any(name == "SpeakingMovement" for name, _, _ in motion.getTaskList())
+
+
+def test_the_body_speaks_and_comes_back(naoqi, wait_until):
+    motion, movement = naoqi.ALMotion, naoqi.ALSpeakingMovement
+    before = motion.getAngles("Body", False)
+    call = naoqi.ALAnimatedSpeech.say("Hello, I am Pepper.", _async=True)
+    wait_until(lambda: movement.isRunning(), "it moves while it speaks")
+    wait_until(
+        lambda: max(abs(a - b) for a, b in zip(motion.getAngles("Arms", True), before[2:], strict=False)) > 0.2,
+        "an arm has moved",
+    )
+    call.value(10_000)
+    wait_until(lambda: not motion.getTaskList(), "it is at rest again")
+    assert not movement.isRunning()
+    assert motion.getAngles("Body", False) == pytest.approx(before, abs=0.02)
+
+
+def test_any_other_motion_has_precedence(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    call = naoqi.ALAnimatedSpeech.say("Hello, I am Pepper, and I am speaking with you.", _async=True)
+    wait_until(lambda: arms_move(motion), "it moves")
+    motion.angleInterpolation("RShoulderPitch", 0.0, 0.5, True)
+    assert motion.getAngles("RShoulderPitch", True)[0] == pytest.approx(0.0, abs=0.05)
+    naoqi.ALTextToSpeech.stopAll()
+    call.value(5000)
+
+
+def test_without_body_language_it_only_speaks(naoqi, wait_until):
+    speech, motion = naoqi.ALAnimatedSpeech, naoqi.ALMotion
+    call = speech.say("^mode(disabled) Hello, I am Pepper", _async=True)
+    wait_until(lambda: naoqi.ALMemory.getData("ALTextToSpeech/TextStarted"), "it speaks")
+    assert not motion.getTaskList()
+    naoqi.ALTextToSpeech.stopAll()
+    call.value(5000)
+    speech.setBodyLanguageModeFromStr("disabled")
+    assert naoqi.ALSpeakingMovement.isEnabled() is False and speech.isBodyTalkEnabled() is False
+    speech.setBodyLanguageMode(1)
+    assert naoqi.ALSpeakingMovement.getMode() == "random" and speech.getBodyLanguageModeToStr() == "random"
+    naoqi.ALSpeakingMovement.setMode("contextual")
+
+
+def test_instructions_are_carried_out_in_their_turn(naoqi, wait_until):
+    ends = []
+    subscriber = naoqi.ALMemory.subscriber("ALAnimatedSpeech/EndOfAnimatedSpeech")
+    subscriber.signal.connect(ends.append)
+    memory, motion = naoqi.ALMemory, naoqi.ALMotion
+    call = naoqi.ALAnimatedSpeech.say(
+        f"^mode(disabled) $step=1 ^start({HEY}) ^pCall(ALLeds.off(EarLeds)) ^start(no/such) ^wait({HEY}) $step=2"
+        " ^startTag(yes) Yes ^stopTag(yes) ^call(ALLeds.setIntensity('EarLeds', 0.5)) ^dance() $step=3",
+        _async=True,
+    )
+    wait_until(lambda: motion.getAngles("RShoulderPitch", True)[0] < 0.0, "the arm is up")
+    assert memory.getData("step") == "1" and naoqi.ALLeds.getIntensity("EarLeds")[0] == 0.0
+    call.value(15_000)
+    assert memory.getData("step") == "3"
+    assert naoqi.ALLeds.getIntensity("EarLeds")[0] == 0.5
+    wait_until(lambda: len(ends) == 1, "its end was reported")
+    assert naoqi.ALBehaviorManager.getRunningBehaviors() == []
+
+
+def test_what_a_text_started_ends_with_it(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    call = naoqi.ALAnimatedSpeech.say("^start(animations/Stand/Waiting/AirGuitar_1) Hi", _async=True)
+    wait_until(lambda: naoqi.ALBehaviorManager.getRunningBehaviors(), "it plays the guitar")
+    call.value(5000)
+    wait_until(lambda: not motion.getTaskList(), "it has put the guitar away")
+
+
+def test_words_are_linked_with_tags(naoqi, refused, simulation, wait_until):
+    movement = naoqi.ALSpeakingMovement
+    service = next(s for s in simulation.server.catalogue.services if s.name == "ALSpeakingMovement")
+    assert [tag for _, tag in service._marks("I like you?")] == ["self", "user", "interrogative"]
+    movement.addTagsToWords({"hello": ["Howdy"], "no such tag": ["nobody"]})
+    assert [tag for _, tag in service._marks("howdy, nobody!")] == ["hello", "exclamation"]
+    movement.resetTagsToWords()
+    assert "tagsToWords" in refused(movement.addTagsToWords, {"hello": "yo"})
+    player = next(s for s in simulation.server.catalogue.services if s.name == "ALAnimationPlayer")
+    assert all(player.tagged(tag) for tag in (*WORDS, NEUTRAL)), "every tag has an animation"
