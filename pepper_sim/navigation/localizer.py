@@ -101,7 +101,7 @@ class Localizer:
             return
         distances = field.at(transform(self.pose, points))
         # The others see what the map does not hold yet, such as the next piece of a wall.
-        known = distances < MATCHED + 2.0 * self._deviations[:2].max()
+        known = distances < MATCHED + min(MATCHED, 2.0 * float(self._deviations[:2].max()))
         if known.sum() < _LEAST_POINTS:
             return
         spread = self._deviations
@@ -172,11 +172,15 @@ def _around(pose: Pose, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _doubt(poses: np.ndarray, guess: Pose | None, points: int) -> np.ndarray | float:
-    """Return how much poses far from a guess count as worse: where the map looks the same, the guess decides."""
+    """Return how much poses far from a guess count as worse: where the map looks the same, the guess decides.
+
+    Without a guess of the heading the map's own counts: the robot stands as it stood when the map was begun.
+    """
     if guess is None:
         return 0.0
     away = np.hypot(poses[:, 0] - guess.x, poses[:, 1] - guess.y) / _GUESS_ERROR
-    return 0.3 * points * away**2
+    turned = np.angle(np.exp(1j * (poses[:, 2] - (guess.theta if math.isfinite(guess.theta) else 0.0)))) / math.pi
+    return 0.3 * points * (away**2 + turned**2)
 
 
 def _mismatch(field: Field, poses: np.ndarray, points: np.ndarray) -> np.ndarray:

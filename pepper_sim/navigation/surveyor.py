@@ -147,11 +147,12 @@ class Surveyor:
     # --- what was seen lately ----------------------------------------------------------------------------------------
 
     def forget(self) -> None:
-        """Forget what was seen lately."""
-        now = self._robot.snapshot().time  # first: the world's lock is never taken with this one held
+        """Forget what was seen lately, also a scan that nobody has taken in yet."""
+        snapshot = self._robot.snapshot()  # first: the world's lock is never taken with this one held
         with self.lock:
+            self._last = snapshot.laser["Front"]
             self._recent.clear()
-            self._since = now
+            self._since = snapshot.time
 
     def begin_collection(self) -> None:
         """Keep what is seen from now on, for as long as `COLLECTION`, until `end_collection`."""

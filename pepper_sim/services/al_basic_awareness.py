@@ -93,7 +93,7 @@ class ALBasicAwareness(Module):
     @remote("b()", name="isRunning")
     def isRunningNow(self) -> bool:
         """Whether awareness is on, and paused neither by a call nor by a motion of the head."""
-        return self._enabled and not self._paused and not self._motion.tasks.needs(HEAD)
+        return self._enabled and not self._paused and not self._motion.tasks.using(HEAD)
 
     @remote("v()")
     def startAwareness(self) -> None:

@@ -34,7 +34,8 @@ MARGIN = 0.5
 
 _NO_MAP = "No exploration loaded."
 _NOT_LOCALIZED = "Localization is not running."
-_UNSURE = (0.5, 0.5, 0.8)  # standard deviations of a guess that the lasers do not confirm [m, m, rad]
+_SCANS, _PATIENCE = 5, 25  # scans to relocalize by, and resumptions to wait for them
+_UNSURE = (0.15, 0.15, 0.2)  # standard deviations of a guess that the lasers do not confirm [m, m, rad]
 
 
 class MapCalls:
@@ -176,18 +177,19 @@ class MapCalls:
         return self._navigator.run(self._relocalize(), None)
 
     @remote("m([f])", name="relocalizeInMap")
-    def relocalizeInMapAt(self, estimation: list[float]) -> list:
+    def relocalizeInMapAt(self, estimation: list[float]) -> concurrent.futures.Future:
         """Finds the robot's place near a pose [x, y] or [x, y, theta]; returns [pose, uncertainty] (2.5)."""
         if len(estimation) not in (2, 3):
             raise ServiceError(f"estimation must be [x, y, theta], got {shown(estimation)}")
         x, y, *theta = (finite(value, "estimation") for value in estimation)
-        self._relocalize_near(Pose(x, y, theta[0] if theta else math.nan))
-        return _localized(self._localizer().estimate)
+        self._exploration()
+        return self._navigator.run(self._relocalize_near(Pose(x, y, theta[0] if theta else math.nan)), None)
 
     @remote("v(fff)")
-    def relocalizeInMapWithHint(self, x: float, y: float, theta: float) -> None:
+    def relocalizeInMapWithHint(self, x: float, y: float, theta: float) -> concurrent.futures.Future:
         """Finds the robot's place near a pose [m, m, rad] (2.8)."""
-        self._relocalize_near(Pose(x, y, theta))
+        self._exploration()
+        return self._navigator.run(self._relocalize_near(Pose(x, y, theta)), None)
 
     @remote("m()")
     def getRobotPositionInMap(self) -> list:
@@ -229,13 +231,17 @@ class MapCalls:
             raise ServiceError(f"the robot does not recognize the map: {100 * agreement:.0f} % of what it sees agrees")
         self._surveyor.follow()
 
-    def _relocalize_near(self, guess: Pose) -> None:
-        self._exploration()
+    def _relocalize_near(self, guess: Pose) -> Behaviour[list]:
+        for _ in range(_PATIENCE):
+            if len(self._surveyor.recent()) >= _SCANS:
+                break
+            yield
         if self._search(guess) < AGREEMENT:
             theta = guess.theta if math.isfinite(guess.theta) else 0.0
             with self._surveyor.lock:
                 self._localizer().place(Pose(guess.x, guess.y, theta), _UNSURE)
         self._surveyor.follow()
+        return _localized(self._localizer().estimate)
 
     def _search(self, guess: Pose | None) -> float:
         points = self._surveyor.obstacles(Pose(0.0, 0.0, 0.0))

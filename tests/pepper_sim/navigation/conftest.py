@@ -51,8 +51,8 @@ class Navigation:
         with self.robot.world.locked() as data:
             data.qpos[:2] = x, y
             data.qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-        self.robot.world.step(40)
         self.surveyor.forget()
+        self.robot.world.step(40)
         self.surveyor.observe()
 
     def finish(self, behaviour: Behaviour[Any], longest: float = 600.0) -> Any:
