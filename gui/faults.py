@@ -125,6 +125,8 @@ class Faults:
 
     def __init__(self, robot: str, namespace: str, others: Collection[str] = ()) -> None:
         self._robot, self._namespace, self._others = robot, namespace.rstrip("/"), tuple(others)
+        self.picture_programs: Collection[str] = ()
+        """Last parts of the names of the nodes that the shown pictures come from."""
         self._noticed: dict[Cause, float] = {}
         """Since when the window notices it."""
         self._began: dict[Cause, float] = {}
@@ -141,15 +143,22 @@ class Faults:
         elif present and cause not in self._noticed:
             self._noticed[cause] = self._began[cause] = now
 
-    def report(self, program: str, what: str, then: str, now: float) -> None:
-        """Take a report: the node's name, "died: signal 9" or "froze", and "starts again" or "stays away"."""
+    def report(self, program: str, what: str, then: str, now: float) -> Cause | None:
+        """Take a report: the node's name, "died: signal 9" or "froze", and "starts again" or "stays away".
+
+        Returns:
+            What it is about; None if about another robot.
+        """
         name = program.rpartition("/")[2]
         if name not in SHARED and not self._owns(program):
-            return
+            return None
         subject, cause = PROGRAMS.get(name, (f"The program {name}", Cause.OTHER))
+        if cause is Cause.PICTURE and name not in self.picture_programs:
+            cause = Cause.OTHER  # of a camera that nobody looks through
         kind, _, detail = what.partition(": ")
         sentence = f"{subject.format(robot=self._robot)} {kind}{f' ({detail})' if detail else ''}; it {then}."
         self._reports[cause] = (f"{sentence} The robot stands." if cause.stops else sentence, now)
+        return cause
 
     def forget(self) -> None:
         """Show nothing: what ends now is meant to."""

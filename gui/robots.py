@@ -41,6 +41,8 @@ class Robot:
         recorded: Topics of a recording.
         filmed: The topic of its pictures in a recording, sensor_msgs/CompressedImage or Image.
         robot_camera: The topic of the simulation guide's picture: it exists if the robot is simulated.
+        picture_programs: Last parts of the names of the nodes by whose end its pictures stop, where the pictures' topic
+            does not name them.
         by_movement: It takes `movement_command` and nothing else: forward, backward, stop. It is a simulated robot
             without lease, gate and range sensors.
     """
@@ -65,6 +67,7 @@ class Robot:
     recorded: tuple[str, ...]
     filmed: str
     robot_camera: str = simulation.ROBOT_CAMERA
+    picture_programs: tuple[str, ...] = ()
     by_movement: bool = False
 
     def with_feed(self, topic: str) -> Robot:
@@ -164,6 +167,7 @@ _ROBOTINO = Robot(
         "battery", "image_raw/compressed", "camera_info",
     ),
     filmed="image_raw/compressed",
+    picture_programs=("rto_camera_receiver", "onboard_camera"),
 )  # fmt: skip
 
 _WALKER = Robot(

@@ -44,6 +44,7 @@ from pepper_sim.body.power import Power
 from pepper_sim.body.sensors import Sensors
 from pepper_sim.body.state import Snapshot
 from pepper_sim.models import PREFIX
+from pepper_sim.models.charging_station import BODY as STATION_BODY
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
@@ -52,6 +53,8 @@ CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
 STEREO_CAMERA = "CameraStereo"
 LIGHTS = ("eyes", "shoulders")
 FALLEN_TILT = math.radians(30.0)
+STATION_CONTACT, STATION_ANGLE = 0.06, math.radians(12.0)
+"""The contacts of the charging station meet when the base is so near its place [m, rad]."""
 
 _DARK = np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
 
@@ -106,6 +109,9 @@ class Pepper:
         self._power = Power()
         self._fallen = False
         self._snapshot: tuple[int, Snapshot] | None = None
+        self._laser_odometry = self._base.odometry
+        self._station = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + STATION_BODY)
+        self._held = False
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         world.on_reset(self._reset)
         world.on_close(self._close)
@@ -174,6 +180,18 @@ class Pepper:
         with self.world.locked():
             self._snapshot = None
             return self._motion.stop(abrupt)
+
+    @property
+    def can_drive(self) -> bool:
+        """Whether the legs are stiff enough for the base to move, and the robot has not fallen."""
+        with self.world.locked():
+            return not self._fallen and not self._limp_legs()
+
+    def hold_base(self, held: bool) -> None:
+        """Refuse every motion of the base, because the robot is on its charging station, or allow them again."""
+        with self.world.locked():
+            self._held = held
+            self._check_able()
 
     # --- joints ------------------------------------------------------------------------------------------------------
 
@@ -251,6 +269,11 @@ class Pepper:
             material = self.world.model.material(self.prefix + part)
             material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
 
+    @property
+    def has_cameras(self) -> bool:
+        """Whether somebody draws this robot's pictures."""
+        return self._cameras is not None
+
     def subscribe_camera(self, name: str, width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Subscribe to "CameraTop", "CameraBottom", "CameraDepth" or, where the head has it, "CameraStereo", whose
         pictures are those of the left and the right eye side by side; see `telepresence.sim.camera.Feed`.
@@ -313,6 +336,19 @@ class Pepper:
             mass, center = self._frames.center_of_mass(self.world.model, data, names)
             return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
 
+    def true_pose(self, name: str) -> np.ndarray:
+        """Return the true pose of a link or sensor frame in the world, as `link_pose` does in the odometry frame.
+
+        Returns:
+            Homogeneous matrix (4, 4); positions [m].
+        Raises:
+            ValueError: There is no such link; the message names them.
+        """
+        with self.world.locked() as data:
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = self._frames.find(data, name)
+        return pose
+
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
@@ -323,13 +359,13 @@ class Pepper:
             self._joints.reset(data, STAND)
             self._base.write(data)
             self._sensors.reset()
-            self._fallen = False
+            self._fallen = self._held = False
             self._snapshot = None
             mujoco.mj_kinematics(self.world.model, data)
             self._inertial.reset(data)
 
     def _switch_reflexes_on(self) -> None:
-        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        self.security.enabled = self.fall_manager = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""
@@ -347,12 +383,19 @@ class Pepper:
 
     def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
         self.security.update(sensor, points, self._base.odometry)
+        if sensor == "Laser":
+            self._laser_odometry = self._base.odometry
 
     def _check_able(self) -> None:
         if self._fallen:
             self._motion.refuse("fallen")
-        elif any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS):
+        elif self._held:
+            self._motion.refuse("charging")
+        elif self._limp_legs():
             self._motion.refuse("stiffness")
+
+    def _limp_legs(self) -> bool:
+        return any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS)
 
     def _check_fallen(self, now: float) -> None:
         with self.world.locked() as data:
@@ -369,7 +412,17 @@ class Pepper:
             torques, stiffness = self._torques(data), self._joints.stiffness
             if self.smart_stiffness:
                 stiffness = self._joints.smart_stiffness(data, torques)
-            self._power.update(POWER_PERIOD, torques, stiffness, speed)
+            self._power.update(POWER_PERIOD, torques, stiffness, speed, plugged=self._on_station(data))
+
+    def _on_station(self, data: mujoco.MjData) -> bool:
+        """Whether the base stands on the contacts of the charging station, as a connection would show the robot."""
+        if self._station < 0:
+            return False
+        x, y, _, *quaternion = data.qpos[self._pose].tolist()
+        place, rotation = data.xpos[self._station], data.xmat[self._station].reshape(3, 3)
+        yaw = roll_pitch_yaw(matrix(np.array(quaternion)))[2] - math.atan2(rotation[1, 0], rotation[0, 0])
+        near = math.hypot(x - place[0], y - place[1]) < STATION_CONTACT
+        return bool(near and abs(math.remainder(yaw, math.tau)) < STATION_ANGLE)
 
     def _torques(self, data: mujoco.MjData) -> np.ndarray:
         dofs = self._joints.dofs
@@ -399,6 +452,7 @@ class Pepper:
             imu_torso=inertial["torso"],
             sonar=dict(sensors.sonar),
             laser=dict(sensors.laser),
+            laser_odometry=self._laser_odometry,
             shovel=sensors.ground["Shovel"],
             vertical={side: sensors.ground[side][0] for side in ("Left", "Right")},
             infrared=dict(sensors.infrared),

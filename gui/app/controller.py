@@ -19,7 +19,7 @@ from gui.driving.drive_controls import DriveControls
 from gui.driving.drive_coordinator import DriveCoordinator
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import DIRECT_KEYS, GamepadView
-from gui.driving.lease_client import LeaseClient
+from gui.driving.lease_access import LeaseAccess
 from gui.driving.movement_access import MovementAccess
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
@@ -65,7 +65,7 @@ class Controller(QObject):
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
-        self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseClient(link)
+        self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseAccess(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
         self.bar = AccessBar(self.access, sign_in)

@@ -133,5 +133,8 @@ class FaultWatch(QObject):
         kept = time.time() - report.stamp > OLDEST_REPORT if known is None else known == self._newest
         if kept or self._paused:
             return
-        self._faults.report(report.program, report.what, report.then, report.arrived)
+        self._faults.picture_programs = {*self._link.feed.split("/"), *self._link.robot.picture_programs}
+        cause = self._faults.report(report.program, report.what, report.then, report.arrived)
+        if cause is Cause.PICTURE:
+            self._video.lose_source()
         self.look()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from gui.ros.topics.drive import LeaseState
 from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_topics import LeaseState
 
 
 class DriveAccess(QObject):

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from gui.driving.drive_access import DriveAccess
 from gui.periodic_timer import PeriodicTimer
-from gui.ros.topics.drive import LeaseState
 from telepresence.teleop.drive_lease import Account, Velocity
+from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.movement import Movement, movement_of
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ import queue
 import shutil
 import subprocess
 import threading
-import time
 from collections.abc import Callable
 
 from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, pyqtSignal
@@ -39,7 +38,6 @@ _LEAVE_KEY, _STOP_KEY = "F6", "Pause"
 """Keys that the programs in the terminal do not get."""
 END_PATIENCE = 30.0
 """[s]: roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM, and then kills them."""
-END_PERIOD = 0.2
 SEARCH_PERIOD = 50  # ms between two attempts to find xterm's window
 
 
@@ -162,16 +160,13 @@ class TerminalView(QFrame):
         self._do(job)
 
     def end_program(self, window: str = FIRST_WINDOW, patience: float = END_PATIENCE) -> None:
-        """Type Ctrl-C into a tmux window, and emit `ended` when its shell is at the prompt again, or after `patience`
-        seconds. Lines that are to be typed next wait for that."""
+        """Interrupt what runs in a tmux window, and emit `ended` when its shell is at the prompt again, or after
+        `patience` seconds. Lines that are to be typed next wait for that."""
 
         def job() -> None:
             left = window
             try:
-                self._tmux.interrupt(window)
-                deadline = time.monotonic() + patience
-                while (left := self._tmux.program(window)) and time.monotonic() < deadline and not self._closing:
-                    time.sleep(END_PERIOD)
+                left = self._tmux.end_program(window, patience, given_up=lambda: self._closing)
             finally:
                 self.ended.emit(left)
 

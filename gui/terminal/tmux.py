@@ -11,6 +11,7 @@ import os
 import shlex
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 SESSION = "my_session"
@@ -18,6 +19,10 @@ SESSION = "my_session"
 FIRST_WINDOW = "session"
 SHELL = "bash"
 TIMEOUT = 5.0  # seconds for one tmux command; they take milliseconds
+INTERRUPT_PERIOD = 3.0
+"""[s] between two Ctrl-C. A program that still starts can lose one: roslaunch imports a module in a `try` that catches
+everything. Once it is ending, it ignores the next ones."""
+LOOK_PERIOD = 0.2  # s between two looks at what still runs
 _REAP = """
 read -r _
 socket=$1; shift
@@ -73,16 +78,24 @@ class Tmux:
         self._call("send-keys", "-t", self._target(window), "Enter")
         self._wait_for_new_row(window, row, row + (column + len(line)) // width + 1)
 
-    def interrupt(self, window: str) -> None:
-        """Type Ctrl-C in `window`, if it is open.
+    def end_program(self, window: str, patience: float, given_up: Callable[[], bool]) -> str:
+        """Type Ctrl-C in `window` until its shell waits for a line, at most `patience` seconds or until `given_up`.
+
+        Returns:
+            What `program` returns then: empty when the program has ended.
 
         Raises:
             TmuxError: tmux does not answer.
         """
-        if self._has_session() and window in self.windows():
-            # A pane that is being scrolled (copy mode) would take the key itself.
-            self._call("copy-mode", "-q", "-t", self._target(window))
-            self._call("send-keys", "-t", self._target(window), "C-c")
+        self._interrupt(window)
+        interrupted = time.monotonic()
+        deadline = interrupted + patience
+        while (left := self.program(window)) and time.monotonic() < deadline and not given_up():
+            if time.monotonic() > interrupted + INTERRUPT_PERIOD:
+                self._interrupt(window)
+                interrupted = time.monotonic()
+            time.sleep(LOOK_PERIOD)
+        return left
 
     def program(self, window: str) -> str:
         """Return the program that runs in `window`; empty when its shell waits for a line, or there is no such window.
@@ -123,6 +136,12 @@ class Tmux:
 
     def _target(self, window: str) -> str:
         return f"{SESSION}:={window}"
+
+    def _interrupt(self, window: str) -> None:
+        if self._has_session() and window in self.windows():
+            # A pane that is being scrolled (copy mode) would take the key itself.
+            self._call("copy-mode", "-q", "-t", self._target(window))
+            self._call("send-keys", "-t", self._target(window), "C-c")
 
     def _has_session(self) -> bool:
         return self._run("has-session", "-t", SESSION).returncode == 0

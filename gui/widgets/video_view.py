@@ -18,6 +18,8 @@ from gui.ros.picture import Picture, as_qimage
 
 STALE_AFTER = 1.0
 """[s] without a new picture after which the last one is greyed out."""
+STRAGGLERS = 0.3
+"""[s] for which pictures still arrive whose program has ended: they wait in buffers."""
 RATE_WINDOW = 2.0
 CHECK_PERIOD = 100  # ms
 
@@ -51,6 +53,7 @@ class VideoView(QFrame):
         self._arrivals: deque[float] = deque()
         self._arrived = self._stamp = 0.0
         self._late = self._stale = self._held = self._gone = False
+        self._gone_until = -math.inf
         self._patience = PicturePatience()
         self._painted = self._announced = False
         self._title, self._hint, self._status = "", "", ""
@@ -103,7 +106,7 @@ class VideoView(QFrame):
         self._arrived, self._stamp = picture.arrived, picture.stamp
         self._arrivals.append(picture.arrived)
         self._patience.note(picture.arrived)
-        self._gone = False
+        self._gone = self._gone and picture.arrived < self._gone_until
         self._set_stale(False)
         self._check_late()
         self.update()
@@ -123,8 +126,10 @@ class VideoView(QFrame):
         self.update()
 
     def lose_source(self) -> None:
-        """Let the picture count as late until the next one: the program that sends them has gone."""
+        """Let the picture count as late until the next one: the program that sends them has gone. What arrives within
+        `STRAGGLERS` was under way before."""
         self._gone = self._image is not None
+        self._gone_until = time.monotonic() + STRAGGLERS
         self._check_late()
 
     def age(self) -> float:

@@ -20,6 +20,8 @@ DRIVE_POWER = 120.0
 """Power per m/s of base speed [W s/m]."""
 HOLD_POWER = 6.0
 """Power of one motor that holds its continuous torque [W]."""
+CHARGER_POWER = 29.2 * 8.0
+"""Of the charging station as of the cable [W] (page battery_pep)."""
 FULL_CHARGE = 0.95
 """Charge at the start."""
 
@@ -39,17 +41,25 @@ class Power:
         self.temperatures = np.full(len(JOINTS), ROOM + ELECTRONICS_RISE)
         self._charge = FULL_CHARGE
         self._power = IDLE_POWER
+        self._plugged = False
 
     @property
     def battery(self) -> Battery:
-        return Battery(self._charge, -self._power / BATTERY_VOLTAGE)
+        return Battery(self._charge, -self._power / BATTERY_VOLTAGE, self._plugged)
 
-    def update(self, dt: float, torques: np.ndarray, stiffness: np.ndarray, speed: float) -> None:
+    def update(
+        self, dt: float, torques: np.ndarray, stiffness: np.ndarray, speed: float, *, plugged: bool = False
+    ) -> None:
         """Advance by `dt` seconds with the given joint torques [N m], stiffness (0...1) and base speed [m/s]."""
         load = (torques / _CONTINUOUS) ** 2
         self._power = (
             IDLE_POWER + STIFF_POWER * float(stiffness.mean()) + DRIVE_POWER * speed + HOLD_POWER * float(load.sum())
         )
-        self._charge = max(0.0, self._charge - self._power * dt / BATTERY_ENERGY)
+        self._plugged = plugged
+        if plugged and self._charge < 1.0:
+            self._power -= CHARGER_POWER
+        elif plugged:
+            self._power = 0.0
+        self._charge = min(1.0, max(0.0, self._charge - self._power * dt / BATTERY_ENERGY))
         goal = ROOM + ELECTRONICS_RISE + TORQUE_RISE * load
         self.temperatures += (goal - self.temperatures) * min(1.0, dt / TIME_CONSTANT)

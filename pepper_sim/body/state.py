@@ -27,10 +27,11 @@ class Imu:
 
 @dataclass(frozen=True)
 class Battery:
-    """Battery: `charge` 0...1, `current` [A], negative while it discharges."""
+    """Battery: `charge` 0...1, `current` [A], negative while it discharges; whether a charger is connected."""
 
     charge: float
     current: float
+    plugged: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class MoveFailure:
 
     Args:
         count: How many there have been since the start; it changes with every new one.
-        cause: "obstacle", "stiffness" or "fallen"; empty before the first.
+        cause: "obstacle", "stiffness", "fallen" or "charging" (on its station); empty before the first.
         started: False if the motion was refused, True if it was stopped on the way.
         obstacle: The obstacle in the odometry frame (x, y, z) [m]; zeros if there is none.
     """
@@ -70,6 +71,7 @@ class Snapshot:
         sonar: "Front", "Back" [m], SONAR_MIN ... SONAR_MAX.
         laser: "Front", "Left", "Right": (15, 2) float, x and y [m] in the ground frame under the device's camera,
             Seg01 (leftmost) first; a point LASER_MISS away where nothing is within LASER_MAX.
+        laser_odometry: `odometry` at the instant at which the lasers were read.
         shovel: (3, 2) float, x and y [m] in the frame of the front laser: where the sloping light meets a surface.
         vertical: "Left", "Right": (2,) float, as shovel, one point each.
         infrared: "Left", "Right": something is nearer than INFRARED_RANGE, 45 degrees to that side of straight ahead.
@@ -96,6 +98,7 @@ class Snapshot:
     imu_torso: Imu
     sonar: Mapping[str, float]
     laser: Mapping[str, np.ndarray]
+    laser_odometry: Vector
     shovel: np.ndarray
     vertical: Mapping[str, np.ndarray]
     infrared: Mapping[str, bool]

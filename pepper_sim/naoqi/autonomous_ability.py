@@ -27,6 +27,10 @@ class AutonomousAbility(Service):
     def changed(self) -> None:
         """The switch may have changed."""
 
+    def follow_life(self, able: bool) -> None:
+        """Do what ALAutonomousLife says: its switch of the ability, or the state of life, has changed."""
+        self.setEnabled(able)
+
     @remote("v(b)")
     def setEnabled(self, enabled: bool) -> None:
         """Switches the ability on or off."""

@@ -18,7 +18,7 @@ import signal
 import subprocess
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Any
@@ -43,11 +43,14 @@ class DevTools:
 
     Args:
         on_event: Called on the reader's thread with an event's method and parameters.
+        flags: Further words of Chromium's command line.
     Raises:
         BrowserError: There is no Chromium, or it does not start.
     """
 
-    def __init__(self, on_event: Callable[[str, dict[str, Any]], None] = lambda method, params: None) -> None:
+    def __init__(
+        self, on_event: Callable[[str, dict[str, Any]], None] = lambda method, params: None, flags: Sequence[str] = ()
+    ) -> None:
         program = shutil.which("chromium")
         if program is None:
             raise BrowserError("there is no program chromium here; Debian's package of that name has it")
@@ -64,7 +67,7 @@ class DevTools:
         # cameras: the tablet may be late on a busy machine. The process group is its own: Chromium has many children.
         shell = f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}'
         self._process = subprocess.Popen(
-            ["bash", "-c", shell, "bash", program, *_FLAGS, profile, "about:blank"],
+            ["bash", "-c", shell, "bash", program, *_FLAGS, *flags, profile, "about:blank"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -110,6 +113,10 @@ class DevTools:
             self._send(method, params)
         except BrowserError as error:
             log.debug("%s", error)
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the browser and all its children."""
+        os.killpg(self._process.pid, number)
 
     def close(self) -> None:
         """End the browser and all its processes."""

@@ -20,6 +20,8 @@ ODOMETRY_MAX_AGE = 0.5
 """Older odometry is a fault [s]."""
 LONGEST_RAMP = 0.1
 """A tick counts as no longer than this for the speed ramp [s]."""
+LOOKED_MAX_AGE = 0.05
+"""`step` reuses what `look` has computed for no longer than this, one tick, because sources fall silent [s]."""
 RECENT = 0.5
 """A bump is attributed to motion commanded within this time [s]."""
 
@@ -45,7 +47,9 @@ class VelocityGate:
         self._stop_latch = StopLatch()
         self._bumper_latch = BumperLatch()
         self._now = -math.inf
-        self._dt = 0.0
+        self._stepped = math.inf
+        self._looked: TickState | None = None
+        self._interruption = ""
 
     def update_ranges(self, source: str, now: float, ranges: Sequence[float], stamp: float | None = None) -> bool:
         """Take the readings of one source, in the order of its beams.
@@ -77,6 +81,7 @@ class VelocityGate:
             pressed: Whether any of them is pressed.
             bearing: Where, in base_link [rad]; None if the bumper does not report it.
         """
+        self._looked = None
         if not pressed:
             self._bumper_latch.release()
             return
@@ -98,6 +103,7 @@ class VelocityGate:
 
     def reset_bumper(self) -> bool:
         """Release the bump, for a person; what was hit stays remembered. False while a bumper is still pressed."""
+        self._looked = None
         return self._bumper_latch.reset()
 
     def health(self, now: float) -> dict[str, Health]:
@@ -110,6 +116,19 @@ class VelocityGate:
             return np.empty((0, 2))
         return self._known_obstacles.obstacles(self._now)[0]
 
+    def look(self, now: float, odometry: Odometry | None) -> None:
+        """Take in what the sensors have brought, so that the next `step` need not: that is most of its work, and a
+        command waits for it. To be called after updates, on the clock of `step` (its `now` may be a
+        little older than that of the last `step`).
+
+        Args:
+            now: [s].
+            odometry: The newest pose.
+        """
+        if math.isfinite(now) and odometry is not None and not self._advance_pose(now, odometry):
+            self._looked = self._tick_state(now, odometry)
+            self._looked.allowed()
+
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
         """Decide what to output. Call it at a fixed rate and send every result to the base, zeros too.
 
@@ -118,15 +137,19 @@ class VelocityGate:
             command: The newest one; the same object again until a newer one arrives; None if there is none.
             odometry: The newest pose.
         """
-        problem = self._tick(now, command, odometry)
+        problem = self._interruption or self._advance_clock(now)
+        if not problem and not self._command_timeout.offer(now, command):
+            problem = self._command_timeout.problem
+        problem = problem or self._advance_pose(now, odometry)
+        self._interruption = ""
+        dt, self._stepped = min(max(now - self._stepped, 0.0), LONGEST_RAMP), now
         if problem or odometry is None:  # a missing odometry is a problem, too
             return self._shaper.halt(State.FAULT, problem, self._command_timeout.age(now), None)
-        self._known_obstacles.update(now, self._source_timeouts)
+        tick = self._looked
+        if tick is None or now - tick.now > LOOKED_MAX_AGE:
+            tick = self._tick_state(now, odometry)
         current = self._command_timeout.current(now)
         self._stop_latch.update(current is not None and (current.vx, current.vy, current.wz) != (0.0, 0.0, 0.0))
-        tick = TickState(
-            self.profile, self._source_timeouts, self._known_obstacles, self._bumper_latch, now, odometry.theta
-        )
         age = self._command_timeout.age(now)
         if self._stop_latch.holds:
             return self._shaper.halt(State.STOPPED, self._stop_latch.message, age, tick)
@@ -134,37 +157,48 @@ class VelocityGate:
             return self._shaper.halt(State.SENSOR_STALE, tick.complaint, age, tick)
         if current is None:
             return self._shaper.halt(State.NO_COMMAND, self._command_timeout.problem, age, tick)
-        dt = min(self._dt, LONGEST_RAMP)
         return self._shaper.shape(now, dt, current, age, odometry.theta, tick, self.careful)
 
     def _receive(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
         stamp = now if stamp is None else stamp
         accepted = self._source_timeouts[name].accept(now, stamp, scan)
+        self._looked = None
         if accepted and scan is not None:  # no source accepts a scan that is missing
             self._known_obstacles.add_scan(name, stamp, scan)
         return accepted
 
-    def _tick(self, now: float, command: Command | None, odometry: Odometry | None) -> str:
-        """Take time, command and pose. Return what is wrong with them; empty if nothing is."""
+    def _tick_state(self, now: float, odometry: Odometry) -> TickState:
+        self._known_obstacles.update(now, self._source_timeouts)
+        return TickState(
+            self.profile, self._source_timeouts, self._known_obstacles, self._bumper_latch, now, odometry.theta
+        )
+
+    def _advance_clock(self, now: float) -> str:
+        """Take the time. Return what is wrong with it; empty if nothing is."""
         if not math.isfinite(now):
             return "The clock gives no time."
-        first, dt = self._now == -math.inf, now - self._now
-        self._now = now
+        dt, self._now = now - self._now, now
         if dt < 0.0:
             # What was stamped before would now seem to come from the future.
             self._command_timeout.forget()
             for timeout in self._source_timeouts.values():
                 timeout.forget()
             self._known_obstacles.poses.clear()
-            return f"The clock went back by {-dt:.2f} s."
-        self._dt = 0.0 if first else dt
-        if not self._command_timeout.offer(now, command):
-            return self._command_timeout.problem
+            self._looked = None
+            self._interruption = f"The clock went back by {-dt:.2f} s."
+            return self._interruption
+        return ""
+
+    def _advance_pose(self, now: float, odometry: Odometry | None) -> str:
+        """Take the pose. Return what is wrong with it; empty if nothing is."""
         if odometry is None or not odometry.finite:
             return "There is no odometry." if odometry is None else "Odometry holds a value that is not a number."
         if not -AHEAD_OF_TIME <= now - odometry.stamp <= ODOMETRY_MAX_AGE:
             return f"Odometry is {now - odometry.stamp:.1f} s old."
-        if not self._known_obstacles.advance(self._dt, odometry):
+        if odometry is not self._known_obstacles.poses.newest:
+            self._looked = None
+        if not self._known_obstacles.advance(odometry):
             self._shaper.forget_heading()
-            return "Odometry jumped: the surroundings must be seen anew."
+            self._interruption = "Odometry jumped: the surroundings must be seen anew."
+            return self._interruption
         return ""

@@ -19,7 +19,7 @@ from .timeouts import Health, SourceTimeout
 STANDSTILL_AGES = 0.2
 """Rate at which memory ages while the robot stands, relative to driving."""
 LONGEST_TICK = 0.25
-"""A longer step of the clock is a stall or a jump; memory then ages by this much only [s]."""
+"""A longer time between two poses is a stall or a jump; memory then ages by this much only [s]."""
 OVERRUN = 0.03
 """Points remembered farther inside the outline than this are wrong, because the robot stands there [m]."""
 FASTEST = 2.0
@@ -50,19 +50,18 @@ class KnownObstacles:
         """Keep a scan (base_link) until the pose of its stamp is known; a newer one replaces it."""
         self._pending_scans[name] = stamp, scan
 
-    def advance(self, dt: float, odometry: Odometry) -> bool:
+    def advance(self, odometry: Odometry) -> bool:
         """Advance to the newest pose. False if odometry has jumped; everything remembered is then dropped."""
         last = self.poses.newest
-        if last is not None:
-            passed = max(odometry.stamp - last.stamp, dt, 0.0)
-            if math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST * min(passed, LONGEST_TICK):
-                self.forget()
-                self.poses.add(odometry)
-                return False
+        passed = 0.0 if last is None else min(max(odometry.stamp - last.stamp, 0.0), LONGEST_TICK)
+        if last is not None and math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST * passed:
+            self.forget()
+            self.poses.add(odometry)
+            return False
         before = self.poses.moved
         self.poses.add(odometry)
-        moving = self.poses.moved > before + 0.01 * dt
-        self._clock += min(max(dt, 0.0), LONGEST_TICK) * (1.0 if moving else STANDSTILL_AGES)
+        moving = self.poses.moved > before + 0.01 * passed
+        self._clock += passed * (1.0 if moving else STANDSTILL_AGES)
         return True
 
     def forget(self) -> None:

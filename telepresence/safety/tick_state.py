@@ -25,6 +25,7 @@ class TickState:
     """The surroundings at one instant, in base_link.
 
     Attributes:
+        now: [s].
         obstacles: Those near enough to limit the motion.
         caps: (72,) fastest driving that sensors and latches permit, obstacles aside [m/s].
         bumped: Whether a bumper is latched.
@@ -42,6 +43,8 @@ class TickState:
         theta: float,
     ) -> None:
         self._profile = profile
+        self.now = now
+        self._allowed: np.ndarray | None = None
         self.obstacles = Obstacles.around(profile, *known_obstacles.obstacles(now))
         for echo in known_obstacles.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
@@ -59,7 +62,9 @@ class TickState:
 
     def allowed(self) -> np.ndarray:
         """Return the speed allowed straight into each sector (72,) [m/s]."""
-        return np.minimum(self.velocity_bounds().speed_towards(_UNIT), self.caps)
+        if self._allowed is None:
+            self._allowed = np.minimum(self.velocity_bounds().speed_towards(_UNIT), self.caps)
+        return self._allowed
 
     def why(self, sector: int) -> str:
         """Return the reason for the speed limit of a sector, as a sentence."""

@@ -191,14 +191,15 @@ class DriveLease:
         return ZERO if self._hold_reason() else None
 
     def lost(self, node: str, now: float) -> Velocity | None:
-        """Report that the connection of a window has closed: it was killed, or the network broke.
+        """Report that the connection of a window has closed: it was killed, or the network broke. The windows of a
+        node, as browsers are of the page's, are called `node` and a name of their own.
 
         Its motion ends at once, not `COMMAND_AGE` later; its lease continues, in case it comes back.
 
         Returns:
             The velocity to send to the robot, or None.
         """
-        if self._pilot is None or self._pilot.node != node or not any(self._velocity):
+        if self._pilot is None or not f"{self._pilot.node}/".startswith(f"{node}/") or not any(self._velocity):
             return None
         self._zeros_until = now + ZEROS_TIME
         return self._give(ZERO, now)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 MAX_SDP = 64 * 1024
 """Characters."""
@@ -11,15 +11,18 @@ MAX_LINES, MAX_LINE = 1000, 2000
 MAX_SECTIONS = 4
 """Pictures and sounds in one description."""
 MAX_CANDIDATES = 32
-KINDS = ("audio", "video")
+KINDS = frozenset({"audio", "video"})
+CHANNELS = "application"
+"""A section of data channels (RFC 8841)."""
 
 
-def checked(sdp: str, *addresses: str) -> str:
+def checked(sdp: str, *addresses: str, kinds: Collection[str] = KINDS) -> str:
     """Return a description that may be handed to aiortc.
 
     Args:
         addresses: Where the other end may be: candidates (ICE) elsewhere are left out, so that nobody makes this
             machine send something to somebody else; without any, all are kept.
+        kinds: What its sections may be of.
     Raises:
         ValueError: It is too large, or holds something else than sound and pictures.
     """
@@ -31,7 +34,7 @@ def checked(sdp: str, *addresses: str) -> str:
         raise ValueError(f"the description has {len(sections)} sections, and {MAX_SECTIONS} are the limit")
     for section in sections:
         kind = section[2:].partition(" ")[0]
-        if kind not in KINDS:
+        if kind not in kinds:
             raise ValueError("the description is of something else than sound and pictures")
     candidates = [line for line in lines if line.startswith("a=candidate:")]
     if len(candidates) > MAX_CANDIDATES:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import functools
 import ipaddress
 import socket
+from collections.abc import Mapping
 from typing import Any
 
 _OWN_SITE = (None, "same-origin", "none")
@@ -45,18 +46,19 @@ def own_names() -> frozenset[str]:
     return frozenset({"localhost", socket.gethostname().lower()})
 
 
-def foreign(environ: dict[str, Any], names: frozenset[str]) -> str | None:
+def foreign(environ: Mapping[str, Any], names: frozenset[str], scheme: str = "http") -> str | None:
     """Return why a request counts as another page's, as a sentence for its sender; None when it does not.
 
     Args:
         environ: WSGI environment.
         names: See `is_own_name`.
+        scheme: Of our own pages' addresses.
     """
     host = environ.get("HTTP_HOST", "")
     if not is_own_name(host, names):
         return f"This machine is not called {host[:80]!r}: use its IP address."
     origin = environ.get("HTTP_ORIGIN")
-    if origin is not None and origin != f"http://{host}":
+    if origin is not None and origin != f"{scheme}://{host}":
         return f"This request comes from a page of {origin[:80]!r}, which may not send any."
     if environ.get("HTTP_SEC_FETCH_SITE") not in _OWN_SITE:
         return "This request comes from a page of another server, which may not send any."

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QCoreApplication, QObject, QTimer, pyqtSignal
 
-from gui.driving.lease_client import LeaseClient
+from gui.driving.lease_access import LeaseAccess
 from gui.robots import ROBOTS
 from gui.ros.link import RosLink
 from gui.ros.node import RosNode
@@ -28,7 +28,7 @@ class Remote(QObject):
     def __init__(self, accounts, name, password):
         super().__init__()
         self.node = RosNode()
-        self.access = LeaseClient(RosLink(self.node, ROBOTS["pepper"]))
+        self.access = LeaseAccess(RosLink(self.node, ROBOTS["pepper"]))
         self.refused = []
         self.access.refused.connect(self.refused.append)
         self.ended = []
@@ -57,7 +57,7 @@ class Remote(QObject):
         elif word == "ask":
             self.access.ask(*rest)
         elif word == "steal":
-            self.access._session = rest[0]
+            self.access.client._session = rest[0]
         else:
             state = self.access.state
             answer = {
@@ -65,7 +65,7 @@ class Remote(QObject):
                 "stopped_by": state.stopped_by if state else None,
                 "mine": self.access.mine,
                 "obstacle": self.access.obstacle(),
-                "session": self.access._session,
+                "session": self.access.client.session,
                 "refused": self.refused,
                 "ended": self.ended,
             }

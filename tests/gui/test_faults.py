@@ -24,11 +24,18 @@ def test_what_is_noticed_is_said_until_it_is_over_and_long_enough_to_read(faults
 
 
 def test_a_report_makes_the_sentence_exact_and_ends_with_what_is_noticed(faults):
+    faults.picture_programs = {"front"}
     faults.notice(Cause.PICTURE, True, 10.0)
-    faults.report("/pepper_robot/camera/front", "died: signal 9", "starts again", 10.3)
+    assert faults.report("/pepper_robot/camera/front", "died: signal 9", "starts again", 10.3) is Cause.PICTURE
     assert sentence(faults, 10.3) == ("The front camera's program died (signal 9); it starts again. The robot stands.")
     faults.notice(Cause.PICTURE, False, 12.0)
     assert not sentence(faults, 12.0) and len(faults.recent) == 1
+
+
+def test_a_camera_that_nobody_looks_through_stops_no_robot(faults):
+    faults.picture_programs = {"front"}
+    assert faults.report("/pepper_robot/camera/bottom", "died: signal 9", "starts again", 10.0) is Cause.OTHER
+    assert sentence(faults, 10.0) == "The floor camera's program died (signal 9); it starts again."
 
 
 def test_the_cause_hides_what_follows_from_it(faults):

@@ -12,11 +12,11 @@ from PyQt5.QtWidgets import QFrame
 from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
-from gui.ros.topics.drive import LeaseState
 from telepresence.security.signing import PROOF
 from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, Velocity
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_messages import Reply, sign_joined, sign_reply
+from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
 from telepresence.teleop.lease_windows import Window
 
 
@@ -128,9 +128,9 @@ class FakeLink(QObject):
         elif name == "ask" and values[0] in self.windows:
             reply = self.replies.get(values[2], Reply(True))
             proof = sign_reply(self.windows[values[0]].key, values[1], reply)
-            then(Answer(reply.ok, reply.reason, (reply.ended, proof)))
+            then(Answer(reply.ok, reply.reason, Asked(reply.ended, proof)))
         elif name == "ask":
-            then(Answer(False, "This robot does not know this window.", (False, bytes(PROOF))))
+            then(Answer(False, "This robot does not know this window.", Asked(False, bytes(PROOF))))
         else:
             then(Answer(True))
 
@@ -138,12 +138,12 @@ class FakeLink(QObject):
         """Answer as drive_lease does; every session stays."""
         if not session:
             offer = self.drive_lease.offer(claim, 0.0)
-            return Answer(True, "", (offer.session, offer.key, b""))
+            return Answer(True, "", Joined(offer.session, offer.key, b""))
         window = self.drive_lease.prove(claim, session, proof, 0.0)
         if isinstance(window, Reply):
-            return Answer(False, window.reason, ("", b"", b""))
+            return Answer(False, window.reason, Joined("", b"", b""))
         self.windows[session] = window
-        return Answer(True, "", ("", b"", sign_joined(window.key)))
+        return Answer(True, "", Joined("", b"", sign_joined(window.key)))
 
     @property
     def found(self) -> frozenset[str]:

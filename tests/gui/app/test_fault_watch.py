@@ -10,8 +10,10 @@ from fake_window_parts import FakeLink
 from gui.app.controller import Attach, Controller
 from gui.app.fault_watch import OLDEST_REPORT, SILENT_AFTER
 from gui.faults import NOTICED, Cause
+from gui.ros.picture import Picture
 from gui.ros.readings import DriveState, Safety, TruePose
 from gui.ros.topics.station import FaultReport
+from gui.widgets.video_view import STRAGGLERS
 from gui.window import OperatorWindow
 from telepresence.teleop.drive_lease import PILOT, Account
 
@@ -158,3 +160,24 @@ def test_a_walker_shows_the_banner_for_a_fault_only(qt, terminal):
     assert window.gate.isVisible() and "The simulated robot froze; it starts again." in window.gate.text
     window.close()
     window.deleteLater()
+
+
+def show(link):
+    pixels = np.zeros((4, 4, 3), np.uint8)
+    link.channel("picture").arrived.emit(Picture(pixels, "rgb8", time.time(), time.monotonic()))
+
+
+def test_the_end_of_the_camera_s_program_is_not_waited_for(window, link):
+    """A report comes sooner than a picture is missed; what still arrives was under way."""
+    link.feed = "/pepper_robot/camera/front/image_raw"
+    show(link)
+    assert not window.video.late
+    report(link, "/pepper_robot/camera/bottom")
+    assert not window.video.late, "nobody looks through that one"
+    report(link, "/pepper_robot/camera/front")
+    assert window.video.late and "The front camera's program died" in shown(window)
+    show(link)
+    assert window.video.late
+    time.sleep(STRAGGLERS)
+    show(link)
+    assert not window.video.late

@@ -47,6 +47,10 @@ def _drain(master):
         os.close(master)
 
 
+def end_program(tmux, patience=30.0):
+    return tmux.end_program("session", patience, given_up=lambda: False)
+
+
 def test_a_line_is_typed_at_the_prompt(tmux, wait_until):
     tmux.type_line("session", "echo $((6 * 7))")
     wait_until(lambda: "\n42\n" in tmux.text("session"), "the shell has run the line")
@@ -62,8 +66,27 @@ def test_a_program_is_told_from_the_prompt(tmux, wait_until):
     assert tmux.program("roscore") == "", "there is no such window"
     tmux.type_line("session", "sleep 100")
     wait_until(lambda: tmux.program("session") == "sleep", "sleep runs")
-    tmux.interrupt("session")
-    wait_until(lambda: tmux.program("session") == "", "the shell is at its prompt")
+    assert end_program(tmux) == ""
+    assert tmux.program("session") == "", "the shell is at its prompt"
+
+
+def test_a_program_that_loses_the_first_ctrl_c_gets_another(tmux, wait_until, monkeypatch, tmp_path):
+    """roslaunch does, when it comes while `rosmaster` is imported."""
+    monkeypatch.setattr(tmux_module, "INTERRUPT_PERIOD", 0.3)
+    program = tmp_path / "starting.py"
+    wait = "time.sleep(100)"
+    program.write_text(
+        f"import time\ntry:\n    print('up', flush=True)\n    {wait}\nexcept KeyboardInterrupt:\n    {wait}\n"
+    )
+    tmux.type_line("session", f"python3 {program}")
+    wait_until(lambda: "\nup" in tmux.text("session"), "the program runs")
+    assert end_program(tmux) == ""
+
+
+def test_a_program_that_cannot_be_interrupted_is_named(tmux, wait_until):
+    tmux.type_line("session", "(trap '' INT; exec sleep 100)")
+    wait_until(lambda: tmux.program("session") == "sleep", "sleep runs")
+    assert end_program(tmux, patience=0.5) == "sleep"
 
 
 def test_another_window_is_opened_for_another_program(tmux, wait_until):
@@ -76,7 +99,7 @@ def test_nothing_is_typed_into_a_running_program(tmux, wait_until):
     tmux.type_line("session", "cat")
     with pytest.raises(TmuxError, match="cat runs in the terminal's window 'session'"):
         tmux.type_line("session", "echo lost")
-    tmux.interrupt("session")
+    end_program(tmux)
     tmux.type_line("session", "echo found")
     wait_until(lambda: "\nfound" in tmux.text("session"), "the shell has run the line")
     assert "lost" not in tmux.text("session")
@@ -94,7 +117,7 @@ def test_a_tmux_around_us_does_not_matter(monkeypatch):
 
 
 def test_interrupting_where_nothing_runs_is_no_error():
-    Tmux("telepresence-test-nobody").interrupt("session")
+    assert end_program(Tmux("telepresence-test-nobody")) == ""
 
 
 def test_a_closed_terminal_is_named(monkeypatch):

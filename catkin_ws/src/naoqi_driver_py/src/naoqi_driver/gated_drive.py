@@ -113,6 +113,7 @@ class GatedDrive:
         if self._pressed and not reading.pressed:
             self._gate.update_bumper(now, False)
         self._pressed = reading.pressed
+        self._gate.look(now, self._odometry)
 
 
 def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool) -> Decision:

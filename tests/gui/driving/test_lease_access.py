@@ -11,12 +11,13 @@ from PyQt5.QtTest import QTest
 from gui.app.authorization import Authorization
 from gui.app.controller import Attach, Controller
 from gui.app.sign_in import SignInPage
-from gui.driving.lease_client import JOIN_PERIOD, SILENCE, UNANSWERED_PERIOD
 from gui.ros.channels import Answer
 from gui.window import OperatorWindow
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import DriveLease
+from telepresence.teleop.lease_client import JOIN_PERIOD, SILENCE, UNANSWERED_PERIOD
 from telepresence.teleop.lease_messages import Reply, sign_command
+from telepresence.teleop.lease_topics import Joined
 from telepresence.teleop.password_key import CHEAP
 
 SECRET = "correct horse"
@@ -172,10 +173,10 @@ def test_a_removed_account_is_signed_out_and_told_why(pilot, link, spin):
 
 
 def test_an_answer_that_is_not_signed_makes_the_window_join_anew(pilot, link):
-    before = pilot.controller.access._session
+    before = pilot.controller.access.client.session
     del link.windows[before]
     pilot.controller.access.ask("present")
-    assert pilot.controller.access._session not in ("", before)
+    assert pilot.controller.access.client.session not in ("", before)
 
 
 @pytest.fixture
@@ -251,7 +252,7 @@ def test_a_stop_of_the_safety_layer_shows_too(pilot, link):
 
 
 def test_an_arbiter_that_falls_silent_ends_driving(pilot, link, spin, monkeypatch):
-    monkeypatch.setattr("gui.driving.lease_client.SILENCE", SILENCE / 5)
+    monkeypatch.setattr("telepresence.teleop.lease_client.SILENCE", SILENCE / 5)
     link.repeats.stop()
     spin(lambda: pilot.controller.access.state is None, "it counts as gone")
     press(pilot, Qt.Key_W)
@@ -269,22 +270,22 @@ def test_a_new_arbiter_is_joined_although_the_old_one_has_not_answered(pilot, li
     with monkeypatch.context() as patched:
         patched.setattr(link, "call", lambda *call, then: lost.append(then))
         link.report_lease(epoch="2", pilot="", window="")
-    assert len(lost) == 1 and not access._session
-    spin(lambda: link.report_lease(epoch="3", pilot="", window="") or access._session, "it joins the new one")
-    session = access._session
+    assert len(lost) == 1 and not access.client.session
+    spin(lambda: link.report_lease(epoch="3", pilot="", window="") or access.client.session, "it joins the new one")
+    session = access.client.session
     lost[0](Answer(False, "drive/join did not answer within 3 s."))
-    assert access._session == session and access.obstacle() == "Nobody drives. Press Take the robot."
+    assert access.client.session == session and access.obstacle() == "Nobody drives. Press Take the robot."
 
 
 def test_an_arbiter_that_does_not_answer_is_asked_again_sooner_than_one_that_refuses(pilot, link, spin, monkeypatch):
     access, asked = pilot.controller.access, []
-    answers = [Answer(False, "it is not ready"), Answer(False, "Wrong name.", ("", b"", b""))]
+    answers = [Answer(False, "it is not ready"), Answer(False, "Wrong name.", Joined("", b"", b""))]
     monkeypatch.setattr(link, "call", lambda name, *_, then: asked.append(name) or then(answers[len(asked) - 1]))
     began = time.monotonic()
     link.report_lease(epoch="2", pilot="", window="")
     spin(lambda: link.report_lease() or len(asked) == 2, "it asks again")
     assert time.monotonic() - began > UNANSWERED_PERIOD and access.obstacle() == "Wrong name."
-    assert access._join_at > began + JOIN_PERIOD
+    assert access.client._join_at > began + JOIN_PERIOD
 
 
 def test_the_speed_limit_reaches_the_pad(pilot, link):

@@ -1,7 +1,8 @@
-"""The window's client of drive_lease: joins it, renews the lease, and sends signed commands.
+"""A window's side of drive_lease: joins it, asks for the robot, and signs commands. No ROS, no Qt.
 
-The other side is `telepresence.teleop.drive_lease`. The lease is renewed on Qt's thread, so a window that hangs loses
-the robot.
+The other side is `telepresence.teleop.drive_lease`; how they reach each other is a `LeaseLink`. Everything happens on
+one thread. Whoever owns a client calls `check` several times a second, and `renew` at least every `LIFE_PERIOD` while
+the window lives: a window that hangs loses the robot.
 """
 
 from __future__ import annotations
@@ -10,16 +11,17 @@ import dataclasses
 import hmac
 import math
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any, Protocol
 
-from gui.driving.drive_access import DriveAccess
-from gui.periodic_timer import PeriodicTimer
-from gui.ros.channels import Answer
-from gui.ros.topics.drive import LeaseState
-from telepresence.teleop.drive_lease import PILOT, Account, Command, Velocity
-from telepresence.teleop.key_agreement import WindowSide
+from telepresence.geometry import Velocity
+from telepresence.security.signing import PROOF
+from telepresence.teleop.key_agreement import Claim, WindowSide
 from telepresence.teleop.lease_messages import (
     MOST_TEXT,
+    PILOT,
+    Account,
+    Command,
     Reply,
     sign_command,
     sign_join,
@@ -27,12 +29,11 @@ from telepresence.teleop.lease_messages import (
     sign_reply,
     sign_request,
 )
+from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.lease_windows import LEASE
 
-if TYPE_CHECKING:
-    from gui.ros.link import RosLink
-
-LIFE_PERIOD = 250  # ms between two renewals; a lease lasts four of them
-CHECK_PERIOD = 100  # ms between two looks whether drive_lease is silent
+LIFE_PERIOD = 0.25
+"""[s] between two renewals; a lease lasts four of them."""
 SILENCE = 0.7
 """[s] without a message from drive_lease, which repeats its state every 0.2 s, after which it counts as gone."""
 JOIN_PERIOD = 2.0
@@ -44,16 +45,65 @@ MISSED = 0.2
 IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
 
 
-class LeaseClient(DriveAccess):
-    """Whether this window has the robot, and how it gets it.
+class Answer(Protocol):
+    """What drive_lease has answered.
 
-    Args:
-        link: The robot.
+    Attributes:
+        text: Why not, if `ok` is false.
+        value: `lease_topics.Joined` or `lease_topics.Asked`; None if nothing was answered.
     """
 
-    def __init__(self, link: RosLink) -> None:
-        super().__init__()
-        self._link = link
+    @property
+    def ok(self) -> bool: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def value(self) -> Any: ...
+
+
+class LeaseLink(Protocol):
+    """The way to drive_lease. What `then` gets comes on the client's own thread."""
+
+    @property
+    def node_name(self) -> str:
+        """By which drive_lease knows this window."""
+
+    def send(self, session: str, command: Command) -> None: ...
+
+    def join(self, claim: Claim, session: str, proof: bytes, then: Callable[[Any], None]) -> None:
+        """Call drive/join; the first time with neither session nor proof."""
+
+    def ask(
+        self, session: str, number: int, action: str, to: str, proof: bytes, then: Callable[[Any], None]
+    ) -> None: ...
+
+
+class LeaseClient:
+    """Whether one window has the robot, and how it gets it.
+
+    Args:
+        changed: Called when `state`, `mine` or `obstacle` has changed.
+        refused: Called with a sentence when a request was refused.
+        ended: Called with a sentence when the account was removed or changed, and acts no more.
+        own_clock: This program's clock dates what is sent. Otherwise only `command` sends anything: two clocks in one
+            session would make the newest command look old.
+    Attributes:
+        account: Who acts; None for nobody.
+        state: Who drives; None when drive_lease is silent.
+    """
+
+    def __init__(
+        self,
+        link: LeaseLink,
+        changed: Callable[[], object],
+        refused: Callable[[str], object],
+        ended: Callable[[str], object],
+        own_clock: bool = True,
+    ) -> None:
+        self._link, self._own_clock = link, own_clock
+        self._changed, self._refused, self._ended = changed, refused, ended
+        self.account: Account | None = None
+        self.state: LeaseState | None = None
         self._session, self._key, self._epoch = "", b"", ""
         self._number = self._asked = 0
         self._hold = ""
@@ -63,11 +113,15 @@ class LeaseClient(DriveAccess):
         self._sent_at = self._join_at = self._taken_at = -math.inf
         self._join_problem = ""
         self._missed_at = math.inf
-        link.channel("lease").arrived.connect(self._on_state)
-        self._life = PeriodicTimer(LIFE_PERIOD, self._live, self)
-        self._life.start()
-        self._checks = PeriodicTimer(CHECK_PERIOD, self._check_silence, self)
-        self._checks.start()
+
+    @property
+    def is_pilot(self) -> bool:
+        return self.account is not None and self.account.role == PILOT
+
+    @property
+    def session(self) -> str:
+        """The session in which this window has joined; empty for none."""
+        return self._session
 
     @property
     def mine(self) -> bool:
@@ -103,7 +157,7 @@ class LeaseClient(DriveAccess):
         self.account = account
         self._wants = account.role == PILOT
         self._join()
-        self.changed.emit()
+        self._changed()
 
     def sign_out(self) -> None:
         """Give up the robot, and act for nobody."""
@@ -112,7 +166,7 @@ class LeaseClient(DriveAccess):
         self.account = None
         self._session, self._join_problem = "", ""
         self._join_at = -math.inf
-        self.changed.emit()
+        self._changed()
 
     def set_hold(self, reason: str) -> None:
         """Let nobody drive for this reason while this window has the robot, not even a keyboard node."""
@@ -124,6 +178,11 @@ class LeaseClient(DriveAccess):
         """Send a velocity: forward, left [m/s], counter-clockwise [rad/s]. It has to be repeated, see
         `telepresence.teleop.drive_lease`."""
         self._send(Velocity(vx, vy, wz))
+
+    def command(self, velocity: Velocity | None, hold: str, sent: float) -> None:
+        """Send what somebody else's controls say, dated by their clock [s]; it renews the lease, too."""
+        self._hold = hold
+        self._send(velocity, sent)
 
     def take(self) -> None:
         """Take the robot, or ask the pilot for it."""
@@ -139,7 +198,7 @@ class LeaseClient(DriveAccess):
         """Send a request, see `DriveLease.ask`; a refusal is reported by `refused`."""
         if not self._session:
             if not quiet:
-                self.refused.emit(self.obstacle() or "This window has not joined yet; try again in a moment.")
+                self._refused(self.obstacle() or "This window has not joined yet; try again in a moment.")
             return
         self._asked += 1
         number, session, key = self._asked, self._session, self._key
@@ -148,9 +207,9 @@ class LeaseClient(DriveAccess):
         def answered(answer: Answer) -> None:
             if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
                 if not answer.ok and not quiet and session == self._session:
-                    self.refused.emit(answer.text)
+                    self._refused(answer.text)
                 return
-            ended, reply_proof = answer.value
+            ended, reply_proof = answer.value.ended, answer.value.proof
             if not hmac.compare_digest(reply_proof, sign_reply(key, number, Reply(answer.ok, answer.text, ended))):
                 # drive_lease has forgotten this window, or it is somebody else who answers: prove each other again.
                 self._session = ""
@@ -159,17 +218,17 @@ class LeaseClient(DriveAccess):
                 self._end(answer.text)
                 return
             if not answer.ok and not quiet:
-                self.refused.emit(answer.text)
+                self._refused(answer.text)
 
-        self._link.call("ask", session, number, action, to, proof, then=answered)
+        self._link.ask(session, number, action, to, proof, answered)
 
     def _end(self, reason: str) -> None:
         """Act for nobody any more: the account was removed or changed."""
         self._session = ""
         self.sign_out()
-        self.ended.emit(reason)
+        self._ended(reason)
 
-    def _on_state(self, state: LeaseState) -> None:
+    def receive(self, state: LeaseState) -> None:
         before, was_mine = self.state, self.mine
         self.state = state
         if state.epoch != self._epoch:
@@ -179,11 +238,11 @@ class LeaseClient(DriveAccess):
             self._join()
         if was_mine and state.pilot and not self.mine:
             self._wants = False  # it was handed over or taken: do not take it back as soon as it is free
-            self.refused.emit(f"{state.pilot} drives now.")
-        if self._session and self._wants and not state.pilot:
+            self._refused(f"{state.pilot} drives now.")
+        if self._session and self._wants and not state.pilot and self._lives():
             self._take_free()
         if before is None or dataclasses.replace(state, arrived=before.arrived) != before:
-            self.changed.emit()
+            self._changed()
 
     def _ask_if_missed(self, state: LeaseState) -> None:
         if not self._session or any(node == self._link.node_name for _, node in state.present):
@@ -195,29 +254,35 @@ class LeaseClient(DriveAccess):
             self._missed_at = now
             self.ask("present", quiet=True)
 
+    def _lives(self) -> bool:
+        """Whether somebody is there who could drive: whoever commands by another clock may have gone."""
+        return self._own_clock or time.monotonic() - self._sent_at < LEASE
+
     def _take_free(self) -> None:
         now = time.monotonic()
         if now - self._taken_at > JOIN_PERIOD / 4:
             self._taken_at = now
             self.ask("take", quiet=True)
 
-    def _check_silence(self) -> None:
+    def check(self) -> None:
+        """Look whether drive_lease is silent."""
         if self.state is not None and time.monotonic() - self.state.arrived > SILENCE:
             self.state = None
-            self.changed.emit()
+            self._changed()
 
-    def _live(self) -> None:
-        if time.monotonic() - self._sent_at > LIFE_PERIOD / 2000.0:
+    def renew(self) -> None:
+        """Send a sign of life, unless a command was sent lately."""
+        if time.monotonic() - self._sent_at > LIFE_PERIOD / 2:
             self._send(None)
 
-    def _send(self, velocity: Velocity | None) -> None:
-        if not self._session:
+    def _send(self, velocity: Velocity | None, sent: float | None = None) -> None:
+        if not self._session or (sent is None and not self._own_clock):
             return
         self._number += 1
         self._sent_at = time.monotonic()
-        unsigned = Command(self._number, self._sent_at, velocity, self._hold)
+        unsigned = Command(self._number, self._sent_at if sent is None else sent, velocity, self._hold)
         command = dataclasses.replace(unsigned, proof=sign_command(self._key, unsigned))
-        self._link.send("command", self._session, command)
+        self._link.send(self._session, command)
 
     def _join(self) -> None:
         now = time.monotonic()
@@ -231,19 +296,19 @@ class LeaseClient(DriveAccess):
             if account is not self.account or self._joining != epoch or not answer.ok:
                 finish(answer.text, answered=answer.value is not None)
                 return
-            session, lease_key, _ = answer.value
+            session = answer.value.session
             try:
-                key = side.session_key(session, lease_key)
+                key = side.session_key(session, answer.value.key)
             except ValueError:  # a point of low order, or a session that is no ASCII
                 finish(IMPOSTOR)
                 return
             proven = lambda answer: joined(answer, session, key)  # noqa: E731
-            self._link.call("join", side.claim, session, sign_join(key), then=proven)
+            self._link.join(side.claim, session, sign_join(key), proven)
 
         def joined(answer: Answer, session: str, key: bytes) -> None:
             if account is not self.account or self._joining != epoch or not answer.ok:
                 finish(answer.text, answered=answer.value is not None)
-            elif not hmac.compare_digest(answer.value[2], sign_joined(key)):
+            elif not hmac.compare_digest(answer.value.proof, sign_joined(key)):
                 finish(IMPOSTOR)
             else:
                 self._join_at, self._missed_at = -math.inf, math.inf
@@ -260,6 +325,6 @@ class LeaseClient(DriveAccess):
                 self._join_at = time.monotonic() + JOIN_PERIOD
             if account is self.account:
                 self._join_problem = problem
-                self.changed.emit()
+                self._changed()
 
-        self._link.call("join", side.claim, then=offered)
+        self._link.join(side.claim, "", bytes(PROOF), offered)

@@ -1,0 +1,212 @@
+"""A browser as a window of a real drive_lease, in one program. Both clocks are invented."""
+
+import pytest
+
+from telepresence.page.browser_window import MOST_PER_SECOND, SILENCE, BrowserWindow
+from telepresence.page.commands import AskMessage, DriveMessage
+from telepresence.teleop import lease_client
+from telepresence.teleop.drive_lease import LATE, PILOT, WATCHER, Account, DriveLease
+from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
+
+FORWARD = (0.2, 0.0, 0.0)
+ZERO = (0.0, 0.0, 0.0)
+
+
+class Answer:
+    def __init__(self, ok, text, value):
+        self.ok, self.text, self.value = ok, text, value
+
+
+class Robot:
+    """drive_lease, and what it gave the robot. It is the link of all windows, too."""
+
+    def __init__(self, monkeypatch):
+        self.now = 1000.0
+        self.lease = DriveLease(lambda name: Account(name, WATCHER if name == "will" else PILOT))
+        self.given = []
+        self.windows = []
+        monkeypatch.setattr(lease_client.time, "monotonic", lambda: self.now)
+
+    def open(self, name):
+        self.node_name = f"/pilot_page/{name}"
+        said = []
+        account = Account(name, WATCHER if name == "will" else PILOT)
+        window = BrowserWindow(Link(self, self.node_name), account, said.append)
+        window.said = said
+        self.windows.append(window)
+        self.tell()
+        return window
+
+    def tell(self):
+        state = self.lease.state(self.now)
+        message = LeaseState(
+            "1", False, state.pilot, state.window, state.asking, state.stopped_by, state.hold, state.other,
+            state.velocity, tuple(zip(state.present, state.windows, strict=True)), self.now,
+        )  # fmt: skip
+        for window in self.windows:
+            window.receive(message)
+
+    def give(self, velocity):
+        if velocity is not None:
+            self.given.append(tuple(velocity))
+
+    def take(self, name, clock=0.0):
+        """A browser that has the robot, and its hand."""
+        window = self.open(name)
+        hand = Hand(self, window, clock)
+        hand.send(None)
+        self.pass_time(0.05)
+        assert window.mine and window.obstacle() == ""
+        return window, hand
+
+    def pass_time(self, seconds):
+        for _ in range(round(seconds / 0.05)):
+            self.now += 0.05
+            self.give(self.lease.tick(self.now))
+            for window in self.windows:
+                window.check(self.now)
+        self.tell()
+
+
+class Link:
+    def __init__(self, robot, node_name):
+        self.robot, self.node_name = robot, node_name
+
+    def send(self, session, command):
+        self.robot.give(self.robot.lease.receive(session, command, self.robot.now))
+
+    def join(self, claim, session, proof, then):
+        robot = self.robot
+        if not session:
+            offer = robot.lease.offer(claim, robot.now)
+            then(Answer(True, "", Joined(offer.session, offer.key, b"")))
+            return
+        window = robot.lease.prove(claim, session, proof, robot.now)
+        reply = window if isinstance(window, Reply) else robot.lease.admit(window, robot.now)
+        then(Answer(reply.ok, reply.reason, Joined("", b"", sign_joined(window.key))))
+        robot.tell()
+
+    def ask(self, session, number, action, to, proof, then):
+        robot = self.robot
+        reply = robot.lease.ask(session, number, action, to, proof, robot.now)
+        then(Answer(reply.ok, reply.reason, Asked(reply.ended, robot.lease.sign(session, number, reply))))
+        robot.tell()
+
+
+@pytest.fixture
+def robot(monkeypatch):
+    return Robot(monkeypatch)
+
+
+class Hand:
+    """A page that sends, with a clock of its own."""
+
+    def __init__(self, robot, window, clock):
+        self.robot, self.window, self.clock = robot, window, clock
+        self.number = 0
+
+    def send(self, velocity, late=0.0, hold=""):
+        self.number += 1
+        sent = self.robot.now + self.clock - late
+        return self.window.drive(DriveMessage(self.number, sent, velocity, hold), self.robot.now)
+
+
+@pytest.mark.parametrize("clock", [0.0, -999.0, 86400.0, -86400.0])
+def test_it_drives_whatever_the_browser_s_clock_says(robot, clock):
+    _, hand = robot.take("anna", clock)
+    assert hand.send(FORWARD) and robot.given[-1] == FORWARD
+    robot.pass_time(0.1)
+    hand.send(ZERO)
+    assert robot.given[-1] == ZERO
+
+
+def test_a_late_command_moves_nothing(robot):
+    _, hand = robot.take("anna", -999.0)
+    robot.given.clear()
+    hand.send(FORWARD, late=LATE + 0.05)
+    assert FORWARD not in robot.given
+    hand.send(FORWARD, late=LATE - 0.05)
+    assert robot.given[-1] == FORWARD
+
+
+def test_a_silent_browser_stops_before_the_lease_has_to(robot):
+    _, hand = robot.take("anna", 5.0)
+    hand.send(FORWARD)
+    robot.pass_time(SILENCE - 0.05)
+    assert robot.given[-1] == FORWARD
+    robot.given.clear()
+    robot.pass_time(0.1)
+    assert robot.given[0] == ZERO and set(robot.given) == {ZERO}
+    hand.send(FORWARD)
+    assert robot.given[-1] == FORWARD, "it may go on"
+
+
+def test_repeated_old_and_too_many_messages_are_not_passed_on(robot):
+    window = robot.open("anna")
+    assert window.drive(DriveMessage(5, 1.0, FORWARD, ""), robot.now)
+    for number in (5, 4, 1):
+        assert not window.drive(DriveMessage(number, 1.0, FORWARD, ""), robot.now)
+    passed = [window.drive(DriveMessage(10 + count, 1.0, FORWARD, ""), robot.now) for count in range(100)]
+    assert sum(passed) <= MOST_PER_SECOND and window.refused >= 63
+    robot.now += 1.0
+    assert window.drive(DriveMessage(200, 2.0, FORWARD, ""), robot.now)
+
+
+def test_a_watcher_stops_the_robot_and_cannot_drive_it(robot):
+    pilot, hand = robot.take("anna")
+    watcher = robot.open("will")
+    hand.send(FORWARD)
+    robot.given.clear()
+    hand = Hand(robot, watcher, 3.0)
+    hand.send(FORWARD)
+    watcher.ask(AskMessage(1, "take", ""))
+    hand.send(FORWARD)
+    assert robot.given == [] and "may watch, not drive" in watcher.obstacle()
+    watcher.ask(AskMessage(2, "stop", ""))
+    robot.pass_time(0.05)
+    assert robot.given[-1] == ZERO and "will has pressed the red stop" in pilot.obstacle()
+
+
+def test_a_reason_not_to_drive_holds_the_robot(robot):
+    _, hand = robot.take("anna")
+    hand.send(FORWARD)
+    hand.send(None, hold="The page is hidden.")
+    robot.pass_time(0.05)
+    assert robot.given[-1] == ZERO and robot.windows[0].describe()["hold"] == "The page is hidden."
+    robot.given.clear()
+    hand.send(FORWARD, hold="The page is hidden.")
+    assert FORWARD not in robot.given
+
+
+def test_the_end_of_the_page_s_program_stops_the_robot_at_once(robot):
+    _, hand = robot.take("anna")
+    hand.send(FORWARD)
+    assert robot.lease.lost("/pilot_pag", robot.now) is None and robot.lease.lost("/other", robot.now) is None
+    assert tuple(robot.lease.lost("/pilot_page", robot.now)) == ZERO
+
+
+def test_only_signs_of_life_of_the_page_keep_the_robot(robot):
+    window, hand = robot.take("anna")
+    robot.pass_time(0.5)
+    assert window.mine
+    robot.pass_time(1.0)
+    robot.pass_time(1.0)
+    assert not robot.lease.state(robot.now).pilot, "the program of the page neither renews nor takes by itself"
+    hand.send(None)
+    robot.pass_time(0.05)
+    assert window.mine, "who comes back has it again"
+
+
+def test_two_browsers_hand_the_robot_over(robot):
+    anna, _ = robot.take("anna", 7.0)
+    ben = robot.open("ben")
+    hand = Hand(robot, ben, -7.0)
+    hand.send(None)
+    assert not ben.mine
+    ben.ask(AskMessage(1, "take", ""))
+    assert anna.describe()["asking"] == "ben"
+    anna.ask(AskMessage(1, "give", ""))
+    assert ben.mine and anna.describe()["pilot"] == "ben"
+    hand.send(FORWARD)
+    assert robot.given[-1] == FORWARD
