@@ -7,6 +7,7 @@ as this Python's lib2to3 can. QI_URL says where NAOqi answers.
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import logging
 import os
@@ -124,6 +125,10 @@ class GeneratedClass:
         """Change a parameter of the box."""
         self.program.parameters[id(self.box)][name] = value
 
+    def log(self, text: Any) -> None:
+        """Write a line to the log."""
+        self.logger.info(text)
+
     def session(self) -> Any:
         """Return the session with NAOqi."""
         return self.program.session
@@ -159,7 +164,7 @@ class _Script:
 
     def _call(self, handler: Callable[..., Any], value: Any) -> None:
         try:
-            handler() if value is None else handler(value)
+            handler(value) if _wants(handler, value) else handler()
         except Exception as error:  # of the user's code: it ends the behaviour, and its text is reported
             self._program.fail(self._box, error)
 
@@ -211,6 +216,13 @@ class Program:
 
     def _proxy(self, name: str, *_: Any) -> Any:
         return _FrameManager(self.folder) if name == "ALFrameManager" else Proxy(self.session, name)
+
+
+def _wants(handler: Callable[..., Any], value: Any) -> bool:
+    """Whether an input's method takes the value: boxes have it with and without a parameter."""
+    parameters = inspect.signature(handler).parameters.values()
+    required = any(parameter.default is parameter.empty for parameter in parameters)
+    return required or (bool(parameters) and value is not None)
 
 
 def _compiled(box: Box) -> Any:

@@ -183,7 +183,7 @@ class ALAutonomousLife(Module):
         one_of(autonomousAbility, (*ABILITIES, ALL), "autonomousAbility")
         for ability in ABILITIES if autonomousAbility == ALL else (autonomousAbility,):
             self._abilities[ability] = enabled
-            if self.is_on():
+            if self._lives(ability):
                 self._switch(ability)
 
     @remote("b(s)")
@@ -225,7 +225,11 @@ class ALAutonomousLife(Module):
         """Tell an ability's service what the state of life and its own switch say."""
         service: Any = self._others.find(f"AL{ability}")
         if service is not None:
-            service.follow_life(self.is_on() and self._abilities[ability])
+            service.follow_life(self._lives(ability) and self._abilities[ability])
+
+    def _lives(self, ability: str) -> bool:
+        """Whether the state of life lets an ability work; some are on in every state."""
+        return self.is_on() or getattr(self._others.find(f"AL{ability}"), "enabled_at_start", False)
 
     def _runs_now(self, ability: str) -> bool:
         service: Any = self._others.find(f"AL{ability}")

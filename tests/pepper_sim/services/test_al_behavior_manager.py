@@ -26,7 +26,7 @@ class MyClass(GeneratedClass):
 GOAL = '<Parameter name="Goal" inherits_from_parent="0" content_type="2" value="0.2" default_value="0" id="5" />'
 FAILS = """
 class MyClass(GeneratedClass):
-    def onInput_onStart(self):
+    def onInput_onStart(self, p):
         raise RuntimeError("no bananas")
 """
 QIANIM = (

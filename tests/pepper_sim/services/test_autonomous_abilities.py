@@ -61,3 +61,14 @@ def test_the_robot_shows_that_it_listens(naoqi, on, wait_until):
     assert listening.isRunning()
     recognition.unsubscribe("test")
     wait_until(lambda: not listening.isRunning(), "it does not listen any more")
+
+
+def test_the_body_speaks_in_every_state_of_life(naoqi):
+    life, movement = naoqi.ALAutonomousLife, naoqi.ALSpeakingMovement
+    life.setState("solitary")
+    life.setState("disabled")
+    assert movement.isEnabled()
+    life.setAutonomousAbilityEnabled("SpeakingMovement", False)
+    assert not movement.isEnabled()
+    life.setAutonomousAbilityEnabled("SpeakingMovement", True)
+    assert movement.isEnabled()
