@@ -38,10 +38,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--package", dest="packages", action="append", default=[], metavar="FILE", help="install a .pkg on the robot"
     )
     parser.add_argument(
-        "--station",
-        default="",
-        metavar="X,Y,THETA",
-        help="pose of the robot on its charging station, seen from where it starts [m, m, rad] (default: no station)",
+        "--disk", default="", metavar="FOLDER", help="the robot's files, kept (default: a fresh disk that ends with it)"
+    )
+    parser.add_argument(
+        "--tablet-browser",
+        choices=("built-in", "chromium"),
+        default="built-in",
+        help="what shows the tablet's pages; chromium runs their scripts and needs 500 MB (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--poster",
+        dest="posters",
+        action="append",
+        default=[],
+        metavar="WHAT@AHEAD,LEFT,HEIGHT[,TURN[,WIDTH]]",
+        help="put a landmark (mark:85), a QR code (code:TEXT) or a picture file before the robot; metres and degrees",
     )
     parser.add_argument(
         "--owner-consents",
@@ -58,8 +69,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--page-address", default="127.0.0.1", help="address on which that page listens (default: %(default)s)"
     )
+    parser.add_argument(
+        "--person",
+        dest="people",
+        action="append",
+        default=[],
+        metavar="KIND@X,Y",
+        help="put a person there, in metres ahead of the robot's start and to its left: standing@1.5,0, seated@2,1, "
+        "waving@1.5,0.5, or walking@2,-1;2,1 to and fro; standing@1.5,0,90 is turned by degrees; may be repeated",
+    )
+    parser.add_argument(
+        "--station",
+        default="",
+        metavar="X,Y,THETA",
+        help="pose of the robot on its charging station, seen from where it starts [m, m, rad] (default: no station)",
+    )
     options = parser.parse_args(arguments)
-    names = ("speaker", "record_speaker", "room_sound", "head", "packages", "station", "owner_consents")
+    names = (
+        "speaker",
+        "record_speaker",
+        "room_sound",
+        "head",
+        "packages",
+        "disk",
+        "tablet_browser",
+        "posters",
+        "people",
+        "station",
+        "owner_consents",
+    )
     parts = {name: getattr(options, name) for name in (*names, "page_port", "page_address")}
     return command_line.run(
         "pepper_sim", options, lambda: Simulation(options.scene, options.seed, options.address, options.port, **parts)

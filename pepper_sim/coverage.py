@@ -26,8 +26,8 @@ _HEAD = """\
 # What is documented, and what the simulated Pepper does
 
 Made by `python -m pepper_sim.coverage` from `pepper_sim/documented/`, of NAOqi 2.8's documentation and 2.5's.
-`tests/pepper_sim/test_documented_methods.py` calls every method below with valid and invalid arguments and compares
-types, times and errors.
+`tests/pepper_sim/test_documented_methods.py`, and its neighbour for those that take time, call every method below with
+valid and invalid arguments and compare types, times and errors.
 
 *does it*: with the documented effect in the simulated world, where it has one. *refuses*: with an error, as Pepper
 does. *cannot here*: what no simulated robot has. Methods for the two-legged robot are listed, and not counted.

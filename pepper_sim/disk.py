@@ -13,11 +13,18 @@ HOME = "/home/nao"
 
 
 class RobotDisk:
-    """A fresh, empty disk in a temporary folder, removed by `close`."""
+    """A fresh, empty disk in a temporary folder, removed by `close`; or a folder that is kept, as it is.
 
-    def __init__(self) -> None:
-        self.root = Path(tempfile.mkdtemp(prefix="pepper-disk-"))
-        self.path(HOME).mkdir(parents=True)
+    Args:
+        folder: The folder to use and to keep; it is made if it does not exist.
+    Raises:
+        OSError: The folder cannot be made.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._kept = folder is not None
+        self.root = Path(tempfile.mkdtemp(prefix="pepper-disk-")) if folder is None else folder.resolve()
+        self.path(HOME).mkdir(parents=True, exist_ok=True)
 
     def path(self, name: str) -> Path:
         """Return where the robot's file `name` is on this machine; relative names start in the robot's home folder.
@@ -33,5 +40,6 @@ class RobotDisk:
         return self.root.joinpath(*inside.parts[1:])
 
     def close(self) -> None:
-        """Remove the disk and everything on it."""
-        shutil.rmtree(self.root, ignore_errors=True)
+        """Remove the disk and everything on it, unless it is to be kept."""
+        if not self._kept:
+            shutil.rmtree(self.root, ignore_errors=True)

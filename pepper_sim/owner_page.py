@@ -9,12 +9,15 @@ keeps others out is in `telepresence.web.page_auth`.
 
 from __future__ import annotations
 
+import logging
 import urllib.parse
 
 from pepper_sim.body.consent import OwnerConsent
 from telepresence.web.json_app import HTML, Application, BadRequest, Environ, Refusal, Response, json_app
 from telepresence.web.page_auth import PageAuth, ProtectedPage
 from telepresence.web.server import WebServer
+
+log = logging.getLogger(__name__)
 
 KEY_VARIABLE = "TELEPRESENCE_ROBOT_PAGE_KEY"
 """Of the environment: the key to the page."""
@@ -37,7 +40,7 @@ _PAGE = """<!DOCTYPE html>
 <h1>Pepper (simulated)</h1>
 <h2>Safety reflexes</h2>
 <p>Programs <strong>{may}</strong> switch off what keeps the robot from driving into obstacles, from moving on after a
-fall, and from waking up with a faulty device.</p>
+fall, and from falling when it is pushed.</p>
 <form method="post" action="consent">
 <input type="hidden" name="programs" value="{other}">
 <button>{action}</button>
@@ -72,6 +75,8 @@ def serve(consent: OwnerConsent, address: str, port: int, key: str) -> WebServer
         OSError: The port is taken or the address is not this machine's.
     """
     server = WebServer(create_app(consent, key), address, port)
+    if address not in ("127.0.0.1", "localhost", "::1"):
+        log.warning("the owner's page listens on %s: its key crosses the network in the clear", address)
     server.start()
     return server
 

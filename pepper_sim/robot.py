@@ -336,6 +336,19 @@ class Pepper:
             mass, center = self._frames.center_of_mass(self.world.model, data, names)
             return mass, (self._frames.in_odometry(data, ROOT, self._base.odometry) @ [*center, 1.0])[:3]
 
+    def true_pose(self, name: str) -> np.ndarray:
+        """Return the true pose of a link or sensor frame in the world, as `link_pose` does in the odometry frame.
+
+        Returns:
+            Homogeneous matrix (4, 4); positions [m].
+        Raises:
+            ValueError: There is no such link; the message names them.
+        """
+        with self.world.locked() as data:
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = self._frames.find(data, name)
+        return pose
+
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
@@ -352,7 +365,7 @@ class Pepper:
             self._inertial.reset(data)
 
     def _switch_reflexes_on(self) -> None:
-        self.security.enabled = self.fall_manager = self.diagnosis_effect = self.push_recovery = True
+        self.security.enabled = self.fall_manager = self.push_recovery = True
 
     def _close(self) -> None:
         """End all motions, so that nobody waits for a world that no longer runs."""

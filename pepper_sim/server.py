@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 
+from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.catalogue import Catalogue
 from pepper_sim.naoqi.publish import served_object
 from pepper_sim.robot import Pepper
@@ -34,15 +35,23 @@ class NaoqiServer:
         url: Where to listen; port 0 takes a free one, see `endpoints`.
         tablet: The tablet behind ALTabletService; without it the robot has none.
         seed: Seed of the microphones' noise.
+        disk: The robot's files; without it a fresh disk that ends with the server.
     Raises:
         CannotListen: The port is taken or the address is not this machine's.
     """
 
-    def __init__(self, robot: Pepper, url: str = DEFAULT_URL, tablet: Tablet | None = None, seed: int = 0) -> None:
+    def __init__(
+        self,
+        robot: Pepper,
+        url: str = DEFAULT_URL,
+        tablet: Tablet | None = None,
+        seed: int = 0,
+        disk: RobotDisk | None = None,
+    ) -> None:
         with contextlib.ExitStack() as opened:
             self._server = Server(url, release=RELEASES["2.8"], limits=Limits(payload=MAX_MESSAGE))
             opened.callback(self._server.close)
-            self.catalogue = Catalogue(robot, self._server, tablet, seed=seed)
+            self.catalogue = Catalogue(robot, self._server, tablet, seed, disk)
             opened.callback(self.catalogue.close)
             for service in self.catalogue.services:
                 self._server.register(service.name, served_object(service))

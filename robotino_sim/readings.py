@@ -134,7 +134,16 @@ def scan(robot: Robotino) -> Any:
 
 
 def services(_: Robotino) -> list[dict[str, Any]]:
-    return [{"name": group, "services": [name for name, _ in members]} for group, members in SERVICES.items()]
+    """Return the groups and their members, for readers of either form: a list of names, or nodes of a tree as the
+    vendor's web application shows them (`_children`, as in the mirrored restapid's ConfigHandler.cpp)."""
+    return [
+        {
+            "name": group,
+            "services": [name for name, _ in members],
+            "_children": [{"name": name} for name, _ in members],
+        }
+        for group, members in SERVICES.items()
+    ]
 
 
 def service_status(name: str) -> list[str] | None:

@@ -71,6 +71,15 @@ class Accompaniment:
             self._motion = back
         back.add_done_callback(self._returned)
 
+    def close(self) -> None:
+        """End, and move no more."""
+        with self._lock:
+            self._choose = None
+            self._run += 1
+            motion = self._motion
+        if motion is not None:
+            motion.cancel()
+
     def _next(self, run: int) -> None:
         with self._lock:
             if run != self._run or self._choose is None:

@@ -27,13 +27,17 @@ from pepper_sim.dialog.nodes import (
     Rule,
     Sequence,
     Tag,
+    Topic,
     Variable,
     Word,
+    walk,
 )
 
 MAX_JUMPS = 20
 """^goto after ^goto; more of them are a circle."""
 MAX_NESTING = 30
+MAX_PIECES = 20_000
+"""Nodes that one answer may evaluate."""
 SPOKEN = frozenset(f"{verb}{what}" for verb in ("start", "run", "stop", "wait") for what in ("", "Tag", "Sound")) | {
     "mode",
     "pCall",
@@ -87,6 +91,9 @@ class Speaker(Context, Protocol):
     def user_info(self, name: str) -> str | None:
         """Return what is known about the user who speaks."""
 
+    def knowledge(self, function: str, arguments: list[str]) -> str | None:
+        """Return what a function of `ASKING` finds, "" if only whether; None if nothing."""
+
 
 JUMPS = frozenset(
     {"goto", "gotoReactivate", "gotoRandom", "topicTag", "topicTagReactivate", "topic", "topicRandom"}
@@ -98,6 +105,27 @@ _SILENT = frozenset({"activate", "deactivate", "clear", "stayInScope", "stay", "
     "addToConcept",
     "removeFromConcept",
     "clearConcept",
+}
+
+
+REMEMBERING = frozenset({"addKnowledge", "updateKnowledge", "removeKnowledge"}) | {
+    "addMetadata",
+    "updateMetadata",
+    "removeMetadata",
+}
+"""Functions that change what the robot knows."""
+ASKING = frozenset({"containsKnowledge", "queryKnowledge", "getKnowledgeId", "containsMetadata", "queryMetadata"})
+"""Functions that ask what the robot knows; with nothing found, the sentence cannot be said."""
+
+
+_OTHERS = frozenset({"exist", "notExist", "hasUserInfo", "getUserInfo", "isInConcept", "size", "enumerate"}) | {
+    "concatenate",
+    "empty",
+    "break",
+    "notContainsKnowledge",
+    "notContainsMetadata",
+    "addword",
+    "replace",
 }
 
 
@@ -118,6 +146,7 @@ class AnswerMaker:
         self._topic = ""
         self._jumps = 0
         self._depth = 0
+        self._count = 0
 
     def make(self, rule: Rule) -> Answer:
         """Return the answer of a rule.
@@ -138,9 +167,9 @@ class AnswerMaker:
     def _pieces(self, node: Node) -> Iterator[str]:
         """Yield the text of a node in pieces, white space included."""
         self._depth += 1
-        if self._depth > MAX_NESTING:
-            raise Unsayable
+        self._count += 1
         try:
+            self._require(self._depth <= MAX_NESTING and self._count <= MAX_PIECES)
             yield from self._one(node)
         finally:
             self._depth -= 1
@@ -243,6 +272,14 @@ class AnswerMaker:
             self._require(value is not None)
             if name == "getUserInfo":
                 yield gap + str(value)
+        elif name in REMEMBERING:
+            self._answer.effects.append(Effect(name, tuple(texts)))
+        elif name in ASKING:
+            found = self._speaker.knowledge(name, texts)
+            self._require(found is not None)
+            yield f"{gap}{found}"
+        elif name.startswith("notContains"):
+            self._require(self._speaker.knowledge("c" + name.removeprefix("notC"), texts) is None)
         elif name in ("isInConcept", "size", "enumerate"):
             yield from self._about_concept(name, texts, gap)
         elif name == "concatenate":
@@ -305,6 +342,13 @@ class AnswerMaker:
     def _require(self, holds: bool) -> None:
         if not holds:
             raise Unsayable
+
+
+def unknown_functions(topic: Topic) -> list[str]:
+    """List the functions in a topic's outputs that nobody carries out; sentences with them are not said."""
+    known = JUMPS | SPOKEN | _SILENT | REMEMBERING | ASKING | set(_MOMENTS) | set(topic.definitions) | _OTHERS
+    used = {node.name for rule in topic.all_rules() for node in walk(rule.output) if isinstance(node, Function)}
+    return sorted(used - known)
 
 
 def call_of(text: str) -> tuple[str, str, list[Any]] | None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from pepper_sim.dialog.nodes import Choice, Concept, Node, Optional, Repeat, Sequence, Topic, Word
+from pepper_sim.dialog.nodes import Capture, Choice, Concept, Node, Optional, Repeat, Sequence, Topic, Word
 from pepper_sim.dialog.reader import read_sentence
 
 MAX_TEXTS = 5000
 """As many sentences at most are made of one pattern."""
-MAX_NESTING = 12
 
 
 class Concepts:
@@ -57,28 +56,33 @@ class Concepts:
 
     @staticmethod
     def texts(content: Node, find: Callable[[str], Sequence | None]) -> list[str]:
-        """List everything that a pattern stands for, at most MAX_TEXTS sentences."""
-        return list(dict.fromkeys(_texts(content, find, 0)))
+        """List everything that a pattern stands for, at most MAX_TEXTS sentences; a concept in itself is nothing."""
+        return list(dict.fromkeys(_texts(content, find, {})))
 
 
-def _texts(node: Node, find: Callable[[str], Sequence | None], depth: int) -> list[str]:
+def _texts(node: Node, find: Callable[[str], Sequence | None], known: dict[str, list[str]]) -> list[str]:
+    """Return the texts of a node. `known` has the concepts that were listed already, or are being listed."""
     match node:
         case Word(text=text):
             return [text]
         case Sequence(items=items):
             found = [""]
             for item in items:
-                found = list(_joined(found, _texts(item, find, depth)))
+                found = list(_joined(found, _texts(item, find, known)))
             return found
         case Choice(items=items) | Repeat(items=items):
-            return [text for item in items for text in _texts(item, find, depth)][:MAX_TEXTS]
+            return [text for item in items for text in _texts(item, find, known)][:MAX_TEXTS]
         case Optional(items=items):
-            return [*(text for item in items for text in _texts(item, find, depth)), ""][:MAX_TEXTS]
+            return [*(text for item in items for text in _texts(item, find, known)), ""][:MAX_TEXTS]
         case Concept(name=name):
-            inside = find(name) if depth < MAX_NESTING else None
-            return [] if inside is None else _texts(inside, find, depth + 1)
-    inside = getattr(node, "item", None)
-    return _texts(inside, find, depth) if inside is not None and hasattr(node, "number") else [""]
+            if name not in known:
+                known[name] = []
+                inside = find(name)
+                known[name] = [] if inside is None else _texts(inside, find, known)
+            return known[name]
+        case Capture(item=item):
+            return _texts(item, find, known)
+    return [""]
 
 
 def _joined(first: list[str], second: list[str]) -> Iterator[str]:

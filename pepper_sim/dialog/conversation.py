@@ -10,11 +10,12 @@ import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from pepper_sim.dialog.answers import Answer, AnswerMaker, Effect, Unsayable
+from pepper_sim.dialog.answers import REMEMBERING, Answer, AnswerMaker, Effect, Unsayable
 from pepper_sim.dialog.concepts import Concepts
 from pepper_sim.dialog.matching import Match, Matcher, Utterance
 from pepper_sim.dialog.nodes import Definition, Function, Rule, Sequence, Topic, walk
 from pepper_sim.dialog.skins import dressed
+from pepper_sim.dialog.topics import Topics
 
 NOT_UNDERSTOOD = "Dialog/NotUnderstood"
 SPEAK_FAILURE = "Dialog/SpeakFailure"
@@ -45,13 +46,14 @@ class Reaction:
         return self.rules[0] if self.rules else None
 
 
-class Conversation:
+class Conversation(Topics):
     """The topics of one robot, in all languages.
 
     Args:
         read: Returns a variable as text; None if it is not set.
         write: Sets a variable, "" to clear it.
         user_info: Returns what is known of the user who speaks.
+        knowledge: Carries out one of QiChat's functions about knowledge; see `answers.Speaker`.
     """
 
     def __init__(
@@ -60,8 +62,10 @@ class Conversation:
         write: Callable[[str, str], None],
         user_info: Callable[[str], str | None],
         random_numbers: random.Random | None = None,
+        knowledge: Callable[[str, list[str]], str | None] = lambda function, arguments: None,
     ) -> None:
-        self.language = "English"
+        super().__init__()
+        self.knowledge = knowledge
         self.concepts = Concepts()
         self.focus = ""
         self.pushing = False
@@ -71,65 +75,29 @@ class Conversation:
         self._write = write
         self.user_info = user_info
         self._random = random_numbers or random.Random()
-        self._topics: dict[tuple[str, str], Topic] = {}
-        self._active: list[str] = []
         self._scope: list[Rule] = []
         self._last: Rule | None = None
         self._said: dict[str, list[Rule]] = {}
         """Topic -> its proposals in the order in which they were said."""
-        self._used: set[int] = set()
+        self._used: set[Rule] = set()
         self._inactive_tags: set[tuple[str, str]] = set()
         self._turns: dict[tuple[str, int], int] = {}
         self._misses = 0
 
     # --- topics ------------------------------------------------------------------------------------------------------
 
-    def add(self, topic: Topic) -> None:
-        """Load a topic; one of the same name and language is replaced."""
-        topic.language = topic.language or self.language
-        self._topics[topic.language, topic.name] = topic
-
-    def remove(self, name: str) -> None:
-        """Unload a topic in all languages."""
-        self.deactivate(name)
-        for key in [key for key in self._topics if key[1] == name]:
-            del self._topics[key]
-
-    def loaded(self, language: str | None = None) -> list[str]:
-        """List the names of the topics, of one language or of all."""
-        return sorted(name for spoken, name in self._topics if language in (None, spoken))
-
-    def activate(self, name: str) -> None:
-        """Let a topic answer."""
-        if name not in self._active:
-            self._active.append(name)
-
     def deactivate(self, name: str) -> None:
-        """Let a topic answer no more."""
-        if name in self._active:
-            self._active.remove(name)
+        """Let a topic answer no more; its scope is left, and the focus."""
+        super().deactivate(name)
         self._scope = [rule for rule in self._scope if rule.topic != name]
         if self.focus == name:
             self.focus = ""
 
-    @property
-    def active(self) -> list[Topic]:
-        """The active topics in the present language, without those that another one replaces."""
-        topics = [topic for name in self._active if (topic := self.topic(name)) is not None]
-        replaced = {topic.overload for topic in topics}
-        return [topic for topic in topics if topic.name not in replaced or topic.overload == topic.name]
-
-    def topic(self, name: str) -> Topic | None:
-        """Return a topic in the present language."""
-        return self.find(name, self.language)
-
-    def find(self, name: str, language: str) -> Topic | None:
-        """Return a topic in a language."""
-        return self._topics.get((language, name))
-
-    def static_concepts(self) -> set[str]:
-        """Names of the concepts that topics define, which cannot be changed."""
-        return {name for topic in self._topics.values() for name in topic.concepts}
+    def remove(self, name: str) -> None:
+        """Unload a topic in all languages, and forget what was said of it."""
+        super().remove(name)
+        self._used = {rule for rule in self._used if rule.topic != name}
+        self._said.pop(name, None)
 
     def sentences(self, topic: Topic) -> list[str]:
         """List the sentences that a topic's rules wait for, at most `concepts.MAX_TEXTS` of each rule."""
@@ -218,7 +186,7 @@ class Conversation:
         rules = reaction.rules + [effect.arguments[0] for effect in reaction.answer.effects if effect.kind == "scope"]
         for rule in rules:
             if rule.kind == "proposal":
-                self._used.add(id(rule))
+                self._used.add(rule)
                 said = self._said.setdefault(rule.topic, [])
                 said += [] if said[-1:] == [rule] else [rule]
         if rules:
@@ -235,7 +203,7 @@ class Conversation:
         topic = self.topic(name)
         self.focus = name
         if topic is not None and "resetOnFocus" in topic.properties and not self._open_proposals(name):
-            self._used -= {id(rule) for rule in topic.proposals}
+            self._used -= set(topic.proposals)
 
     # --- what answers ask for ----------------------------------------------------------------------------------------
 
@@ -282,7 +250,7 @@ class Conversation:
             case _:
                 rules = self._rules_with(topic, first)
         if not function.endswith("Reactivate"):
-            rules = [rule for rule in rules if id(rule) not in self._used]
+            rules = [rule for rule in rules if rule not in self._used]
         if function == "gotoRandom":
             return self._random.choice(rules) if rules else None
         return rules[0] if rules else None
@@ -365,7 +333,7 @@ class Conversation:
 
     def _open_proposals(self, name: str) -> list[Rule]:
         topic = self.topic(name)
-        return [] if topic is None else [rule for rule in topic.proposals if id(rule) not in self._used]
+        return [] if topic is None else [rule for rule in topic.proposals if rule not in self._used]
 
     def _sayable(self, rules: list[Rule]) -> Rule | None:
         """Return the first rule that none of its tags forbids."""
@@ -404,6 +372,8 @@ class Conversation:
                 self._write(f"user/{name}", value)
             case "removeUserInfo", [name, *_]:
                 self._write(f"user/{name}", "")
+            case (kind, arguments) if kind in REMEMBERING:
+                self.knowledge(kind, arguments)
             case "clearConcept", [name, *_]:
                 self.concepts.fill(name, self.language, [])
 

@@ -37,6 +37,8 @@ MAX_WORDS = 100
 MAX_NESTING = 12
 """Concepts inside concepts; one that contains itself ends here."""
 MAX_REPEATS = 10
+MAX_STEPS = 200_000
+"""Steps that the match of one rule may take; one that needs more does not match."""
 _WORD = re.compile(r"[\u3040-\u30ff\u3400-\u9fff]|(?:(?![\u3040-\u30ff\u3400-\u9fff])[\w'])+")
 
 
@@ -126,12 +128,13 @@ class Matcher:
         self._said = utterance
         self._context = context
         self._topic = ""
+        self._steps = 0
 
     def match(self, rule: Rule) -> Match | None:
         """Return how a rule matches; None if it does not."""
         if rule.input is None:
             return None
-        self._topic = rule.topic
+        self._topic, self._steps = rule.topic, 0
         count = len(self._said.words)
         exact = any(isinstance(node, Function) and node.name == "exact" for node in walk(rule.input))
         best: tuple[int, int, int] | None = None
@@ -149,7 +152,8 @@ class Matcher:
         return Match(rule, found.literal, found.literal == count, captures)
 
     def _step(self, node: Node, states: _States, depth: int) -> _States:
-        if not states:
+        self._steps += 1
+        if not states or self._steps > MAX_STEPS:
             return {}
         match node:
             case Sequence(items=items):

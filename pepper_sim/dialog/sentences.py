@@ -140,7 +140,10 @@ class SentenceReader:
             return self._function(spaced)
         if character == "%" and _NAME.match(self._text, self.at + 1, self._end):
             self.at += 1
-            return Tag(self._match(_NAME, ""))
+            name = self._match(_NAME, "")
+            if name == "script":
+                raise self._error("programs inside topics, %script, are not supported", start)
+            return Tag(name)
         return self._input_node(spaced, closing) if self._kind != "output" else self._word(spaced)
 
     def _input_node(self, spaced: bool, closing: str) -> Node:

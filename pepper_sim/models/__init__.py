@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from pepper_sim.body.description import EYES, HEADS, STEREO_DEPTH_FOVY, STEREO_FOVY
 from pepper_sim.models.charging_station import add_station
@@ -40,12 +42,14 @@ def pepper_model(
     offset: tuple[float, float] = (0.0, 0.0),
     head: str = HEADS[0],
     station: tuple[float, float, float] | None = None,
+    furnish: Callable[[mujoco.MjSpec, np.ndarray], None] | None = None,
 ) -> RobotModel:
-    """Return Pepper for `telepresence.sim.scene.build_world`; head and station as of `load_pepper`.
+    """Return Pepper for `telepresence.sim.scene.build_world`; head and station as of `load_pepper`, `furnish` adds to
+    its scene, see `RobotModel`.
 
     Raises:
         ValueError: There is no such head.
     """
     if head not in HEADS:
         raise ValueError(f"Pepper has no head {head!r}; heads: {', '.join(HEADS)}")
-    return RobotModel(functools.partial(load_pepper, head, station), prefix, spawn, offset)
+    return RobotModel(functools.partial(load_pepper, head, station), prefix, spawn, offset, furnish)

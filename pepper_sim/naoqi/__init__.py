@@ -10,7 +10,10 @@ memory_keys         ALMemory's keys of the body; body_events: ALMemory's events 
 joint_names, led_names, speech_languages, identity, installed_packages, time_stamp    what several services share
 motion/             the parts of ALMotion
 video/              the parts of ALVideoDevice
-audio/              the parts of ALAudioDevice and ALAudioRecorder
+audio/              the parts of ALAudioDevice, ALAudioPlayer and ALAudioRecorder
+dialog_turns        what is said to the robot, one sentence after the other; dialog_topics, dialog_settings,
+                    dialog_users, dialog_knowledge: further parts of ALDialog
+recognition_contexts    the grammars of ALSpeechRecognition
 
 The messages themselves are `telepresence.naoqi`'s.
 """

@@ -5,44 +5,42 @@ from __future__ import annotations
 from typing import ClassVar
 
 from pepper_sim.naoqi.service import Service, remote
-from pepper_sim.services.al_autonomous_life import ALAutonomousLife
 
 
 class AutonomousAbility(Service):
-    """Base of the autonomous abilities. ALAutonomousLife keeps the switches, since both services have methods for them.
+    """Base of the autonomous abilities: on or off, by a client or by ALAutonomousLife.
 
     Attributes:
-        states: States of life in which the ability works; () for every one.
+        enabled_at_start: Whether the ability is on while the robot's life is disabled, as it is at the start.
     """
 
-    states: ClassVar[tuple[str, ...]] = ()
+    enabled_at_start: ClassVar[bool] = False
 
-    def __init__(self, life: ALAutonomousLife) -> None:
-        self._life = life
-
-    @property
-    def able(self) -> bool:
-        """Whether the ability is on and the robot's state of life lets it work."""
-        return self.isEnabled() and (not self.states or self._life.getState() in self.states)
+    def __init__(self) -> None:
+        self._enabled = self.enabled_at_start
 
     @property
     def running(self) -> bool:
         """Whether the ability is at work now."""
-        return self.able
+        return self._enabled
 
     def changed(self) -> None:
-        """The switch or the state of life may have changed."""
+        """The switch may have changed."""
+
+    def follow_life(self, able: bool) -> None:
+        """Do what ALAutonomousLife says: its switch of the ability, or the state of life, has changed."""
+        self.setEnabled(able)
 
     @remote("v(b)")
     def setEnabled(self, enabled: bool) -> None:
         """Switches the ability on or off."""
-        self._life.setAutonomousAbilityEnabled(self.name.removeprefix("AL"), enabled)
+        self._enabled = enabled
         self.changed()
 
     @remote("b()")
     def isEnabled(self) -> bool:
         """Whether the ability is on."""
-        return self._life.getAutonomousAbilityEnabled(self.name.removeprefix("AL"))
+        return self._enabled
 
     @remote("b()")
     def isRunning(self) -> bool:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import datetime
 import logging
 import threading
 import time
 from collections.abc import Iterable
 from typing import Any
 
+from pepper_sim.naoqi import launchpad
 from pepper_sim.naoqi.memory_keys import BUMPERS, TOUCH_SENSORS
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
@@ -44,6 +46,7 @@ class BodyEvents:
         self._pressed: dict[str, bool] = {}
         self._seen: dict[str, Any] = {}
         self._clicks, self._clicked = 0, 0.0
+        self._fell: float | None = None
         robot.world.on_reset(self._forget_clicks)
         self._move_failures = robot.snapshot().move_failed.count
         self._closing = threading.Event()
@@ -120,6 +123,7 @@ class BodyEvents:
             self._move_failures = failure.count
             self._memory.announce("ALMotion/MoveFailed", [failure.cause, int(failure.started), list(failure.obstacle)])
         if self._changed("fallen", snapshot.fallen) and snapshot.fallen:
+            self._fell = time.monotonic()
             self._memory.announce("ALMotion/RobotIsFalling", True)
             self._memory.announce("robotHasFallen", 1)
 
@@ -142,6 +146,11 @@ class BodyEvents:
         stiff = any(value > 0.0 for value in snapshot.stiffness.values())
         if self._changed("stiff", stiff):
             self._memory.announce("BodyStiffnessChanged", stiff)
+        fell = None if self._fell is None else time.monotonic() - self._fell
+        charging, now = bool(self._memory.read("BatteryChargingFlagChanged")), datetime.datetime.now()
+        for key, value in launchpad.values(snapshot, posture, family, charging, fell, now).items():
+            if self._changed(key, value):
+                self._memory.announce(key, value)
 
     def _changed(self, what: str, value: Any) -> bool:
         before = self._seen.get(what)

@@ -22,6 +22,8 @@ from pepper_sim.naoqi.memory_keys import body_keys
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.other_services import OtherServices
+from pepper_sim.naoqi.people.population import Population
 from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm, Watch, Workers
 from pepper_sim.robot import Pepper
@@ -45,6 +47,7 @@ class Catalogue:
         server: The server that will offer them; its clients' services are called over it.
         tablet: The tablet behind ALTabletService; without it there is no such service.
         seed: Seed of the microphones' noise.
+        disk: The robot's files; without it a fresh disk that ends with the robot.
     Attributes:
         services: Each after the services that it uses.
         room: What the microphones pick up and what the loudspeaker plays.
@@ -52,12 +55,15 @@ class Catalogue:
         packages: The packages installed on it.
         clients: Services that clients have registered.
         memory: ALMemory.
+        population: The people whom the robot knows of.
     Raises:
         TypeError: The constructor of a service needs something that no robot has.
     """
 
-    def __init__(self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0) -> None:
-        self.disk = RobotDisk()
+    def __init__(
+        self, robot: Pepper, server: Server, tablet: Tablet | None, seed: int = 0, disk: RobotDisk | None = None
+    ) -> None:
+        self.disk = disk or RobotDisk()
         robot_sounds.install(self.disk)
         self.packages = InstalledPackages(self.disk)
         self.room = Room(Loudspeaker(), seed)
@@ -68,8 +74,9 @@ class Catalogue:
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
-        motion = ALMotion(robot, self.memory, self._workers, self._watch, self._alarm)
+        motion = ALMotion(robot, self.memory, self._watch, self._alarm)
         robot.world.on_reset(motion.restart)
+        self.population = Population(robot, self.memory)
         self.services: list[Service] = [leds, self.memory, motion]
         self._parts: dict[type, Any] = {
             Pepper: robot,
@@ -85,6 +92,8 @@ class Catalogue:
             MotionBase: motion.base,
             MotionJoints: motion.joints,
             MotionStiffness: motion.stiffness,
+            Population: self.population,
+            OtherServices: OtherServices(self.services),
             **{type(service): service for service in self.services},
         }
         for service in service_classes():
@@ -103,6 +112,7 @@ class Catalogue:
                 self._workers,
                 *self.services,
                 self._events,
+                self.population,
             ]
             for part in closing:
                 stack.callback(part.close)

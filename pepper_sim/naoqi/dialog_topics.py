@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
 
+from pepper_sim.dialog import lexicon
+from pepper_sim.dialog.answers import unknown_functions
 from pepper_sim.dialog.conversation import Conversation
 from pepper_sim.dialog.nodes import Topic, TopicError
 from pepper_sim.dialog.reader import read_topic
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.installed_packages import APPS, Package
 from pepper_sim.naoqi.service import ServiceError, shown
+
+log = logging.getLogger(__name__)
 
 MAX_INCLUDES = 50
 
@@ -29,6 +34,10 @@ class DialogTopics:
         self._conversation = conversation
         self._lock = lock
         self._includes: dict[str, list[str]] = {}
+        folder = disk.path(lexicon.FOLDER)
+        folder.mkdir(parents=True)
+        for name, text in lexicon.files().items():
+            (folder / name).write_text(text, encoding="utf-8")
 
     def read(self, name: str) -> tuple[Topic, Path]:
         """Return a topic of the robot's disk, and where it is on this machine.
@@ -72,6 +81,9 @@ class DialogTopics:
                 raise ServiceError(f"more than {MAX_INCLUDES} files are included")
             topics.append(_read(found, name))
             waiting += [(inner, found) for inner in topics[-1].includes]
+        for each in topics:
+            if unknown := unknown_functions(each):
+                log.warning("topic %s: sentences with ^%s are not said", each.name, ", ^".join(unknown))
         with self._lock:
             for each in topics:
                 self._conversation.add(each)
@@ -86,9 +98,12 @@ class DialogTopics:
         with self._lock:
             if any(name in included for included in self._includes.values()):
                 raise ServiceError(f"topic '{name}' is included by another one and cannot be unloaded")
-            for each in self.with_included(name):
-                self._conversation.remove(each)
+            gone = self.with_included(name)
             self._includes.pop(name, None)
+            needed = {each for included in self._includes.values() for each in included}
+            for each in gone:
+                if each not in needed:
+                    self._conversation.remove(each)
 
     def with_included(self, name: str) -> list[str]:
         """Return the names of a topic and of those that it includes."""
@@ -106,7 +121,7 @@ class DialogTopics:
     def _included(self, name: str, origin: Path | None) -> Path:
         self._disk.path(name)
         places = [origin.parent / name] if origin is not None else []
-        places.append(self._disk.path(f"{APPS}/{name}"))
+        places += [self._disk.path(f"{folder}/{name}") for folder in (APPS, lexicon.FOLDER)]
         found = next((place for place in places if place.is_file()), None)
         if found is None:
             raise ServiceError(f"included file '{shown(name)[1:-1]}' was not found")

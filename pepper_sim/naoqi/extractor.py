@@ -22,11 +22,17 @@ class Extractor(Module):
         self._subscribers: dict[str, tuple[int, float]] = {}
         self._subscribers_lock = threading.Lock()
         memory.declare(self.events, self.name)
+        memory.start_with(
+            self.name, lambda module, wanted: self.subscribe(module) if wanted else self.unsubscribe(module)
+        )
 
     @property
     def active(self) -> bool:
         """Whether anybody has subscribed."""
         return bool(self._subscribers)
+
+    def subscribers_changed(self) -> None:
+        """Called when somebody has subscribed or unsubscribed."""
 
     @remote("v(s)", "v(sif)")
     def subscribe(self, name: str, period: int = DEFAULT_PERIOD, precision: float = DEFAULT_PRECISION) -> None:
@@ -35,12 +41,14 @@ class Extractor(Module):
             if len(self._subscribers) >= _MAX_SUBSCRIBERS and name not in self._subscribers:
                 raise ServiceError(f"there are {_MAX_SUBSCRIBERS} subscribers already")
             self._subscribers[name] = (max(1, period), within(precision, 0.0, 1.0, "precision"))
+        self.subscribers_changed()
 
     @remote("v(s)")
     def unsubscribe(self, name: str) -> None:
         """Ends the subscription of `name`. An unknown name is no error: it may have ended by itself."""
         with self._subscribers_lock:
             self._subscribers.pop(name, None)
+        self.subscribers_changed()
 
     @remote("v(si)")
     def updatePeriod(self, name: str, period: int) -> None:

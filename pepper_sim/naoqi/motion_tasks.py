@@ -14,12 +14,13 @@ from pepper_sim.body.joints import resolve
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A motion that runs: the joints, or "Base", that it uses, and how to end it."""
+    """A motion that runs: the joints, or "Base", that it uses, how to end it, and whether others wait for it."""
 
     name: str
     identity: int
     resources: tuple[str, ...]
     end: Callable[[], Any]
+    yields: bool = False
 
 
 @dataclass(eq=False)
@@ -79,7 +80,7 @@ class MotionTasks:
             self._waiting.append(booking)
             closed = self._closed
         if closed:
-            self.drop_waiting()
+            self.drop_waiting()()
         for other in earlier:
             if other.yields and other.resources & booking.resources:
                 self._end(other)
@@ -96,9 +97,9 @@ class MotionTasks:
         return sorted(tasks, key=lambda task: task.identity)
 
     def using(self, resources: Iterable[str]) -> list[Task]:
-        """Return the running motions that use one of `resources`."""
+        """Return the running motions that use one of `resources` and do not yield."""
         wanted = set(resources)
-        return [task for task in self.all() if wanted & set(task.resources)]
+        return [task for task in self.all() if wanted & set(task.resources) and not task.yields]
 
     def kill(self, identity: int) -> bool:
         """End one running motion; false if there is none of that number."""
@@ -120,23 +121,27 @@ class MotionTasks:
         for task in added:
             task.end()
 
-    def drop_waiting(self) -> None:
-        """Answer the calls whose motions have not started."""
+    def drop_waiting(self) -> Callable[[], None]:
+        """Start none of the motions that wait now; return what answers their calls."""
         with self._lock:
             waiting, self._waiting = self._waiting, []
-        for booking in waiting:
-            resolve(booking.answer, False)
+
+        def answer() -> None:
+            for booking in waiting:
+                resolve(booking.answer, False)
+
+        return answer
 
     def close(self) -> None:
         """Start no more motions."""
         with self._lock:
             self._closed = True
-        self.drop_waiting()
+        self.drop_waiting()()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _task(self, booking: _Booking) -> Task:
-        return Task(booking.name, booking.identity, booking.order, lambda: self._end(booking))
+        return Task(booking.name, booking.identity, booking.order, lambda: self._end(booking), booking.yields)
 
     def _start_what_can(self) -> None:
         while (booking := self._next()) is not None:

@@ -13,7 +13,8 @@ from typing import Any
 
 from pepper_sim.body.joints import resolve
 
-MAX_WORKERS = 48
+MAX_WORKERS = 256
+"""A thread is started when no other is idle."""
 
 
 class Workers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from pepper_sim.naoqi.extractor import Extractor
 from pepper_sim.naoqi.service import ServiceError, remote, shown, within
@@ -12,17 +12,19 @@ FASTEST = 30
 """Pictures per second, of the cameras."""
 _RESOLUTIONS = (8, 7, 0, 1, 2, 3)
 """QQQQVGA to 4VGA, as ALVideoDevice numbers them."""
-_CAMERAS = (0, 1)
 _QVGA = 1
 
 
 class VisionExtractor(Extractor):
     """Base of the extractors that look. One that is paused keeps its subscribers and raises no events."""
 
+    cameras: ClassVar[tuple[int, ...]] = (0, 1)
+    """The cameras it may use, the first at the start."""
+
     def __init__(self, memory: ALMemory) -> None:
         super().__init__(memory)
         self._frame_rates: dict[str, int] = {}
-        self._resolution, self._camera, self._paused = _QVGA, 0, False
+        self._resolution, self._camera, self._paused = _QVGA, self.cameras[0], False
 
     @property
     def active(self) -> bool:
@@ -66,8 +68,8 @@ class VisionExtractor(Extractor):
 
     @remote("b(i)")
     def setActiveCamera(self, cameraId: int) -> bool:
-        """Chooses the camera, 0 the top one and 1 the bottom one; false if there is none of that number."""
-        if cameraId not in _CAMERAS:
+        """Chooses the camera, numbered as by ALVideoDevice; false if it cannot be used."""
+        if cameraId not in self.cameras:
             return False
         self._camera = cameraId
         return True
@@ -81,6 +83,7 @@ class VisionExtractor(Extractor):
     def pause(self, paused: bool) -> None:
         """Pauses the extractor, or lets it go on."""
         self._paused = paused
+        self.subscribers_changed()
 
     @remote("b()")
     def isPaused(self) -> bool:

@@ -277,8 +277,11 @@ class ALAudioDevice(Module):
 
     @remote("v(s)")
     def startMicrophonesRecording(self, pFileName: str) -> None:
-        """Records all four microphones into a WAV file on the robot's disk."""
-        self._recorder.start(pFileName, SOUND_RATE, [True] * MICROPHONES)
+        """Records all four microphones into a .wav file on the robot's disk, or the front one into an .ogg file."""
+        if pFileName.lower().endswith(".ogg"):
+            self._recorder.start(pFileName, VOICE_RATE, [False, False, True, False], ogg=True)
+        else:
+            self._recorder.start(pFileName, SOUND_RATE, [True] * MICROPHONES)
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:

@@ -1,4 +1,4 @@
-"""ALAudioPlayer: plays WAV files from the robot's disk.
+"""ALAudioPlayer: plays WAV, Ogg and MP3 files from the robot's disk.
 
 A file is loaded under a number and can then be played, paused and positioned. Calls that play end with the sound.
 """
@@ -18,6 +18,7 @@ from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.audio.sound_sets import SoundFile, SoundSets
 from pepper_sim.naoqi.service import Module, ServiceError, remote, within
 from pepper_sim.naoqi.tasks import Alarm, chained
+from pepper_sim.sound.compressed import FORMATS, read_compressed
 from pepper_sim.sound.room import Room, read_wave, sine
 
 MAX_FILES = 200
@@ -198,6 +199,9 @@ class ALAudioPlayer(Module):
         path = self._disk.path(name)
         if not path.is_file():
             raise ServiceError(f"file '{name[:120]}' was not found")
+        if path.suffix.lower() in FORMATS:
+            samples, rate = read_compressed(path)
+            return SoundFile(samples.mean(axis=1, dtype=np.float32) / 32768.0, rate, name)
         return SoundFile(*read_wave(path), name)
 
     def _file(self, number: int) -> SoundFile:

@@ -10,11 +10,12 @@ from pepper_sim.naoqi.audio.recorder import MicrophoneRecorder
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.sound.room import Room
 
+TYPES = ("wav", "ogg")
 RATES = (VOICE_RATE, SOUND_RATE)
 
 
 class ALAudioRecorder(Module):
-    """Records WAV files; Ogg is refused."""
+    """Records WAV and Ogg files."""
 
     name = "ALAudioRecorder"
 
@@ -26,8 +27,8 @@ class ALAudioRecorder(Module):
 
     @remote("v(ssim)")
     def startMicrophonesRecording(self, filename: str, type: str, samplerate: int, channels: Any) -> None:
-        """Records into a "wav" file; channels are flags of left, right, front and rear."""
-        one_of(type, ("wav",), "type")
+        """Records into a "wav" or "ogg" file; channels are flags of left, right, front and rear."""
+        one_of(type, TYPES, "type")
         one_of(samplerate, RATES, "samplerate")
         if (
             not isinstance(channels, list | tuple)
@@ -36,7 +37,7 @@ class ALAudioRecorder(Module):
             or not any(channels)
         ):
             raise ServiceError(f"channels must be four flags, one of them set; got {shown(channels)}")
-        self._recorder.start(filename, samplerate, [bool(flag) for flag in channels])
+        self._recorder.start(filename, samplerate, [bool(flag) for flag in channels], type == "ogg")
 
     @remote("v()")
     def stopMicrophonesRecording(self) -> None:

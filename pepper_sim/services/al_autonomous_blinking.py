@@ -8,7 +8,6 @@ import random
 
 from pepper_sim.naoqi.autonomous_ability import AutonomousAbility
 from pepper_sim.naoqi.tasks import Alarm
-from pepper_sim.services.al_autonomous_life import ALAutonomousLife
 from pepper_sim.services.al_leds import ALLeds
 from pepper_sim.services.al_memory import ALMemory
 
@@ -22,32 +21,34 @@ class ALAutonomousBlinking(AutonomousAbility):
     """Blinking of the eyes."""
 
     name = "ALAutonomousBlinking"
-    states = ("interactive",)
 
-    def __init__(self, life: ALAutonomousLife, memory: ALMemory, leds: ALLeds, alarm: Alarm) -> None:
-        super().__init__(life)
+    def __init__(self, memory: ALMemory, leds: ALLeds, alarm: Alarm) -> None:
+        super().__init__()
+        self._memory = memory
         self._leds = leds
         self._alarm = alarm
         self._random = random.Random()
-        self._blinking = False
-        self._closed = False
+        self._waiting = False
         self._end = memory.follow("AutonomousLife/State", lambda _: self.changed())
 
     def close(self) -> None:
-        self._closed = True
         self._end()
+        self._enabled = False
+
+    @property
+    def running(self) -> bool:
+        return self._enabled and self._memory.read("AutonomousLife/State") == "interactive"
 
     def changed(self) -> None:
-        """Begin to blink, after the switch or the state of life has changed."""
-        if self.able and not self._blinking:
-            self._blinking = True
+        if self.running and not self._waiting:
+            self._waiting = True
             self._wait()
 
     def _wait(self) -> None:
         self._alarm.after(self._random.uniform(SHORTEST, LONGEST)).add_done_callback(lambda _: self._blink())
 
     def _blink(self) -> None:
-        self._blinking = self.able and not self._closed
-        if self._blinking:
+        self._waiting = self.running
+        if self._waiting:
             self._leds.blink("FaceLeds", BLINK)
             self._wait()

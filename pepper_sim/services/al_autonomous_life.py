@@ -9,15 +9,20 @@ from __future__ import annotations
 
 import concurrent.futures
 import time
+from typing import Any
 
 from pepper_sim.naoqi.installed_packages import InstalledPackages
 from pepper_sim.naoqi.motion.stiffness import MotionStiffness
+from pepper_sim.naoqi.other_services import OtherServices
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.services.al_memory import ALMemory
 
 STATES = ("solitary", "interactive", "safeguard", "disabled")
 ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
+ALL = "All"
+LIVING = ("solitary", "interactive")
+"""States in which the autonomous abilities work."""
 SAFEGUARDS = ("RobotPushed", "RobotFell", "RobotMoved", "CriticalDiagnosis", "CriticalTemperature")
 _HISTORY = 200
 
@@ -31,15 +36,18 @@ class ALAutonomousLife(Module):
 
     name = "ALAutonomousLife"
 
-    def __init__(self, memory: ALMemory, stiffness: MotionStiffness, packages: InstalledPackages) -> None:
+    def __init__(
+        self, memory: ALMemory, stiffness: MotionStiffness, packages: InstalledPackages, others: OtherServices
+    ) -> None:
         self._memory = memory
+        self._others = others
         self._stiffness = stiffness
         self._packages = packages
-        self._started = time.monotonic()
         self._state = "disabled"
         self._focus: list[str] = []
         self._states: list[tuple[str, float]] = [(self._state, time.time())]
         self._focused: list[tuple[str, float]] = []
+        self._runs: list[tuple[str, float, float | None]] = []
         self._abilities = dict.fromkeys(ABILITIES, True)
         self._safeguards = dict.fromkeys(SAFEGUARDS, True)
         self._offset = 0.0
@@ -63,8 +71,13 @@ class ALAutonomousLife(Module):
         before, self._state = self._state, one_of(state, STATES, "state")
         if state == before:
             return None
+        if (before, state) == ("interactive", "solitary"):
+            self._state = before
+            raise ServiceError("an interactive state ends by itself, and by 'disabled' or 'safeguard'")
         self._states = [*self._states[-_HISTORY:], (state, time.time())]
         self._memory.announce("AutonomousLife/State", state)
+        for ability in ABILITIES:
+            self._switch(ability)
         if state in ("disabled", "safeguard"):
             self.stopAll()
         if state == "disabled":
@@ -78,8 +91,8 @@ class ALAutonomousLife(Module):
 
     @remote("i()")
     def getLifeTime(self) -> int:
-        """Returns the seconds since the robot started."""
-        return int(time.monotonic() - self._started)
+        """Returns the time as life sees it [s since 1970]."""
+        return int(time.time())
 
     # --- focus -------------------------------------------------------------------------------------------------------
 
@@ -95,6 +108,7 @@ class ALAutonomousLife(Module):
         if flags == 0 and self._focus:
             self._complete(self._focus.pop())
         self._focus.append(activity_name)
+        self._runs = [*self._runs[-_HISTORY:], (activity_name, time.time(), None)]
         self._focused = [*self._focused[-_HISTORY:], (activity_name, time.time())]
         self._announce_focus()
         return 0
@@ -125,13 +139,34 @@ class ALAutonomousLife(Module):
 
     @remote("m()")
     def getActivityStatistics(self) -> dict:
-        """Returns activity -> {"prevStartTime", "startCount"}."""
-        statistics: dict[str, dict[str, int]] = {}
-        for activity, stamp in self._focused:
-            entry = statistics.setdefault(activity, {"prevStartTime": 0, "startCount": 0})
-            entry["prevStartTime"] = int(stamp)
-            entry["startCount"] += 1
+        """Returns activity -> {prevFocusTime, prevUnfocusTime, focusCount, totalDuration} [s]; 0 if it never ran."""
+        names = ("prevFocusTime", "prevUnfocusTime", "focusCount", "totalDuration")
+        statistics = {activity: dict.fromkeys(names, 0) for activity in self._packages.behaviors}
+        for activity, begin, end in self._runs:
+            entry = statistics.setdefault(activity, dict.fromkeys(names, 0))
+            entry["prevFocusTime"] = int(begin)
+            entry["focusCount"] += 1
+            if end is not None:
+                entry["prevUnfocusTime"] = int(end)
+                entry["totalDuration"] += int(end - begin)
         return statistics
+
+    @remote("m()")
+    def getAutonomousActivityStatistics(self) -> dict:
+        """Returns the same for activities that start by themselves: none does here."""
+        return {}
+
+    @remote("[s](s)")
+    def getActivityContextPermissionViolations(self, activity_name: str) -> list[str]:
+        """Lists what forbids an activity now: "error" if there is no such activity, "canRunInSleep" if it sleeps."""
+        if activity_name not in self._packages.behaviors:
+            return ["error"]
+        return [] if self._stiffness.awake else ["canRunInSleep"]
+
+    @remote("m(s)")
+    def getFocusContext(self, key_name: str) -> list:
+        """Returns a key's value when an activity started by itself; no activity here has such a condition."""
+        raise ServiceError(f"key_name: '{shown(key_name)[1:-1]}' is in no activity's launch condition")
 
     @remote("s(s)")
     def getActivityNature(self, activity_name: str) -> str:
@@ -144,18 +179,23 @@ class ALAutonomousLife(Module):
 
     @remote("v(sb)")
     def setAutonomousAbilityEnabled(self, autonomousAbility: str, enabled: bool) -> None:
-        """Switches an autonomous ability on or off."""
-        self._abilities[one_of(autonomousAbility, ABILITIES, "autonomousAbility")] = enabled
+        """Switches an autonomous ability, or "All", on or off."""
+        one_of(autonomousAbility, (*ABILITIES, ALL), "autonomousAbility")
+        for ability in ABILITIES if autonomousAbility == ALL else (autonomousAbility,):
+            self._abilities[ability] = enabled
+            if self.is_on():
+                self._switch(ability)
 
     @remote("b(s)")
     def getAutonomousAbilityEnabled(self, autonomousAbility: str) -> bool:
-        """Whether an autonomous ability is on."""
-        return self._abilities[one_of(autonomousAbility, ABILITIES, "autonomousAbility")]
+        """Whether an autonomous ability, or every one ("All"), is on."""
+        one_of(autonomousAbility, (*ABILITIES, ALL), "autonomousAbility")
+        return all(self._abilities.values()) if autonomousAbility == ALL else self._abilities[autonomousAbility]
 
-    @remote("m()")
-    def getAutonomousAbilitiesStatus(self) -> list[list]:
-        """Lists [ability, enabled, running]; none runs while life is disabled."""
-        return [[name, on, on and self._state != "disabled"] for name, on in self._abilities.items()]
+    @remote("[(sbb)<AutonomousAbilityStatus,name,enabled,running>]()")
+    def getAutonomousAbilitiesStatus(self) -> list[tuple[str, bool, bool]]:
+        """Lists the abilities, whether they are on, and whether they work now."""
+        return [(name, on, self._runs_now(name)) for name, on in self._abilities.items()]
 
     @remote("v(sb)")
     def setSafeguardEnabled(self, safeguard: str, enabled: bool) -> None:
@@ -177,7 +217,27 @@ class ALAutonomousLife(Module):
         """Returns how high above the floor the robot stands [m]."""
         return self._offset
 
+    def is_on(self) -> bool:
+        """Whether the robot lives, and its autonomous abilities with it."""
+        return self._state in LIVING
+
+    def _switch(self, ability: str) -> None:
+        """Tell an ability's service what the state of life and its own switch say."""
+        service: Any = self._others.find(f"AL{ability}")
+        if service is not None:
+            service.follow_life(self.is_on() and self._abilities[ability])
+
+    def _runs_now(self, ability: str) -> bool:
+        service: Any = self._others.find(f"AL{ability}")
+        if service is None:
+            return False
+        running = getattr(service, "isRunningNow", None) or service.isRunning
+        return bool(running())
+
     def _complete(self, activity: str) -> None:
+        index = next((i for i in reversed(range(len(self._runs))) if self._runs[i][0] == activity), None)
+        if index is not None:
+            self._runs[index] = (activity, self._runs[index][1], time.time())
         self._memory.announce("AutonomousLife/CompletedActivity", activity)
 
     def _announce_focus(self) -> None:

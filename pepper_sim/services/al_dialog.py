@@ -1,7 +1,7 @@
 """ALDialog: topics in QiChat, and the answers to what `forceInput` and people in the room say.
 
-A topic comes from the robot's disk or from text; "include:" takes files from the same folder. Not there: %script, the
-knowledge and the web functions of QiChat, and topics before or after others (^preProcess).
+A topic comes from the robot's disk or from text; "include:" takes files from the same folder. Not there: %script, ^wiki
+and topics before or after others (^preProcess).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pepper_sim.dialog.nodes import Topic
 from pepper_sim.dialog.reader import read_topic
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.dialog_knowledge import DialogKnowledge
 from pepper_sim.naoqi.dialog_settings import DialogSettings, known_language
 from pepper_sim.naoqi.dialog_topics import DialogTopics
 from pepper_sim.naoqi.dialog_turns import DialogTurns, as_text
@@ -27,6 +28,7 @@ from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.speech_languages import LANGUAGES, PREFERRED
 from pepper_sim.naoqi.tasks import Alarm, Workers
 from pepper_sim.services.al_animated_speech import ALAnimatedSpeech
+from pepper_sim.services.al_knowledge import ALKnowledge
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_speech_recognition import CONFIDENCE, ALSpeechRecognition
 from pepper_sim.services.al_text_to_speech import ALTextToSpeech
@@ -49,6 +51,7 @@ class ALDialog(Module):
         recognition: ALSpeechRecognition,
         disk: RobotDisk,
         packages: InstalledPackages,
+        knowledge: ALKnowledge,
         clients: ClientServices,
         workers: Workers,
         alarm: Alarm,
@@ -61,7 +64,12 @@ class ALDialog(Module):
         self._packages = packages
         self._clients = clients
         self._users = DialogUsers(memory)
-        self._conversation = Conversation(lambda name: as_text(memory.read(name)), self._users.write, self._users.info)
+        self._conversation = Conversation(
+            lambda name: as_text(memory.read(name)),
+            self._users.write,
+            self._users.info,
+            knowledge=DialogKnowledge(knowledge),
+        )
         self._turns = DialogTurns(self._conversation, memory, workers, alarm, clients, self._say, voice.stopAll)
         self._turns.answer_otherwise = self._ask_fallbacks
         self._subscribers: set[str] = set()

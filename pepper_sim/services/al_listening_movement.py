@@ -12,12 +12,11 @@ from pepper_sim.naoqi.autonomous_ability import AutonomousAbility
 from pepper_sim.naoqi.motion.joints import MotionJoints
 from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.robot import Pepper
-from pepper_sim.services.al_autonomous_life import ALAutonomousLife
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_speech_recognition import ALSpeechRecognition
 
 PERIOD = 0.5
-"""How often it looks whether the robot listens, while its state of life lets it move [s]."""
+"""How often it looks whether the robot listens, while it is on [s]."""
 _FOLDER = "animations/Stand/BodyTalk/Listening/"
 
 
@@ -25,49 +24,38 @@ class ALListeningMovement(AutonomousAbility):
     """Movements while listening."""
 
     name = "ALListeningMovement"
-    states = ("solitary", "interactive")
 
     def __init__(
-        self,
-        life: ALAutonomousLife,
-        memory: ALMemory,
-        robot: Pepper,
-        joints: MotionJoints,
-        alarm: Alarm,
-        recognition: ALSpeechRecognition,
+        self, memory: ALMemory, robot: Pepper, joints: MotionJoints, alarm: Alarm, recognition: ALSpeechRecognition
     ) -> None:
-        super().__init__(life)
+        super().__init__()
         self._memory = memory
         self._alarm = alarm
         self._recognition = recognition
         self._accompaniment = Accompaniment(robot, joints, alarm, "ListeningMovement")
         self._random = random.Random()
         self._looking = False
-        self._closed = False
         self._animations = [path for path in library.paths() if path.startswith(_FOLDER)]
-        self._end = memory.follow("AutonomousLife/State", lambda _: self.changed())
 
     def close(self) -> None:
-        self._closed = True
-        self._end()
+        self._enabled = False
+        self._accompaniment.close()
 
     @property
     def running(self) -> bool:
         return self._accompaniment.active
 
     def changed(self) -> None:
-        """Begin to look whether the robot listens, after the switch or the state of life has changed."""
-        if self.able and not self._looking:
+        if self._enabled and not self._looking:
             self._looking = True
             self._look()
 
     def _look(self) -> None:
+        self._looking = self._enabled
         speaking = bool(self._memory.read("ALTextToSpeech/TextStarted"))
-        listening = self.able and self._recognition.active and not speaking and not self._closed
-        if listening and not self._accompaniment.active:
-            self._accompaniment.begin(lambda: self._random.choice(self._animations))
-        elif not listening:
+        if not (self._looking and self._recognition.active and not speaking):
             self._accompaniment.end()
-        self._looking = self.able and not self._closed
+        elif not self._accompaniment.active:
+            self._accompaniment.begin(lambda: self._random.choice(self._animations))
         if self._looking:
-            self._alarm.after(PERIOD).add_done_callback(lambda _: self._look() if not self._closed else None)
+            self._alarm.after(PERIOD).add_done_callback(lambda _: self._look())

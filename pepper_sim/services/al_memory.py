@@ -99,6 +99,7 @@ class ALMemory(Module):
         self._entries: dict[str, _Entry] = {}
         self._topics: dict[str, _Topic] = {}
         self._micro_events: set[str] = set()
+        self._switches: dict[str, Callable[[str, bool], None]] = {}
         self._changes = Changes(self.read)
         self.declare((_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED), self.name)
         self.announce("NAOqiReady", True)
@@ -157,6 +158,11 @@ class ALMemory(Module):
         """Call `callback` with each value of an event, on another thread."""
         with self._lock:
             self._topics.setdefault(event, _Topic()).event.signal.connect(callback)
+
+    def start_with(self, extractor: str, switch: Callable[[str, bool], None]) -> None:
+        """Call switch(module, True) when a module subscribes to an event of this extractor, and False when it leaves:
+        extractors start by themselves, as documented."""
+        self._switches[extractor] = switch
 
     # --- data --------------------------------------------------------------------------------------------------------
 
@@ -320,8 +326,11 @@ class ALMemory(Module):
     def unregisterModuleReference(self, moduleName: str) -> None:
         """Ends all calls to a module."""
         with self._lock:
-            for topic in self._topics.values():
+            topics = [topic for topic in self._topics.values() if moduleName in (c.service for c in topic.callbacks)]
+            for topic in topics:
                 topic.callbacks = [known for known in topic.callbacks if known.service != moduleName]
+        for topic in topics:
+            self._switch(topic, moduleName)
 
     @remote("v(s)")
     def removeMicroEvent(self, name: str) -> None:
@@ -394,6 +403,7 @@ class ALMemory(Module):
             topic = self._topics.setdefault(event, _Topic())
             topic.callbacks = [known for known in topic.callbacks if known.service != callback.service]
             topic.callbacks.append(callback)
+        self._switch(topic, callback.service)
 
     def _unsubscribe(self, event: str, service: str) -> None:
         with self._lock:
@@ -401,6 +411,16 @@ class ALMemory(Module):
             if topic is None or service not in [known.service for known in topic.callbacks]:
                 raise ServiceError(f"'{service}' has not subscribed to event '{event}'")
             topic.callbacks = [known for known in topic.callbacks if known.service != service]
+        self._switch(topic, service)
+
+    def _switch(self, topic: _Topic, service: str) -> None:
+        """Let the extractor of an event know whether a module is called at any of its events."""
+        with self._lock:
+            alike = [other for other in self._topics.values() if other.extractor == topic.extractor]
+            wanted = any(known.service == service for other in alike for known in other.callbacks)
+        switch = self._switches.get(topic.extractor)
+        if switch is not None:
+            switch(service, wanted)
 
     def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
         """Call a client's service and return at once. If it is gone or fails three times in a row, drop it."""
@@ -418,6 +438,7 @@ class ALMemory(Module):
         with self._lock:
             if callback in topic.callbacks:
                 topic.callbacks.remove(callback)
+        self._switch(topic, callback.service)
         log.warning("%s is no longer called at %s: %s", callback.service, event, reason)
 
 

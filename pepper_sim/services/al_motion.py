@@ -28,12 +28,13 @@ class ALMotion(Module):
 
     name = "ALMotion"
 
-    def __init__(self, robot: Pepper, memory: ALMemory, workers: Workers, watch: Watch, alarm: Alarm) -> None:
+    def __init__(self, robot: Pepper, memory: ALMemory, watch: Watch, alarm: Alarm) -> None:
         self._robot = robot
         self.tasks = MotionTasks()
         self.base = MotionBase(robot, watch, self.tasks)
         self.joints = MotionJoints(robot, self.tasks)
-        self.stiffness = MotionStiffness(robot, memory, workers, self.tasks, self.joints)
+        self._workers = Workers()  # of its own: rest must not wait because calls of other services do
+        self.stiffness = MotionStiffness(robot, memory, self._workers, self.tasks, self.joints)
         self._idle = MotionIdle(robot, self.joints, alarm)
         self._others = (
             MotionFrames(robot),
@@ -49,11 +50,12 @@ class ALMotion(Module):
     def restart(self) -> None:
         """Stand awake again and forget what waits for its turn, because the world was reset; its lock is held."""
         self.stiffness.restart()
-        self._robot.world.post(self.tasks.drop_waiting)
+        self._robot.world.post(self.tasks.drop_waiting())
 
     def close(self) -> None:
         self._idle.close()
         self.tasks.close()
+        self._workers.close()
 
     @remote("v()")
     def moveInit(self) -> concurrent.futures.Future:

@@ -20,7 +20,6 @@ from pepper_sim.naoqi.service import ServiceError, one_of, remote, shown
 from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_animation_player import ALAnimationPlayer
-from pepper_sim.services.al_autonomous_life import ALAutonomousLife
 from pepper_sim.services.al_memory import ALMemory
 
 MODES = ("random", "contextual")
@@ -61,23 +60,26 @@ class ALSpeakingMovement(AutonomousAbility):
     """Movements while the robot speaks."""
 
     name = "ALSpeakingMovement"
+    enabled_at_start = True
 
     def __init__(
         self,
-        life: ALAutonomousLife,
         robot: Pepper,
         joints: MotionJoints,
         alarm: Alarm,
         memory: ALMemory,
         animations: ALAnimationPlayer,
     ) -> None:
-        super().__init__(life)
+        super().__init__()
         self._memory = memory
         self._animations = animations
         self._accompaniment = Accompaniment(robot, joints, alarm, "SpeakingMovement")
         self._random = random.Random()
         self._mode = "contextual"
         self._added: dict[str, str] = {}
+
+    def close(self) -> None:
+        self._accompaniment.close()
 
     @property
     def running(self) -> bool:

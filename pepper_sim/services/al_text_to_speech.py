@@ -1,7 +1,8 @@
 r"""ALTextToSpeech: says texts, one after the other, in real time. The last one is recorded on the robot's disk.
 
 Texts may contain the engine's tags: \rspd=80\ speed [%], \vct=120\ pitch [%], \vol=50\ loudness [%], \pau=500\ pause
-[ms], \rst\ back to the defaults; others are dropped. The last value of each tag applies to the whole text.
+[ms], \mrk=7\ bookmark, \rst\ back to the defaults; others are dropped. The last value of speed, pitch and loudness
+applies to the whole text.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from pepper_sim.naoqi.speech_languages import LANGUAGES, PREFERRED, language_of
 from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import FULL_SCALE, write_wave
-from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SpeechStyle, Voice, synthesise
+from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SpeechStyle, Voice, synthesise, words
 from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
@@ -83,6 +84,11 @@ class ALTextToSpeech(Module):
         self._parameters = {name: default for name, (_, _, default) in _PARAMETERS.items()}
         self._numbers = itertools.count(1)
         self._number = 0
+        self._index = 0
+        """Number of the next word of the text that is being said."""
+        self._marks: dict[str, list[tuple[int, int]]] = {}
+        """Text that waits -> its bookmarks: number of the word behind it, the bookmark's number."""
+        self._present_marks: list[tuple[int, int]] = []
         self.synchroTTS = Signal("(m)")
         self.languageTTS = Signal("(s)")
         memory.declare((f"ALTextToSpeech/{event}" for event in _INITIAL_VALUES), self.name)
@@ -116,11 +122,14 @@ class ALTextToSpeech(Module):
 
     def speak(self, text: str, language: str | None = None) -> concurrent.futures.Future | None:
         """Queue a text, for other services; the future is done when it has been said. None for an empty text."""
+        marks = _bookmarks(text)
         text, style = self._prepare(text, language or self._language)
         if not text.strip():
             return None
         if self._voice.waiting() >= MAX_QUEUE:
             raise ServiceError(f"{MAX_QUEUE} texts are already waiting")
+        if marks and len(self._marks) < MAX_QUEUE:
+            self._marks[text] = marks
         return chained(self._voice.say(text, style), lambda _: None)
 
     # --- settings ----------------------------------------------------------------------------------------------------
@@ -306,16 +315,23 @@ class ALTextToSpeech(Module):
 
     def _begun(self, text: str) -> None:
         self._number = next(self._numbers)
+        self._index = 0
+        self._present_marks = self._marks.pop(text, [])
         self._announce("TextDone", False)
         self._announce("CurrentSentence", text)
         self._announce("TextStarted", True)
         self._announce("Status", [self._number, "started"])
 
     def _word(self, word: str, position: int) -> None:
+        for mark in [number for index, number in self._present_marks if index == self._index]:
+            self._announce("CurrentBookMark", mark)
         self._announce("CurrentWord", word)
-        self._announce("PositionOfCurrentWord", position)
+        self._announce("PositionOfCurrentWord", self._index)
+        self._index += 1
 
     def _ended(self, interrupted: bool) -> None:
+        for mark in [number for index, number in self._present_marks if index >= self._index and not interrupted]:
+            self._announce("CurrentBookMark", mark)
         self._announce("TextStarted", False)
         self._announce("CurrentWord", "")
         self._announce("CurrentSentence", "")
@@ -326,6 +342,15 @@ class ALTextToSpeech(Module):
 
     def _announce(self, event: str, value: object) -> None:
         self._memory.announce(f"ALTextToSpeech/{event}", value)
+
+
+def _bookmarks(text: str) -> list[tuple[int, int]]:
+    """Return the bookmarks of a text, \\mrk=7\\: how many words are before it, and its number."""
+    return [
+        (len(words(_TAG.sub(" ", _ANIMATION.sub(" ", text[: match.start()])))), int(match.group(2)))
+        for match in _TAG.finditer(text)
+        if match.group(1).lower() == "mrk" and (match.group(2) or "").strip().isdigit()
+    ]
 
 
 def _apply(style: SpeechStyle, default: SpeechStyle, tag: str, value: str) -> SpeechStyle:

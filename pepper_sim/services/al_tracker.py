@@ -1,122 +1,210 @@
-"""ALTracker: following a target. Targets are not detected: tracking starts and reports the target as lost.
+"""ALTracker: looks at, points at, and follows a target with the head, the arms and the base.
 
-`lookAt` needs no target and turns the head.
+Targets are what `pepper_sim.naoqi.people.targets` finds: nothing is followed that is not seen. A motion of somebody
+else's that uses the head has precedence. Source: NAOqi 2.8 documentation, ALTracker.
 """
 
 from __future__ import annotations
 
 import concurrent.futures
-import math
 from typing import Any
 
-import numpy as np
-
-from pepper_sim.naoqi.motion.frames import FRAME_LINKS
-from pepper_sim.naoqi.motion.joints import MotionJoints
+from pepper_sim.naoqi.extractor import Extractor
+from pepper_sim.naoqi.motion.move_config import configured_limits, move_config_table
+from pepper_sim.naoqi.other_services import OtherServices
+from pepper_sim.naoqi.people.aim import ARMS, arm_angles, from_world, head_angles, to_world
+from pepper_sim.naoqi.people.population import Population
+from pepper_sim.naoqi.people.pursuit import Pursuit
+from pepper_sim.naoqi.people.targets import EXTRACTORS, TARGETS, Targets, check_parameters
 from pepper_sim.naoqi.service import Module, ServiceError, finite, one_of, remote, shown
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
+from pepper_sim.services.al_motion import ALMotion
 
 MODES = ("Head", "WholeBody", "Move", "Navigate")
-TARGETS = ("Face", "LandMark", "LandMarks", "People", "RedBall", "Sound")
+EFFECTORS = ("None", *ARMS)
+_FARTHEST = 1000.0
+_PERIOD = 30
+_RELATIVE = [-0.5, 0.0, 0.0, 0.1, 0.1, 0.3]
 
 
 class ALTracker(Module):
-    """Stores the settings of tracking; turns the head to given points."""
+    """Follows targets; turns the head to given places and points at them."""
 
     name = "ALTracker"
 
-    def __init__(self, robot: Pepper, memory: ALMemory, joints: MotionJoints) -> None:
+    def __init__(
+        self, robot: Pepper, memory: ALMemory, motion: ALMotion, population: Population, others: OtherServices
+    ) -> None:
         self._robot = robot
-        self._joints = joints
-        self._mode = "Head"
-        self._target = ""
+        self._memory = memory
+        self._motion = motion
+        self._others = others
+        self._targets = Targets(robot, memory, population)
+        self._pursuit = Pursuit(robot, memory, motion, self._targets)
         self._registered: dict[str, Any] = {}
-        self._effector = "None"
-        self._relative = [0.0] * 6
-        self._max_distance = 3.0
-        self._search = True
+        self._periods: dict[str, int] = {}
+        self._coordinates: list[list[float]] = []
+        self.initialize()
         memory.declare(("ALTracker/ActiveTargetChanged", "ALTracker/TargetLost", "ALTracker/TargetReached"), self.name)
+        population.watch(lambda: bool(self._pursuit.target), self._pursuit.update)
+
+    # --- looking and pointing ----------------------------------------------------------------------------------------
 
     @remote("v([f]if)", "v([f]ifb)")
     def lookAt(
         self, position: list[float], frame: int, fractionMaxSpeed: float, useWholeBody: bool = False
     ) -> concurrent.futures.Future:
-        """Turns the head to a point [x, y, z] in frame 0 torso, 1 world or 2 robot; ends when it looks there."""
-        if not 0.0 < fractionMaxSpeed <= 1.0:
-            raise ServiceError(f"fractionMaxSpeed must be above 0 and at most 1, got {fractionMaxSpeed:g}")
-        x, y, z = self._relative_to_neck(position, frame)
-        angles = {"HeadYaw": math.atan2(y, x), "HeadPitch": -math.atan2(z, math.hypot(x, y))}
-        return self._joints.go(angles, fractionMaxSpeed, "lookAt")
+        """Turns the head to a place [x, y, z] in frame 0 torso, 1 world or 2 robot; ends when it looks there."""
+        _check_fraction(fractionMaxSpeed)
+        angles = head_angles(self._robot, to_world(self._robot, position, frame).tolist())
+        return self._motion.joints.go(angles, fractionMaxSpeed, "lookAt")
+
+    @remote("v([f]fb)", name="lookAt")
+    def lookAtInTorso(self, position: list[float], fractionMaxSpeed: float, useWholeBody: bool) -> Any:
+        """Turns the head to a place [x, y, z] in the torso's frame (deprecated)."""
+        return self.lookAt(position, 0, fractionMaxSpeed, useWholeBody)
+
+    @remote("v(s[f]if)")
+    def pointAt(
+        self, effector: str, position: list[float], frame: int, fractionMaxSpeed: float
+    ) -> concurrent.futures.Future:
+        """Points LArm, RArm or Arms at a place [x, y, z] in frame 0 torso, 1 world or 2 robot; ends when they do."""
+        one_of(effector, ARMS, "effector")
+        _check_fraction(fractionMaxSpeed)
+        angles = arm_angles(self._robot, effector, to_world(self._robot, position, frame).tolist())
+        return self._motion.joints.go(angles, fractionMaxSpeed, "pointAt")
+
+    @remote("v(s[f]f)", name="pointAt")
+    def pointAtInTorso(self, effector: str, position: list[float], fractionMaxSpeed: float) -> Any:
+        """Points at a place [x, y, z] in the torso's frame (deprecated)."""
+        return self.pointAt(effector, position, 0, fractionMaxSpeed)
+
+    # --- following ---------------------------------------------------------------------------------------------------
 
     @remote("v(s)")
     def track(self, pTarget: str) -> None:
         """Starts to follow a registered target."""
         if pTarget not in self._registered:
             raise ServiceError(f"target '{shown(pTarget)[1:-1]}' is not registered")
-        self._target = pTarget
+        self._start(pTarget, self._registered[pTarget])
 
     @remote("v(s)")
     def trackEvent(self, pEventName: str) -> None:
-        """Starts to follow the target of an event."""
-        self._target = pEventName
+        """Starts to follow the place that an event of ALMemory holds."""
+        if not pEventName:
+            raise ServiceError("pEventName must not be empty")
+        self._start(pEventName, None)
 
     @remote("v()")
     def stopTracker(self) -> None:
         """Stops following."""
-        self._target = ""
+        if self._pursuit.target:
+            self._pursuit.stop()
+            self._memory.announce("ALTracker/ActiveTargetChanged", "")
 
     @remote("b()")
     def isActive(self) -> bool:
         """Whether a target is followed."""
-        return bool(self._target)
+        return bool(self._pursuit.target)
 
     @remote("b()")
     def isTargetLost(self) -> bool:
-        """Whether the target is lost: always, while one is followed."""
-        return bool(self._target)
+        """Whether the target that is followed is not seen."""
+        return self._pursuit.lost
 
     @remote("b()")
     def isNewTargetDetected(self) -> bool:
-        """Whether a target has been detected since the last call: no."""
-        return False
+        """Whether the target has been seen since its place was last asked for."""
+        return self._pursuit.new
 
     @remote("s()")
     def getActiveTarget(self) -> str:
-        """Returns the followed target, or ""."""
-        return self._target
+        """Returns the followed target or event, or ""."""
+        return self._pursuit.target
 
     @remote("[f](i)")
     def getTargetPosition(self, pFrame: int) -> list[float]:
-        """Returns the target's position; unknown: []."""
-        one_of(pFrame, FRAME_LINKS, "pFrame")
-        return []
+        """Returns where the target was last seen in frame 0 torso, 1 world or 2 robot [m]; [] if never."""
+        place = self._pursuit.take_place()
+        position = from_world(self._robot, place or (0.0, 0.0, 0.0), pFrame)
+        return position if place else []
+
+    @remote("[f]()", name="getTargetPosition")
+    def getTargetPositionInTorso(self) -> list[float]:
+        """Returns where the target was last seen in the torso's frame [m] (deprecated)."""
+        return self.getTargetPosition(0)
+
+    @remote("[f]()")
+    def getRobotPosition(self) -> list[float]:
+        """Returns the robot's place [x, y, z, wx, wy, wz] among the LandMarks of setTargetCoordinates; [] if unseen."""
+        marks = self._registered.get("LandMarks")
+        return [] if marks is None else self._targets.robot_among_marks(marks, self._coordinates)
+
+    # --- targets -----------------------------------------------------------------------------------------------------
 
     @remote("v(sm)")
     def registerTarget(self, pTarget: str, pParams: Any) -> None:
-        """Registers a target."""
-        self._registered[one_of(pTarget, TARGETS, "pTarget")] = pParams
+        """Registers a target and starts what finds it."""
+        one_of(pTarget, TARGETS, "pTarget")
+        self._registered[pTarget] = check_parameters(pTarget, pParams)
+        extractor = self._extractor(pTarget)
+        if extractor is not None:
+            extractor.subscribe(self._subscriber(pTarget), self._periods.get(pTarget, _PERIOD), 1.0)
+        self._pursuit.change(pTarget, pParams)
+
+    @remote("v(sm)")
+    def addTarget(self, pTarget: str, pParams: Any) -> None:
+        """Old name of registerTarget."""
+        self.registerTarget(pTarget, pParams)
 
     @remote("v(s)")
     def unregisterTarget(self, pTarget: str) -> None:
-        """Removes a target."""
-        if self._registered.pop(pTarget, None) is None:
+        """Removes a target and ends what finds it."""
+        if pTarget not in self._registered:
             raise ServiceError(f"target '{shown(pTarget)[1:-1]}' is not registered")
+        del self._registered[pTarget]
+        extractor = self._extractor(pTarget)
+        if extractor is not None:
+            extractor.unsubscribe(self._subscriber(pTarget))
+        if self._pursuit.target == pTarget:
+            self.stopTracker()
+
+    @remote("v(s)")
+    def removeTarget(self, pTarget: str) -> None:
+        """Old name of unregisterTarget."""
+        self.unregisterTarget(pTarget)
+
+    @remote("v([s])")
+    def unregisterTargets(self, pTargets: list[str]) -> None:
+        """Removes targets."""
+        for target in pTargets:
+            self.unregisterTarget(target)
+
+    @remote("v([s])")
+    def removeTargets(self, pTargets: list[str]) -> None:
+        """Old name of unregisterTargets."""
+        self.unregisterTargets(pTargets)
 
     @remote("v()")
     def unregisterAllTargets(self) -> None:
-        """Removes all targets."""
-        self._registered.clear()
-        self._target = ""
+        """Removes all targets and stops following."""
+        self.unregisterTargets(list(self._registered))
+        self.stopTracker()
+
+    @remote("v()")
+    def removeAllTargets(self) -> None:
+        """Old name of unregisterAllTargets."""
+        self.unregisterAllTargets()
 
     @remote("[s]()")
     def getRegisteredTargets(self) -> list[str]:
-        """Lists the targets."""
+        """Lists the registered targets."""
         return list(self._registered)
 
     @remote("[s]()")
     def getManagedTargets(self) -> list[str]:
-        """Lists the targets of a registered kind."""
+        """Old name of getRegisteredTargets."""
         return list(self._registered)
 
     @remote("[s]()")
@@ -124,15 +212,60 @@ class ALTracker(Module):
         """Lists the kinds of targets."""
         return list(TARGETS)
 
+    @remote("[s]()")
+    def getTargetNames(self) -> list[str]:
+        """Old name of getSupportedTargets."""
+        return list(TARGETS)
+
+    @remote("i(s)")
+    def getExtractorPeriod(self, pTarget: str) -> int:
+        """Returns how often the extractor of a registered target works [ms]."""
+        self._require_registered(pTarget)
+        return self._periods.get(pTarget, _PERIOD)
+
+    @remote("v(si)")
+    def setExtractorPeriod(self, pTarget: str, pPeriod: int) -> None:
+        """Sets how often the extractor of a registered target works [ms]."""
+        self._require_registered(pTarget)
+        if pPeriod <= 0:
+            raise ServiceError(f"pPeriod must be positive, got {pPeriod}")
+        self._periods[pTarget] = pPeriod
+        extractor = self._extractor(pTarget)
+        if extractor is not None:
+            extractor.updatePeriod(self._subscriber(pTarget), pPeriod)
+
+    @remote("v(m)")
+    def setTargetCoordinates(self, pCoord: Any) -> None:
+        """Sets where the LandMarks are: [[x, y, z], [x, y, z]] [m]."""
+        if not isinstance(pCoord, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 3 for p in pCoord):
+            raise ServiceError(f"pCoord must be [[x, y, z], ...], got {shown(pCoord)}")
+        self._coordinates = [[finite(value, "pCoord") for value in place] for place in pCoord]
+
+    @remote("m()")
+    def getTargetCoordinates(self) -> list[list[float]]:
+        """Returns where the LandMarks are."""
+        return self._coordinates
+
+    # --- settings ----------------------------------------------------------------------------------------------------
+
+    @remote("v()")
+    def initialize(self) -> None:
+        """Restores all parameters."""
+        self._pursuit.reset()
+        self._pursuit.relative = list(_RELATIVE)
+        self._pursuit.farthest = _FARTHEST
+        self._move_config: Any = move_config_table("Default")
+        self._acceleration = 12.0
+
     @remote("v(s)")
     def setMode(self, pMode: str) -> None:
-        """Sets which parts of the body follow the target."""
-        self._mode = one_of(pMode, MODES, "pMode")
+        """Sets what follows the target: "Head", "WholeBody" without the wheels, "Move" or "Navigate"."""
+        self._pursuit.set_mode(one_of(pMode, MODES, "pMode"))
 
     @remote("s()")
     def getMode(self) -> str:
-        """Returns which parts of the body follow the target."""
-        return self._mode
+        """Returns what follows the target."""
+        return self._pursuit.mode
 
     @remote("[s]()")
     def getAvailableModes(self) -> list[str]:
@@ -141,54 +274,139 @@ class ALTracker(Module):
 
     @remote("v(s)")
     def setEffector(self, pEffector: str) -> None:
-        """Sets which arm points at the target."""
-        self._effector = one_of(pEffector, ("None", "Arms", "LArm", "RArm"), "pEffector")
+        """Sets which arms point at the target."""
+        self._pursuit.effector = one_of(pEffector, EFFECTORS, "pEffector")
+
+    @remote("v(s)")
+    def addEffector(self, pEffector: str) -> None:
+        """Old name of setEffector."""
+        self._pursuit.effector = one_of(pEffector, ARMS, "pEffector")
+
+    @remote("v(s)")
+    def removeEffector(self, pEffector: str) -> None:
+        """Old form of setEffector("None")."""
+        one_of(pEffector, ARMS, "pEffector")
+        self._pursuit.effector = "None"
 
     @remote("s()")
     def getEffector(self) -> str:
-        """Returns which arm points at the target."""
-        return self._effector
+        """Returns which arms point at the target."""
+        return self._pursuit.effector
 
     @remote("v(m)")
     def setRelativePosition(self, target: Any) -> None:
-        """Sets where to stay relative to the target: [x, y, θ, ...]."""
-        if not isinstance(target, list | tuple) or not target:
-            raise ServiceError(f"target must be a list of numbers, got {shown(target)}")
-        self._relative = [finite(value, f"target[{index}]") for index, value in enumerate(target)]
+        """Sets where to stay, seen from the target: [x, y, θ, and the three tolerances]."""
+        if not isinstance(target, list | tuple) or len(target) not in (3, 6):
+            raise ServiceError(f"target must be a list of 6 numbers, got {shown(target)}")
+        values = [finite(value, f"target[{index}]") for index, value in enumerate(target)]
+        self._pursuit.relative = [*values, *_RELATIVE[len(values) :]]
 
     @remote("m()")
     def getRelativePosition(self) -> list[float]:
-        """Returns where to stay relative to the target."""
-        return self._relative
+        """Returns where to stay, seen from the target."""
+        return self._pursuit.relative
+
+    @remote("v(m)")
+    def setMoveConfig(self, config: Any) -> None:
+        """Sets speeds and accelerations of the base: [[name, value], ...]."""
+        self._pursuit.limits = configured_limits(config)
+        self._move_config = config
+
+    @remote("m()")
+    def getMoveConfig(self) -> Any:
+        """Returns speeds and accelerations of the base."""
+        return self._move_config
 
     @remote("v(f)")
     def setMaximumDistanceDetection(self, pMaxDistance: float) -> None:
-        """Sets the range of detection [m]. Stored only."""
-        self._max_distance = pMaxDistance
+        """Sets from what distance on a target counts as lost [m]."""
+        self._pursuit.farthest = _positive(pMaxDistance, "pMaxDistance")
 
     @remote("f()")
     def getMaximumDistanceDetection(self) -> float:
-        """Returns the range of detection [m]."""
-        return self._max_distance
+        """Returns from what distance on a target counts as lost [m]."""
+        return self._pursuit.farthest
+
+    @remote("v(f)")
+    def setMaximumVelocity(self, pMaxVelocity: float) -> None:
+        """Sets how fast the head follows [rad/s]."""
+        self._pursuit.velocity = _positive(pMaxVelocity, "pMaxVelocity")
+
+    @remote("f()")
+    def getMaximumVelocity(self) -> float:
+        """Returns how fast the head follows [rad/s]."""
+        return self._pursuit.velocity
+
+    @remote("v(f)")
+    def setMaximumAcceleration(self, pMaxAcceleration: float) -> None:
+        """Sets how fast the head speeds up [rad/s²]. Stored only: the head's servos have their own."""
+        self._acceleration = _positive(pMaxAcceleration, "pMaxAcceleration")
+
+    @remote("f()")
+    def getMaximumAcceleration(self) -> float:
+        """Returns how fast the head speeds up [rad/s²]."""
+        return self._acceleration
+
+    @remote("v(i)")
+    def setTimeOut(self, pTimeMs: int) -> None:
+        """Sets after what time an unseen target counts as lost [ms]."""
+        self._pursuit.patience = 1e-3 * _positive(pTimeMs, "pTimeMs")
+
+    @remote("i()")
+    def getTimeOut(self) -> int:
+        """Returns after what time an unseen target counts as lost [ms]."""
+        return round(1e3 * self._pursuit.patience)
 
     @remote("v(b)")
     def toggleSearch(self, pSearch: bool) -> None:
         """Switches the search for a lost target on or off."""
-        self._search = pSearch
+        self._pursuit.searching = pSearch
 
     @remote("b()")
     def isSearchEnabled(self) -> bool:
         """Whether a lost target is searched for."""
-        return self._search
+        return self._pursuit.searching
 
-    def _relative_to_neck(self, position: list[float], frame: int) -> np.ndarray:
-        """Return a point relative to the neck joint, in the torso's axes [m]."""
-        one_of(frame, FRAME_LINKS, "frame")
-        if len(position) != 3:
-            raise ServiceError(f"position must be [x, y, z], got {len(position)} numbers")
-        with self._robot.world.locked():
-            link = FRAME_LINKS[frame]
-            reference = np.eye(4) if link is None else self._robot.link_pose(link)
-            torso, head = self._robot.link_pose("torso"), self._robot.link_pose("Head")
-        place = (reference @ [*position, 1.0])[:3]
-        return torso[:3, :3].T @ (place - head[:3, 3])
+    @remote("v(f)")
+    def setSearchFractionMaxSpeed(self, pFractionMaxSpeed: float) -> None:
+        """Sets how fast the head searches, 0 to 1."""
+        self._pursuit.search_fraction = _check_fraction(pFractionMaxSpeed)
+
+    @remote("f()")
+    def getSearchFractionMaxSpeed(self) -> float:
+        """Returns how fast the head searches."""
+        return self._pursuit.search_fraction
+
+    def close(self) -> None:
+        self._pursuit.stop()
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _start(self, target: str, parameters: Any) -> None:
+        changed = self._pursuit.target != target
+        self._pursuit.start(target, parameters)
+        if changed:
+            self._memory.announce("ALTracker/ActiveTargetChanged", target)
+
+    def _require_registered(self, target: str) -> None:
+        if target not in self._registered:
+            raise ServiceError(f"target '{shown(target)[1:-1]}' is not registered")
+
+    def _extractor(self, target: str) -> Extractor | None:
+        found = self._others.find(EXTRACTORS[target])
+        return found if isinstance(found, Extractor) else None
+
+    def _subscriber(self, target: str) -> str:
+        return f"{self.name}_{target}"
+
+
+def _check_fraction(fraction: float) -> float:
+    if not 0.0 < fraction <= 1.0:
+        raise ServiceError(f"fractionMaxSpeed must be above 0 and at most 1, got {fraction:g}")
+    return fraction
+
+
+def _positive(value: float, argument: str) -> float:
+    if value <= 0.0:
+        raise ServiceError(f"{argument} must be positive, got {value:g}")
+    return value

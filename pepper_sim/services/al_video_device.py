@@ -20,12 +20,16 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
+from pepper_sim.naoqi.service import Module, ServiceError, check_argument, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.naoqi.video.calls import PictureCalls
+from pepper_sim.naoqi.video.conversions import VideoConversions, known_camera
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
-from pepper_sim.naoqi.video.settings import VideoSettings, known_camera
+from pepper_sim.naoqi.video.multi_stream import CameraView, MultiStream
+from pepper_sim.naoqi.video.old_forms import OldVideoForms
+from pepper_sim.naoqi.video.settings import VideoSettings
 from pepper_sim.naoqi.video.streams import Camera, Cursor, Streams
+from pepper_sim.naoqi.vision.pictures import Picture, camera_poses, closest_resolution
 from pepper_sim.robot import Pepper
 
 log = logging.getLogger(__name__)
@@ -34,7 +38,7 @@ MAX_WAITING = 64
 """Calls that may wait for pictures of one subscription; the next one is refused."""
 MAX_SERVED = 64
 """Subscriptions whose calls are served at once, with a thread each; others wait for their turn."""
-MAX_INSTANCES = 8
+MAX_INSTANCES = 6
 """Subscriptions that may share a name; the next one is refused."""
 FORGET_AFTER = 300.0
 """A subscription that is not used for this long [s] ends."""
@@ -42,19 +46,9 @@ _CLEANUP_PERIOD = 1.0
 
 
 @dataclass
-class _CameraView:
-    """One camera of a subscription, and its last picture."""
-
-    camera: Camera
-    resolution: int
-    space: int
-    cursor: Cursor = field(default_factory=Cursor)
-
-
-@dataclass
 class _Subscription:
     name: str
-    views: list[_CameraView]
+    views: list[CameraView]
     fps: int
     used: float = field(default_factory=time.monotonic)
     calls: PictureCalls = field(default_factory=lambda: PictureCalls(MAX_WAITING))
@@ -67,6 +61,11 @@ class ALVideoDevice(Module):
 
     def __init__(self, robot: Pepper) -> None:
         self.settings = VideoSettings(robot, self._camera_of)
+        conversions = VideoConversions(self.settings.cameras)
+        several = MultiStream(self.settings, self._views)
+        old = OldVideoForms(self.settings, conversions, lambda handle: self._views(handle)[0], self.getFrameRate)
+        self._parts = (self, self.settings, conversions, several, old)
+        self._robot = robot
         self._streams = Streams(robot)
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
@@ -76,7 +75,7 @@ class ALVideoDevice(Module):
         self._cleanup.start()
 
     def parts(self) -> tuple[Any, ...]:
-        return (self, self.settings)
+        return self._parts
 
     def close(self) -> None:
         self._closing.set()
@@ -92,11 +91,15 @@ class ALVideoDevice(Module):
         """Subscribes to a camera and returns the handle for the other calls; "" if that is not possible."""
         return self._subscribe(name, [(cameraIndex, resolution, colorSpace)], fps)
 
-    @remote("s(s[i][i][i]i)")
-    def subscribeCameras(
-        self, name: str, cameraIndexes: list[int], resolutions: list[int], colorSpaces: list[int], fps: int
-    ) -> str:
-        """Subscribes to several cameras with one handle, for getImagesRemote."""
+    @remote("s(smmmi)")
+    def subscribeCameras(self, name: str, cameraIndexes: Any, resolutions: Any, colorSpaces: Any, fps: int) -> str:
+        """Subscribes to several different cameras with one handle, for getImagesRemote."""
+        cameraIndexes, resolutions, colorSpaces = (
+            check_argument("[i]", values, argument)
+            for argument, values in (
+                ("cameraIndexes", cameraIndexes), ("resolutions", resolutions), ("colorSpaces", colorSpaces)
+            )
+        )  # fmt: skip
         if not len(cameraIndexes) == len(resolutions) == len(colorSpaces) or not cameraIndexes:
             raise ServiceError("cameraIndexes, resolutions and colorSpaces must have the same length, at least 1")
         return self._subscribe(name, list(zip(cameraIndexes, resolutions, colorSpaces, strict=True)), fps)
@@ -118,7 +121,7 @@ class ALVideoDevice(Module):
             handles = [handle for handle, known in self._subscriptions.items() if id in (handle, known.name)]
         return bool(self._end(handles))
 
-    @remote("[s]()")
+    @remote("m()")
     def getSubscribers(self) -> list[str]:
         """Lists the handles in use."""
         with self._lock:
@@ -158,10 +161,36 @@ class ALVideoDevice(Module):
         """Gives a picture back. Nothing is held for remote clients."""
         return self._use(name) is not None
 
-    @remote("b(s)")
-    def releaseImages(self, name: str) -> bool:
+    @remote("m(s)")
+    def getImagesLocal(self, name: str) -> None:
+        """Returns pointers; only for modules in the robot's own process."""
+        raise ServiceError("can only be called by a module on the robot; use getImagesRemote")
+
+    @remote("m(s)")
+    def getDirectRawImageLocal(self, name: str) -> None:
+        """Returns a pointer; only for modules in the robot's own process."""
+        raise ServiceError("can only be called by a module on the robot; use getDirectRawImageRemote")
+
+    @remote("m(s)")
+    def getDirectRawImagesLocal(self, name: str) -> None:
+        """Returns pointers; only for modules in the robot's own process."""
+        raise ServiceError("can only be called by a module on the robot; use getDirectRawImagesRemote")
+
+    @remote("m(s)")
+    def getDirectRawImagesRemote(self, name: str) -> concurrent.futures.Future | None:
+        """Returns the next pictures in the cameras' native format; here in the subscription's format."""
+        return self.getImagesRemote(name)
+
+    @remote("m(s)")
+    def releaseImages(self, name: str) -> list[bool]:
         """Gives pictures back. Nothing is held for remote clients."""
-        return self._use(name) is not None
+        subscription = self._use(name)
+        return [True] * len(subscription.views) if subscription else [False]
+
+    @remote("m(s)")
+    def releaseDirectRawImages(self, name: str) -> list[bool]:
+        """Gives pictures back. Nothing is held for remote clients."""
+        return self.releaseImages(name)
 
     @remote("b(s)")
     def releaseDirectRawImage(self, name: str) -> bool:
@@ -230,6 +259,31 @@ class ALVideoDevice(Module):
         """Returns the camera of a subscription."""
         return self._views(name)[0].camera.index
 
+    # --- for the robot's other services ------------------------------------------------------------------------------
+
+    def picture(self, index: int, resolution: int, space: int, fps: float, cursor: Cursor) -> Picture | None:
+        """Wait for the next picture of a camera, newer than `cursor`'s last one; None if it is closed or none comes.
+
+        A resolution that the camera does not have is replaced by the one most like it.
+
+        Raises:
+            ServiceError: There is no such camera, or it has no such colour space.
+        """
+        camera = known_camera(self.settings.cameras, index)
+        if space not in camera.spaces:
+            raise ServiceError(_unknown("colour space", space, camera.spaces, camera))
+        if not self.settings.is_open(camera):
+            return None
+        if resolution not in camera.resolutions:
+            offered = tuple((number, RESOLUTIONS[number]) for number in camera.resolutions)
+            resolution = closest_resolution(RESOLUTIONS.get(resolution, RESOLUTIONS[1]), offered)
+        rate = min(max(1, round(fps)), camera.max_fps)
+        key = (camera.name, resolution, rate, *self.settings.parameters[camera.index].flips)
+        image = self._streams.read(camera, key, space, cursor)
+        if image is None:
+            return None
+        return Picture(camera, image.data, image.stamp, camera_poses(self._robot, camera.name))
+
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _subscribe(self, name: str, wanted: list[tuple[int, int, int]], fps: int) -> str:
@@ -237,7 +291,7 @@ class ALVideoDevice(Module):
         if problem:
             log.warning("subscription '%s' refused: %s", shown(name)[1:-1], problem)
             return ""
-        views = [_CameraView(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
+        views = [CameraView(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
         with self._lock:
             for number in range(1, MAX_INSTANCES + 1):
                 handle = name if number == 1 else f"{name}_{number}"
@@ -255,6 +309,8 @@ class ALVideoDevice(Module):
             return "a name of 1 to 200 characters is needed"
         if fps < 1:
             return f"{fps} pictures per second are not possible"
+        if len({index for index, _, _ in wanted}) < len(wanted):
+            return "the same camera stands in it twice"
         for index, resolution, space in wanted:
             camera = self.settings.cameras.get(index)
             if camera is None:
@@ -286,13 +342,13 @@ class ALVideoDevice(Module):
             raise ServiceError(f"there is no subscription '{shown(handle)[1:-1]}'")
         return subscription
 
-    def _views(self, handle: str) -> list[_CameraView]:
+    def _views(self, handle: str) -> list[CameraView]:
         return self._require(handle).views
 
     def _camera_of(self, handle: str) -> Camera:
         return self._views(handle)[0].camera
 
-    def _image(self, subscription: _Subscription, view: _CameraView) -> list | None:
+    def _image(self, subscription: _Subscription, view: CameraView) -> list | None:
         camera = view.camera
         if not self.settings.is_open(camera):
             return None

@@ -195,5 +195,9 @@ def _finish(utterance: Utterance, said: bool) -> None:
 
 def _words(text: str, duration: float) -> list[tuple[float, str, int]]:
     """Return (seconds from the start, word, position of its first letter) of every word."""
-    found = [(match.group(), match.start()) for match in re.finditer(r"\w[\w'’-]*", text)]
-    return [(duration * position / max(1, len(text)), word, position) for word, position in found]
+    return [(duration * position / max(1, len(text)), word, position) for word, position in words(text)]
+
+
+def words(text: str) -> list[tuple[str, int]]:
+    """Return the words of a text, each with the position of its first letter."""
+    return [(match.group(), match.start()) for match in re.finditer(r"\w[\w'’-]*", text)]

@@ -8,13 +8,27 @@ from __future__ import annotations
 
 import base64
 import logging
+import mimetypes
 import threading
 import time
+import urllib.parse
+from collections.abc import Callable
 from typing import Any
 
 from pepper_sim.body.description import SCREEN_HEIGHT, SCREEN_WIDTH, TABLET_HEIGHT, TABLET_WIDTH
 from pepper_sim.tablet.devtools import BrowserError, DevTools
-from pepper_sim.tablet.http_fetch import BAD_URL, CONNECT, HOST_LOOKUP, IO, REDIRECT_LOOP, TIMEOUT, UNKNOWN, USER_AGENT
+from pepper_sim.tablet.http_fetch import (
+    BAD_URL,
+    CONNECT,
+    HOST_LOOKUP,
+    IO,
+    REDIRECT_LOOP,
+    ROBOT_HOST,
+    TIMEOUT,
+    UNKNOWN,
+    USER_AGENT,
+    RobotFiles,
+)
 from pepper_sim.tablet.screen import PERIOD, Layer
 from pepper_sim.tablet.web_page import draw_error_page
 from pepper_sim.tablet.web_view import Events
@@ -34,10 +48,28 @@ _CODES = {
 }
 
 
-class Chromium:
-    """Opens pages in one browser, one at a time."""
+_BINDING = "raiseRobotEvent"
+_PAGE_OBJECTS = f"window.ALTabletBinding = {{raiseEvent: text => window.{_BINDING}(String(text))}};"
+"""What a page finds on Pepper's tablet (NAOqi 2.8 documentation, ALTabletService, onJSEvent)."""
+_LONGEST_TEXT = 100_000
 
-    def __init__(self) -> None:
+
+class Chromium:
+    """Opens pages in one browser, one at a time.
+
+    Args:
+        robot_files: What the robot's own web server has.
+        on_event: Called with each text that a page raises with `ALTabletBinding.raiseEvent`.
+        on_console: Called with each line that a page writes on its console.
+    """
+
+    def __init__(
+        self,
+        robot_files: RobotFiles = lambda path: None,
+        on_event: Callable[[str], None] = lambda text: None,
+        on_console: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self._robot_files, self._on_event, self._on_console = robot_files, on_event, on_console
         self._lock = threading.Lock()
         self._tools: DevTools | None = None
         self._view: ChromiumView | None = None
@@ -50,6 +82,14 @@ class Chromium:
             self._view = view
         view.start()
         return view
+
+    def execute(self, script: str) -> bool:
+        """Run a script in the page; false if there is none."""
+        tools = self._tools
+        if tools is not None and self._view is not None:
+            tools.post("Runtime.evaluate", expression=script, userGesture=True)
+            return True
+        return False
 
     def close(self) -> None:
         self._pause.set()
@@ -81,6 +121,10 @@ class Chromium:
         tools.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
         tools.call("Emulation.setUserAgentOverride", userAgent=USER_AGENT)
         tools.call("Page.enable")
+        tools.call("Runtime.enable")
+        tools.call("Runtime.addBinding", name=_BINDING)
+        tools.call("Page.addScriptToEvaluateOnNewDocument", source=_PAGE_OBJECTS)
+        tools.call("Fetch.enable", patterns=[{"urlPattern": f"http://{ROBOT_HOST}/*"}])
         tools.call("Page.startScreencast", format="jpeg", quality=80, maxWidth=SCREEN_WIDTH, maxHeight=SCREEN_HEIGHT)
         return tools
 
@@ -97,6 +141,25 @@ class Chromium:
                 tools.post("Page.screencastFrameAck", sessionId=params["sessionId"])
         elif method == "Page.loadEventFired" and view is not None:
             view.loaded()
+        elif method == "Runtime.bindingCalled" and params["name"] == _BINDING:
+            self._on_event(params["payload"][:_LONGEST_TEXT])
+        elif method == "Runtime.consoleAPICalled":
+            words = (str(word.get("value", word.get("description", ""))) for word in params["args"])
+            self._on_console(" ".join(words)[:_LONGEST_TEXT])
+        elif method == "Fetch.requestPaused" and tools is not None:
+            self._answer_from_disk(tools, params)
+
+    def _answer_from_disk(self, tools: DevTools, params: dict[str, Any]) -> None:
+        file = self._robot_files(urllib.parse.unquote(urllib.parse.urlsplit(params["request"]["url"]).path))
+        kind = (mimetypes.guess_type(file.name)[0] if file is not None else None) or "text/html"
+        body = file.read_bytes() if file is not None else b"<h1>404 Not Found</h1>"
+        tools.post(
+            "Fetch.fulfillRequest",
+            requestId=params["requestId"],
+            responseCode=200 if file is not None else 404,
+            responseHeaders=[{"name": "Content-Type", "value": kind}],
+            body=base64.b64encode(body).decode(),
+        )
 
 
 class ChromiumView:

@@ -10,6 +10,7 @@ import errno
 import http.client
 import http.cookiejar
 import io
+import mimetypes
 import os
 import select
 import socket
@@ -19,6 +20,10 @@ import time
 import urllib.error
 import urllib.parse
 import urllib.request
+import urllib.response
+from collections.abc import Callable
+from email.message import Message
+from pathlib import Path
 from typing import Any
 
 USER_AGENT = (
@@ -30,6 +35,10 @@ USER_AGENT = (
 CONNECT_TIMEOUT = 5.0  # seconds
 READ_TIMEOUT = 10.0  # seconds without a byte
 _MAX_COOKIES = 200
+ROBOT_HOST = "198.18.0.1"
+"""The robot as seen from the tablet; its web server holds the pages of installed applications."""
+RobotFiles = Callable[[str], Path | None]
+"""Path of an address on the robot's web server -> the file; None if there is none."""
 
 
 class LoadError(Exception):
@@ -81,16 +90,20 @@ def check_url(url: str) -> None:
 
 
 class Fetcher:
-    """Makes the requests of one page; `cancel` may be called from any thread and ends a running one at once."""
+    """Makes the requests of one page; `cancel` may be called from any thread and ends a running one at once.
 
-    def __init__(self, cookies: http.cookiejar.CookieJar) -> None:
+    Args:
+        robot_files: What the robot's own web server has; without it that server is looked for in the network.
+    """
+
+    def __init__(self, cookies: http.cookiejar.CookieJar, robot_files: RobotFiles | None = None) -> None:
         self._cancelled = threading.Event()
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
         self._cookies = cookies
         opener = urllib.request.OpenerDirector()  # unlike build_opener it reads no files and uses no proxies
         for handler in (
-            _HttpHandler(self),
+            _HttpHandler(self, robot_files),
             urllib.request.HTTPCookieProcessor(cookies),
             _RedirectHandler(),
             urllib.request.HTTPDefaultErrorHandler(),
@@ -207,13 +220,16 @@ class Fetcher:
 
 
 class _HttpHandler(urllib.request.AbstractHTTPHandler):
-    """Opens http and https over `Fetcher.connect`."""
+    """Opens http and https over `Fetcher.connect`, and the robot's files where they are."""
 
-    def __init__(self, fetcher: Fetcher) -> None:
+    def __init__(self, fetcher: Fetcher, robot_files: RobotFiles | None) -> None:
         super().__init__()
         self._fetcher = fetcher
+        self._robot_files = robot_files
 
     def http_open(self, request: urllib.request.Request) -> Any:
+        if self._robot_files is not None and request.host == ROBOT_HOST:
+            return _answer_from_disk(self._robot_files, request.full_url)
         return self.do_open(lambda host, **options: _Connection(self._fetcher, None, host, **options), request)
 
     def https_open(self, request: urllib.request.Request) -> Any:
@@ -222,6 +238,17 @@ class _HttpHandler(urllib.request.AbstractHTTPHandler):
 
     http_request = urllib.request.AbstractHTTPHandler.do_request_
     https_request = urllib.request.AbstractHTTPHandler.do_request_
+
+
+def _answer_from_disk(robot_files: RobotFiles, url: str) -> urllib.response.addinfourl:
+    file = robot_files(urllib.parse.unquote(urllib.parse.urlsplit(url).path))
+    headers = Message()
+    kind = (mimetypes.guess_type(file.name)[0] if file is not None else None) or "text/html"
+    headers["Content-Type"] = kind
+    body = file.read_bytes() if file is not None else b"<h1>404 Not Found</h1>"
+    response = urllib.response.addinfourl(io.BytesIO(body), headers, url, 200 if file is not None else 404)
+    response.msg = "OK" if file is not None else "Not Found"  # type: ignore[attr-defined]  # urllib reads it
+    return response
 
 
 class _Connection(http.client.HTTPConnection):

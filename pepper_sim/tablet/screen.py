@@ -20,6 +20,7 @@ log = logging.getLogger(__name__)
 
 PERIOD = 1.0 / 15.0
 """Shortest time between two pictures [s]."""
+_DIMMEST = 0.25
 _PNG = b"\x89PNG\r\n\x1a\n"
 MAX_PIXELS = 16_000_000
 """Larger pictures are refused before they are decoded: a few kilobytes can claim any size."""
@@ -57,6 +58,8 @@ class Screen:
         self.image = LatestImage()
         self._show = show
         self._background = (0, 0, 0)
+        self._brightness = 1.0
+        self._on = True
         self._layer: Layer | None = None
         self._changed = threading.Event()
         self._stop = threading.Event()
@@ -75,6 +78,16 @@ class Screen:
     def set_background(self, colour: tuple[int, int, int]) -> None:
         """Set the colour around and behind pictures (RGB, 0 to 255)."""
         self._background = colour
+        self._changed.set()
+
+    def set_brightness(self, brightness: float) -> None:
+        """Set how bright the screen is, 0 to 1; at 0 it can still be read."""
+        self._brightness = brightness
+        self._changed.set()
+
+    def switch(self, on: bool) -> None:
+        """Switch the screen on or off; what it shows stays."""
+        self._on = on
         self._changed.set()
 
     def close(self) -> None:
@@ -96,7 +109,7 @@ class Screen:
             self._stop.wait(PERIOD - (time.monotonic() - begin))
 
     def _draw(self) -> None:
-        layer = self._layer
+        layer = self._layer if self._on else None
         if layer is None:
             self._show(None)
             self.image.put(np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8))
@@ -114,6 +127,9 @@ class Screen:
             picture = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), self._background, np.uint8)
         if note:
             _add_note(picture, note)
+        if self._brightness < 1.0:
+            share = _DIMMEST + (1.0 - _DIMMEST) * self._brightness
+            np.multiply(picture, share, out=picture, casting="unsafe")
         picture.flags.writeable = False  # it has two owners now
         self._show(picture)
         self.image.put(picture)

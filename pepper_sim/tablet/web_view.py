@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from pepper_sim.tablet.http_fetch import UNKNOWN, Cancelled, Fetcher, LoadError
+from pepper_sim.tablet.http_fetch import UNKNOWN, Cancelled, Fetcher, LoadError, RobotFiles
 from pepper_sim.tablet.multipart import MalformedStream, MultipartParser
 from pepper_sim.tablet.screen import Layer, decode
 from pepper_sim.tablet.web_page import PageReader, draw_error_page, draw_text_page
@@ -41,13 +41,22 @@ class Events:
 
 
 class BuiltInBrowser:
-    """Opens views that share their cookies."""
+    """Opens views that share their cookies; `robot_files` as for `Fetcher`."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot_files: RobotFiles | None = None) -> None:
         self._cookies = http.cookiejar.CookieJar()
+        self._robot_files = robot_files
 
     def open(self, url: str, layer: Layer, events: Events) -> WebView:
-        return WebView(url, layer, events, self._cookies)
+        return WebView(url, layer, events, self.fetcher())
+
+    def execute(self, script: str) -> bool:
+        """Run no script: there is no engine."""
+        return False
+
+    def fetcher(self) -> Fetcher:
+        """Return what makes the requests of one page."""
+        return Fetcher(self._cookies, self._robot_files)
 
     def close(self) -> None:
         """Do nothing: views are closed one by one by their owner, and nothing else is open."""
@@ -56,11 +65,11 @@ class BuiltInBrowser:
 class WebView:
     """One page that is loaded and followed on a thread of its own, and shown in `layer`."""
 
-    def __init__(self, url: str, layer: Layer, events: Events, cookies: http.cookiejar.CookieJar) -> None:
+    def __init__(self, url: str, layer: Layer, events: Events, fetcher: Fetcher) -> None:
         self._url = url
         self._layer = layer
         self._events = events
-        self._fetcher = Fetcher(cookies)
+        self._fetcher = fetcher
         self._stop = threading.Event()
         self._finished = False
         self._shown = False

@@ -32,12 +32,15 @@ class RobotModel:
         prefix: Put before every name of the robot, e.g. `"pepper/"`; different for every robot of a world.
         spawn: Site of the scene where the robot starts.
         offset: Where it stands relative to `spawn`, along that site's axes (x, y [m]); for several robots at one.
+        furnish: Puts what the robot's options ask for into the scene: called with the scene and the pose where the
+            robot starts, a homogeneous matrix (4, 4), x forward.
     """
 
     load: Callable[[], mujoco.MjSpec]
     prefix: str
     spawn: str
     offset: tuple[float, float] = (0.0, 0.0)
+    furnish: Callable[[mujoco.MjSpec, np.ndarray], None] | None = None
 
 
 def scene_names() -> list[str]:
@@ -78,12 +81,23 @@ def _attach(spec: mujoco.MjSpec, robot: RobotModel, scene: str) -> None:
     if spawn is None:
         sites = sorted(site.name for site in spec.sites if site.name.startswith("spawn"))
         raise ValueError(f"scene {scene!r} has no site {robot.spawn!r}; it has: {', '.join(sites) or 'none'}")
+    if robot.furnish is not None:
+        robot.furnish(spec, _start(spawn, robot.offset))
     child = robot.load()
     for geom in child.geoms:
         geom.group = ROBOT_GROUP
     for body in child.worldbody.bodies:
         body.pos = np.add(body.pos, (*robot.offset, 0.0))
     spec.attach(child, prefix=robot.prefix, site=spawn)
+
+
+def _start(spawn: mujoco.MjsSite, offset: tuple[float, float]) -> np.ndarray:
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, spawn.quat)
+    pose = np.eye(4)
+    pose[:3, :3] = rotation.reshape(3, 3)
+    pose[:3, 3] = spawn.pos + pose[:3, :3] @ (*offset, 0.0)
+    return pose
 
 
 def _set_picture_quality(spec: mujoco.MjSpec) -> None:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from telepresence.sim.people import People
 from telepresence.station import heartbeat, priority
 
 log = logging.getLogger(__name__)
@@ -97,6 +98,8 @@ class World:
         self._free_heights = _free_joint_heights(self.model)
         self._reset_state()
         self.every(_OUT_OF_WORLD_PERIOD, self._check_out_of_world)
+        self.people = People(self)
+        """Those who stand, sit or walk here."""
 
     # --- state -------------------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ A module that is to run with both is marked `naoqi_clients.with_both_clients`.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -63,6 +64,21 @@ def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
 def naoqi(simulation: Simulation, session: Any) -> Naoqi:
     simulation.restart()
     return Naoqi(simulation, session)
+
+
+@pytest.fixture(scope="module")
+def further_robot(qi: ModuleType) -> Iterator[Callable[[], Naoqi]]:
+    """Make a robot of one's own, with a client; it lives as long as the tests of one file."""
+    with contextlib.ExitStack() as stack:
+
+        def make() -> Naoqi:
+            simulation = stack.enter_context(Simulation(scene="empty", port=0))
+            client = qi.Session()
+            client.connect(simulation.url)
+            stack.callback(client.close)
+            return Naoqi(simulation, client)
+
+        yield make
 
 
 @pytest.fixture

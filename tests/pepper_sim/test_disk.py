@@ -24,6 +24,14 @@ def test_nothing_leads_out(disk, name):
         disk.path(name)
 
 
+def test_a_folder_of_ones_own_is_kept(tmp_path):
+    first = RobotDisk(tmp_path / "robot")
+    first.path("a").write_text("x")
+    first.close()
+    second = RobotDisk(tmp_path / "robot")
+    assert second.path("/home/nao/a").read_text() == "x" and (tmp_path / "robot/home/nao/a").exists()
+
+
 def test_closing_removes_it(disk):
     disk.path("a").write_text("x")
     disk.close()

@@ -1,207 +1,42 @@
-"""Every method of the maker's documentation, called as `pepper_sim/documented/` says: declared with the documented
-types, answered in time with a value of its type, and what is wrong is refused in one short line. `-k ALBattery` takes
-one service. What services inherit is called on each of them."""
+"""Every method of the maker's documentation does what it says, or refuses it: see `documented_calls`.
+
+Those that take time are in test_documented_methods_that_take_time.py. `-k ALBattery` takes one service.
+"""
 
 from __future__ import annotations
 
-import math
-import shutil
-import zipfile
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
+from documented_calls import BASES, DOCUMENTED, LONG, OWN, SERVICES, Caller, inherited, put_files
 
 from pepper_sim import coverage
-from pepper_sim.documentation import FOLDER, Call, DocumentationError, Method, read, read_all
-from pepper_sim.naoqi.catalogue import service_classes
-from pepper_sim.naoqi.extractor import Extractor
-from pepper_sim.naoqi.service import Module
-from pepper_sim.naoqi.vision_extractor import VisionExtractor
-from telepresence.naoqi.signature import convertibility, parse, split
+from pepper_sim.documentation import FOLDER, DocumentationError, read
 
-DOCUMENTED = read_all()
-PATIENCE = 5.0
-"""Seconds after its documented time in which a call must be answered."""
 LEAST = 95.0
 """Percent of what is documented for Pepper that the robot does."""
-BASES = {"ALModule": Module, "ALExtractor": Extractor, "ALVisionExtractor": VisionExtractor}
-SERVICES = {service.name: service for service in service_classes()}
-OWN = {
-    f"{service}.{method.name}": (service, method)
-    for service, documentation in DOCUMENTED.items()
-    if service not in BASES
-    for method in documentation.methods
-}
-FILES = Path(__file__).parent / "documented_files"
-"""Files that the arguments name: what is here is on the robot's disk, and a package, /home/nao/documented.pkg."""
-MANIFEST = """<package uuid="documented" version="1.0.0"><contents><behaviorContent path="behavior_1"/></contents>
-<services><service name="main" execStart="/usr/bin/python main.py"/></services></package>"""
-WRONG = (("s", "no number"), ("i", 7), ("[m]", ["a list"]))
-"""Kind and value of what is tried where a parameter is of another kind."""
-
-
-def _inherited(service: str) -> list[Method]:
-    """What the service inherits and its own page does not list."""
-    own = {method.name for method in DOCUMENTED[service].methods} if service in DOCUMENTED else set()
-    return [
-        method
-        for base, kind in BASES.items()
-        if issubclass(SERVICES[service], kind)
-        for method in DOCUMENTED[base].methods
-        if method.name not in own
-    ]
-
-
-class Caller:
-    """Calls the methods of one service, and fails where an answer is not as documented."""
-
-    def __init__(self, naoqi: Any, service: str) -> None:
-        self._naoqi, self._service = naoqi, service
-        offered = {offered.name: offered for offered in naoqi.simulation.server.catalogue.services}
-        self._declared: dict[str, set[str]] = {}
-        if service in offered:
-            for binding in offered[service].bindings():
-                signature = parse(binding.returns).text + parse(binding.parameters).text
-                self._declared.setdefault(binding.name, set()).add(signature)
-
-    def check(self, method: Method) -> None:
-        """Call the method as its documentation says."""
-        declared = self._declared.get(method.name, set())
-        if not declared and (method.answer == "cannot" or not method.counted):
-            return
-        documented = {"".join(parse(part).text for part in split(signature)) for signature in method.signatures}
-        place = f"{self._service}.{method.name}"
-        assert documented <= declared, f"{place} is declared {declared or 'nowhere'}, documented {documented}"
-        if method.answer == "does":
-            assert method.valid, f"{place}: `valid` has no arguments to call it with"
-        answers = [self._made(call, ()) for call in method.before]
-        try:
-            for arguments in method.valid:
-                value, error = self._outcome(self._service, method.name, _filled(arguments, answers), method.seconds)
-                if method.answer == "does":
-                    assert not error, f"{place}{arguments}: {error}"
-                    self._check_type(method, arguments, value)
-                else:
-                    self._check_refusal(place, arguments, error)
-                    assert method.error in error, f"{place}{arguments}: {error}"
-            for arguments in method.invalid:
-                self._check_refusal(
-                    place, arguments, self._outcome(self._service, method.name, _filled(arguments, answers))[1]
-                )
-            for arguments in self._wrong(method, declared, answers):
-                _, error = self._outcome(self._service, method.name, arguments)
-                assert error and "Traceback" not in error, f"{place}{arguments}: {error or 'is no error'}"
-        finally:
-            for call in method.after:
-                self._made(call, answers)
-
-    def _made(self, call: Call, answers: Any) -> Any:
-        service = self._service if call.service in BASES else call.service
-        value, error = self._outcome(service, call.method, _filled(call.arguments, answers), 60.0)
-        assert not error, f"{service}.{call.method}{call.arguments}: {error}"
-        return value
-
-    def _outcome(self, service: str, method: str, arguments: Any, seconds: float = 0.0) -> tuple[Any, str]:
-        """What a call answers, and the text of its error."""
-        try:
-            future = getattr(self._naoqi.session.service(service), method)(*arguments, _async=True)
-            future.wait(round(1000 * (seconds + PATIENCE)))
-            if not future.isFinished():
-                future.cancel()
-                pytest.fail(f"{service}.{method}{tuple(arguments)} is unanswered after {seconds + PATIENCE} s")
-            return future.value(), ""
-        except (RuntimeError, TypeError) as error:  # TypeError: no client can send such a value
-            return None, str(error) or "an error without a text"
-
-    def _check_refusal(self, place: str, arguments: Any, error: str) -> None:
-        assert error, f"{place}{tuple(arguments)} is no error"
-        assert place.replace(".", "::") in error, f"{place}{tuple(arguments)}: {error}"
-        assert len(error) < 400 and "\n" not in error and "Traceback" not in error, error
-
-    def _check_type(self, method: Method, arguments: Any, value: Any) -> None:
-        returned = {split(signature)[0] for signature in method.signatures}
-        if method.result:
-            returned = {method.result if kind == "m" else kind for kind in returned}
-        place = f"{self._service}.{method.name}{arguments}"
-        assert any(_fits(parse(kind), value) for kind in returned), f"{place} answered {value!r:.200}, not {returned}"
-
-    @staticmethod
-    def _wrong(method: Method, declared: set[str], answers: list) -> Iterator[tuple]:
-        """Arguments of a wrong number, of a wrong kind, and NaN."""
-        overloads = [split(split(signature)[1][1:-1]) for signature in declared]
-        counts = {len(kinds) for kinds in overloads}
-        for arguments in method.valid[:1]:
-            right = _filled(arguments, answers)
-            yield (*right, *[0] * (max(counts) + 1 - len(right)))
-            if min(counts) > 0:
-                yield right[: min(counts) - 1]
-        for arguments in method.valid:
-            right = _filled(arguments, answers)
-            alike = [kinds for kinds in overloads if len(kinds) == len(right)]
-            for place in range(len(right)):
-                wanted = [kinds[place] for kinds in alike]
-                for kind, value in WRONG:
-                    if not any(convertibility(kind, want) for want in wanted):
-                        yield (*right[:place], value, *right[place + 1 :])
-                        break
-                if wanted and all(want in ("f", "d") for want in wanted):
-                    yield (*right[:place], math.nan, *right[place + 1 :])
-
-
-def _filled(arguments: Any, answers: Any) -> tuple:
-    """Put what earlier calls answered in the place of "$0", "$1", ..."""
-    places = {f"${number}": answer for number, answer in enumerate(answers)}
-    return tuple(places.get(word, word) if isinstance(word, str) else word for word in arguments)
-
-
-def _fits(kind: Any, value: Any) -> bool:
-    """Whether a client's value is one of this type."""
-    octets = bytes | bytearray
-    simple = {"v": type(None), "_": type(None), "b": bool, "f": float, "d": float, "s": str | octets, "r": octets}
-    if kind.code in "mX":
-        return True
-    if kind.code in simple:
-        return isinstance(value, simple[kind.code])
-    if kind.code in "cCwWiIlL":
-        return isinstance(value, int) and not isinstance(value, bool)
-    if kind.code == "[":
-        return isinstance(value, list | tuple) and all(_fits(kind.children[0], item) for item in value)
-    if kind.code == "{":
-        key, held = kind.children
-        return isinstance(value, dict) and all(_fits(key, name) and _fits(held, value[name]) for name in value)
-    if kind.code == "(":
-        value = list(value.values()) if isinstance(value, dict) else value  # a structure with names
-        return len(value) == len(kind.children) and all(map(_fits, kind.children, value))
-    return value is not None  # an object
 
 
 @pytest.fixture(scope="module")
 def files(simulation) -> Iterator[None]:
-    """Put onto the robot's disk what the arguments name."""
-    disk, packages = simulation.server.catalogue.disk, simulation.server.catalogue.packages
-    if FILES.is_dir():
-        shutil.copytree(FILES, disk.root, dirs_exist_ok=True)
-    with zipfile.ZipFile(disk.path("/home/nao/documented.pkg"), "w") as package:
-        package.writestr("manifest.xml", MANIFEST)
-        package.writestr("main.py", "import time\n\ntime.sleep(3600)\n")
-        package.writestr("icon.png", b"\x89PNG")
+    """What the arguments name is on the robot's disk."""
+    put_files(simulation.server.catalogue.disk)
     yield
+    packages = simulation.server.catalogue.packages
     if "documented" in [package.uuid for package in packages.packages]:
         packages.remove("documented")
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", [name for name, (_, method) in OWN.items() if method.seconds < LONG])
 def test_a_method(naoqi, files, name):
     service, method = OWN[name]
     Caller(naoqi, service).check(method)
 
 
-@pytest.mark.parametrize("service", [name for name in SERVICES if _inherited(name)])
+@pytest.mark.parametrize("service", [name for name in SERVICES if inherited(name)])
 def test_what_a_service_inherits(naoqi, files, service):
     caller = Caller(naoqi, service)
-    for method in _inherited(service):
+    for method in inherited(service):
         caller.check(method)
 
 

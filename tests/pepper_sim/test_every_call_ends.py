@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator
+from types import ModuleType
 from typing import Any
 
 import pytest
 
 from pepper_sim.body.description import JOINTS
 from pepper_sim.documentation import Call, Method, read_all
+from pepper_sim.simulation import Simulation
 
 PATIENCE = 5.0
 """Seconds after its documented time in which a call must be answered."""
@@ -133,6 +135,21 @@ def _busy(naoqi: Any, wait_until: Callable) -> None:
     naoqi.ALMotion.move(0.0, 0.0, 0.2)
     naoqi.ALMotion.angleInterpolation("Body", [0.0] * len(JOINTS), BUSY, True, _async=True)
     wait_until(naoqi.ALMotion.getTaskList, "the robot moves")
+
+
+@pytest.fixture(scope="module")
+def simulation() -> Iterator[Simulation]:
+    """A robot of its own: nobody could say in what state all those calls leave it."""
+    with Simulation(scene="empty", port=0) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
+    client = qi.Session()
+    client.connect(simulation.url)
+    yield client
+    client.close()
 
 
 @pytest.fixture(autouse=True)

@@ -55,12 +55,12 @@ def test_programs_may_switch_reflexes_off_while_the_owner_consents(naoqi, refuse
     assert "may not" not in owner.ask("GET", "")[1]
     motion.setExternalCollisionProtectionEnabled("All", False)
     motion.setFallManagerEnabled(False)
-    motion.setDiagnosisEffectEnabled(False)
+    motion.setPushRecoveryEnabled(False)
     assert not naoqi.robot.security.enabled and not motion.getExternalCollisionProtectionEnabled("Move")
-    assert not motion.getFallManagerEnabled() and not motion.getDiagnosisEffectEnabled()
+    assert not motion.getFallManagerEnabled() and not motion.getPushRecoveryEnabled()
     owner.consent(False)
     assert naoqi.robot.security.enabled and motion.getExternalCollisionProtectionEnabled("Move")
-    assert motion.getFallManagerEnabled() and motion.getDiagnosisEffectEnabled()
+    assert motion.getFallManagerEnabled() and motion.getPushRecoveryEnabled()
     assert "consent" in refused(motion.setExternalCollisionProtectionEnabled, "Move", False)
 
 
@@ -79,6 +79,11 @@ def test_only_the_pages_own_form_is_taken(naoqi, open_page, body):
     assert owner.ask("GET", "consent")[0] == owner.ask("POST", "", b"programs=1", **FORM)[0] == 405
     assert owner.ask("GET", "elsewhere")[0] == 404
     assert not naoqi.robot.consent.given
+
+
+def test_listening_for_other_machines_is_warned_about(naoqi, caplog):
+    owner_page.serve(naoqi.robot.consent, "0.0.0.0", 0, KEY).close()
+    assert "crosses the network in the clear" in caplog.text
 
 
 def test_page_is_left_out_unless_asked_for_and_then_on_loopback():

@@ -73,6 +73,14 @@ def test_shapes_and_types_of_the_readings(client):
     assert isinstance(client.get("/data/servicestatus/controld3")[0], str)
 
 
+def test_services_can_be_read_as_names_and_as_a_tree(client):
+    groups = {group["name"]: group for group in client.get("/data/services")}
+    assert "controld3" in groups["robotino-daemons"]["services"]
+    for group in groups.values():
+        assert [node["name"] for node in group["_children"]] == group["services"]
+        assert all(client.get(f"/data/servicestatus/{name}") for name in group["services"])
+
+
 def test_whole_numbers_have_no_decimal_point(client):
     body = client.request("GET", "/data/odometry")[2]
     assert body.startswith(b"[0,0,0,0,0,0,") and b"." not in body

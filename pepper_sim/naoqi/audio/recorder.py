@@ -1,4 +1,4 @@
-"""Recording the microphones into a WAV file on the robot's disk, as ALAudioDevice and ALAudioRecorder do."""
+"""Recording the microphones into a WAV or Ogg file on the robot's disk, as ALAudioDevice and ALAudioRecorder do."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import threading
 import time
 import wave
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.service import ServiceError
-from pepper_sim.sound.room import Room
+from pepper_sim.sound.compressed import write_ogg
+from pepper_sim.sound.room import Room, read_channels
 
 log = logging.getLogger(__name__)
 
@@ -31,12 +33,13 @@ class MicrophoneRecorder:
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start(self, name: str, rate: int, channels: Sequence[bool]) -> None:
+    def start(self, name: str, rate: int, channels: Sequence[bool], ogg: bool = False) -> None:
         """Start recording.
 
         Args:
             name: File on the robot's disk.
             channels: Which of the four microphones.
+            ogg: Whether it is to be an Ogg file instead of a WAV file.
         Raises:
             ServiceError: A recording is already running, or the file cannot be written.
         """
@@ -44,9 +47,12 @@ class MicrophoneRecorder:
             if self._thread is not None and self._thread.is_alive():
                 raise ServiceError("a recording is running already")
             path = self._disk.path(name)
+            raw = path.with_name(path.name + ".part") if ogg else path
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                writer = wave.open(str(path), "wb")
+                if path.is_dir():
+                    raise IsADirectoryError(0, "it is a folder")
+                writer = wave.open(str(raw), "wb")
             except OSError as error:
                 raise ServiceError(f"'{name}' cannot be written: {error.strerror}") from None
             writer.setnchannels(sum(channels))
@@ -55,7 +61,7 @@ class MicrophoneRecorder:
             self._ending.clear()
             picked = np.flatnonzero(channels)
             self._thread = threading.Thread(
-                target=self._record, args=(writer, rate, picked), name="recorder", daemon=True
+                target=self._record, args=(writer, rate, picked, raw, path), name="recorder", daemon=True
             )
             self._thread.start()
 
@@ -72,7 +78,7 @@ class MicrophoneRecorder:
         if self._thread is not None:
             self._thread.join(timeout=3.0)
 
-    def _record(self, writer: wave.Wave_write, rate: int, channels: np.ndarray) -> None:
+    def _record(self, writer: wave.Wave_write, rate: int, channels: np.ndarray, raw: Path, path: Path) -> None:
         begin = start = time.monotonic()
         try:
             with writer:
@@ -83,5 +89,8 @@ class MicrophoneRecorder:
                     block = self._room.listen(start, count, rate)[:, channels]
                     writer.writeframes(np.ascontiguousarray(block).astype("<i2").tobytes())
                     start += count / rate
-        except OSError as error:
+            if raw != path:
+                write_ogg(path, *read_channels(raw))
+                raw.unlink()
+        except (OSError, ValueError) as error:
             log.warning("the recording ended: %s", error)

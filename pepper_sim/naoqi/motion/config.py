@@ -24,6 +24,7 @@ class MotionConfig:
     def __init__(self, robot: Pepper, tasks: MotionTasks) -> None:
         self._robot = robot
         self._tasks = tasks
+        self._notifications = True
 
     # --- the body ----------------------------------------------------------------------------------------------------
 
@@ -110,6 +111,16 @@ class MotionConfig:
         self._tasks.end_using((*BODY, *STIFFNESS.values()))
         self._robot.stop_move(abrupt=True)
         self._robot.stop_joints()
+
+    @remote("b()")
+    def areNotificationsEnabled(self) -> bool:
+        """Whether ALMotion notifies the user of what it refuses; see setEnableNotifications."""
+        return self._notifications
+
+    @remote("v(b)")
+    def setEnableNotifications(self, enable: bool) -> None:
+        """Switches ALMotion's notifications on or off. Stored only: this one has none."""
+        self._notifications = enable
 
     @remote("v(m)")
     def setMotionConfig(self, config: Any) -> None:

@@ -1,6 +1,7 @@
 """ALMotion: reflexes. Distances in metres.
 
-Defaults and who may switch what: NAOqi 2.8 documentation, reflexes-external-collision and reflexes-fall-manager.
+Defaults and who may switch what: NAOqi 2.8 documentation, reflexes-external-collision and almotion ("deactivation of
+safety reflexes").
 """
 
 from __future__ import annotations
@@ -113,8 +114,7 @@ class MotionReflexes:
 
     @remote("v(b)")
     def setDiagnosisEffectEnabled(self, pEnable: bool) -> None:
-        """Switches the reaction to a faulty device on or off; off only with the owner's consent."""
-        self._require_consent(pEnable, "pEnable")
+        """Switches the reaction to a faulty device on or off."""
         self._robot.diagnosis_effect = pEnable
 
     @remote("b()")

@@ -38,10 +38,15 @@ RGB_SPACES: dict[int, int] = {
 }
 """Colour space id -> layers (bytes per pixel), colour cameras."""
 
-DEPTH_SPACES: dict[int, int] = {0: 1, 11: 3, 13: 3, 17: 2, 19: 12, 21: 2, 23: 2}
-"""Colour space id -> layers, depth camera. Infrared (20) is left out: nothing simulates infrared light."""
+DEPTH_SPACES: dict[int, int] = {0: 1, 11: 3, 13: 3, 17: 2, 19: 12, 20: 2, 21: 2, 23: 2}
+"""Colour space id -> layers, depth camera."""
 STEREO_DEPTH_SPACES = {space: DEPTH_SPACES[space] for space in (0, 11, 17, 19)}
 """Colour space id -> layers, depth computed from two eyes (video_3D_pep)."""
+
+
+INFRARED_SATURATED = 1023
+"""Brightest value of the infrared picture: ten bits. Everything nearer than the depth camera's range has it."""
+_INFRARED_LIGHT = INFRARED_SATURATED * DEPTH_RANGE[0] ** 2
 
 
 def convert_rgb(pixels: np.ndarray, space: int) -> np.ndarray:
@@ -113,9 +118,9 @@ def convert_depth(
 
     Args:
         depth: (height, width) float32, distance from the image plane [m].
-        space: A key of DEPTH_SPACES: 17 and 23 uint16 millimetres from the image plane, 21 uint16 millimetres from the
-            camera's centre, 19 three float32 x ahead, y left, z up [m], 0 eight bits over the range, 11 and 13 false
-            colour.
+        space: A key of DEPTH_SPACES: 17 and 23 uint16 millimetres from the image plane, 20 uint16 infrared light that
+            comes back from the camera's own lamp, 21 uint16 millimetres from the camera's centre, 19 three float32
+            x ahead, y left, z up [m], 0 eight bits over the range, 11 and 13 false colour.
         fovy: Vertical field of view [rad].
         depth_range: Nearest and farthest [m].
     Returns:
@@ -129,6 +134,8 @@ def convert_depth(
     y, z = _rays(width, height, fovy)
     if space == 21:
         return _millimetres(seen * np.sqrt(1.0 + y * y + z * z))
+    if space == 20:
+        return _infrared(depth, y, z)
     if space == 19:
         return np.ascontiguousarray(np.stack([seen, seen * y, seen * z], axis=-1, dtype="<f4"))
     grey = (seen * (255.0 / far)).astype(np.uint8)
@@ -137,6 +144,18 @@ def convert_depth(
     colours = cv2.applyColorMap(grey, cv2.COLORMAP_JET)
     colours[seen == 0.0] = 0
     return cv2.cvtColor(colours, cv2.COLOR_BGR2RGB) if space == 11 else colours
+
+
+def _infrared(depth: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return the light of a lamp at the camera that comes back: it falls with the square of the distance, and surfaces
+    that are seen at an angle send less of it. All surfaces are equally bright to it."""
+    away = depth * np.sqrt(1.0 + y * y + z * z)
+    down, across = np.gradient(depth)
+    step = depth * float(y[0, 0] - y[0, 1])  # width of a pixel at that depth [m]
+    normal = np.sqrt((step - across * y - down * z) ** 2 + across * across + down * down)
+    light = _INFRARED_LIGHT / (away * away) * np.clip(step / normal * depth / away, 0.05, 1.0)
+    light[depth < DEPTH_RANGE[0]] = INFRARED_SATURATED
+    return np.ascontiguousarray(np.minimum(light, INFRARED_SATURATED).astype("<u2"))
 
 
 def _millimetres(metres: np.ndarray) -> np.ndarray:

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pepper_sim.naoqi.service import ServiceError, finite, remote, within
+from pepper_sim.naoqi.service import remote
+from pepper_sim.naoqi.video.conversions import known_camera
 from pepper_sim.naoqi.video.formats import (
     DEPTH_SPACES,
     RESOLUTIONS,
@@ -25,7 +26,7 @@ from pepper_sim.robot import STEREO_CAMERA, Pepper
 
 _OV5640, _XTION, _STEREO_DEPTH, _OV4689 = 3, 4, 7, 8
 _RATE, _STEREO_RATE = 30, 15
-_COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 7, 8)
+_COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 3, 7, 8)
 _STEREO_DEPTH_SIZES, _STEREO_SIZES = (5, 9, 10, 11, 12), (13, 14, 15, 16, 17)
 
 
@@ -81,7 +82,7 @@ class VideoSettings:
 
     # --- cameras -----------------------------------------------------------------------------------------------------
 
-    @remote("[i]()")
+    @remote("m()")
     def getCameraIndexes(self) -> list[int]:
         """Lists the cameras."""
         return list(self.cameras)
@@ -137,22 +138,6 @@ class VideoSettings:
     def getFrameRate(self, cameraIndex: int) -> int:
         """Returns the highest rate [1/s]."""
         return known_camera(self.cameras, cameraIndex).max_fps
-
-    @remote("[f](i[f])")
-    def getAngularPositionFromImagePosition(self, cameraIndex: int, imagePosition: list[float]) -> list[float]:
-        """Turns normalised picture coordinates (0 to 1, from top left) into angles [yaw, pitch] [rad]."""
-        camera = known_camera(self.cameras, cameraIndex)
-        x, y = _pair(imagePosition, "imagePosition")
-        tan_x, tan_y = math.tan(camera.fovx / 2), math.tan(camera.fovy / 2)
-        return [math.atan((1 - 2 * x) * tan_x), math.atan((2 * y - 1) * tan_y)]
-
-    @remote("[f](i[f])")
-    def getImagePositionFromAngularPosition(self, cameraIndex: int, angularPosition: list[float]) -> list[float]:
-        """Turns angles [yaw, pitch] [rad] into normalised picture coordinates."""
-        camera = known_camera(self.cameras, cameraIndex)
-        yaw, pitch = (within(v, -1.5, 1.5, "angularPosition") for v in _pair(angularPosition, "angularPosition"))
-        tan_x, tan_y = math.tan(camera.fovx / 2), math.tan(camera.fovy / 2)
-        return [(1 - math.tan(yaw) / tan_x) / 2, (1 + math.tan(pitch) / tan_y) / 2]
 
     # --- on and off --------------------------------------------------------------------------------------------------
 
@@ -264,19 +249,3 @@ class VideoSettings:
             self.active = 0
         else:
             self.setParameterToDefault(self.active, id)
-
-
-def known_camera(cameras: Mapping[int, Camera], index: int) -> Camera:
-    """Return the camera with this index.
-
-    Raises: ServiceError: There is no such camera.
-    """
-    if index not in cameras:
-        raise ServiceError(f"there is no camera {index}; cameras: {', '.join(map(str, cameras))}")
-    return cameras[index]
-
-
-def _pair(values: list[float], argument: str) -> tuple[float, float]:
-    if len(values) != 2:
-        raise ServiceError(f"{argument} must hold two numbers, got {len(values)}")
-    return finite(values[0], argument), finite(values[1], argument)

@@ -68,6 +68,7 @@ def test_names_decide_what_an_animation_looks_like():
     assert highest(yes, "HeadPitch") - lowest(yes, "HeadPitch") > 0.3 > 0.01 > highest(yes, "HeadYaw")
     assert highest(no, "HeadYaw") > 0.3 and lowest(no, "HeadYaw") < -0.3
     assert lowest(draw("BowShort_1"), "HipPitch") < -0.4
+    assert draw("ListeningRight_1")["HeadYaw"][0][1] < -0.3 and draw("ListeningLeft_1")["HeadYaw"][0][1] > 0.3
     assert highest(draw("ShowFloor_1"), "HeadPitch") > 0.3 > 0 > lowest(draw("ShowSky_1"), "HeadPitch") + 0.4
     assert draw("Sad_1")["HeadPitch"][0][1] > 0.3, "a sad robot looks down"
     assert lowest(draw("Happy_1"), "RShoulderPitch") < 0.0 and lowest(draw("Happy_1"), "LShoulderPitch") < 0.0

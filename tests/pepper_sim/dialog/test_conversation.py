@@ -69,6 +69,10 @@ def test_concepts_captures_and_variables(talk):
 
 def test_a_concept_that_holds_itself_ends(talk):
     assert talk("topic: ~a()\nconcept:(x) [a ~x]\nu:(~x) got ~x\n")("a", "b") == ["got a", None]
+    doubling = "".join(f"concept:(c{depth}) [~c{depth + 1} ~c{depth + 1}]\n" for depth in range(40))
+    functions = "".join(f"def:f{depth}() ^f{depth + 1} ^f{depth + 1}\n" for depth in range(25))
+    say = talk(f"topic: ~b()\n{doubling}concept:(c40) x\n{functions}def:f25() y\nu:(~c0) ~c0\nu:(deep) ^f0\n")
+    assert say("x", "deep") == [None, None], "2 to the power of 40 ways are not tried"
 
 
 def test_scopes_open_and_close(talk):
@@ -95,6 +99,8 @@ def test_proposals_are_said_once_and_have_scopes(talk):
     ]
     talk.conversation.reset()
     assert say("next", "next", "no") == ["I love you", "tea?", "coffee?"]
+    talk.conversation.remove("a")
+    assert talk("topic: ~a()\nu:(next) ^nextProposal\nproposal: %new hello\n")("next") == ["hello"]
 
 
 def test_goto_topic_tag_and_random(talk):

@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from pepper_sim.dialog.answers import unknown_functions
 from pepper_sim.dialog.conversation import Conversation
 from pepper_sim.dialog.grammar import read_grammar
 from pepper_sim.dialog.nodes import TopicError
@@ -50,6 +51,7 @@ def test_a_topic_holds_what_its_text_says():
         ("topic: ~a()\nu:(a _) b", 2, 6, "'_' needs"),
         ("topic: ~a()\nu:(a) $ b", 2, 7, "variable"),
         ("topic: ~a()\nu:(a) ^goto(b", 2, 12, "')' is missing"),
+        ("topic: ~a()\nu:(a) b\n%script\nprint 1\n%script", 3, 1, "%script"),
         ("topic: ~a()\nconcept: b c", 2, 10, "concept:(name)"),
         ("topic: ~a()\nu:(" + "[" * 60, 2, 43, "nested"),
     ],
@@ -58,6 +60,11 @@ def test_an_error_names_line_and_column(text, line, column, problem):
     with pytest.raises(TopicError, match=f"line {line}, column {column}: ") as caught:
         read_topic(text)
     assert problem in str(caught.value)
+
+
+def test_functions_that_nobody_carries_out_are_listed():
+    topic = read_topic("topic: ~a()\nu:(a) ^wiki(b) ^first[^goto(c) ^f]\ndef:f() ^start(d) ^rand[e]\n")
+    assert unknown_functions(topic) == ["wiki"]
 
 
 def test_no_text_is_too_odd():

@@ -1,7 +1,7 @@
 #! /usr/bin/env python
 # -*- encoding: UTF-8 -*-
 
-"""Waves, nods and points: animations by path, by the robot's posture and by tag."""
+"""Waves, points and bows: animations by path, by the robot's posture and by tag."""
 
 import argparse
 import sys
@@ -18,9 +18,6 @@ def main(session):
     # play another one in the background, and wait for it
     future = player.run("animations/Stand/Gestures/ShowSky_1", _async=True)
     future.value()
-
-    # any animation that says yes
-    player.runTag("yes")
 
     # my own tag
     player.addTagForAnimations({"myGreeting": ["animations/Stand/Gestures/BowShort_1"]})

@@ -7,6 +7,13 @@ from pepper_sim.services.al_speaking_movement import NEUTRAL, WORDS
 HEY = "animations/Stand/Gestures/Hey_1"
 
 
+@pytest.fixture(autouse=True)
+def body_language(naoqi):
+    """Whatever other tests made of it."""
+    naoqi.ALSpeakingMovement.setEnabled(True)
+    naoqi.ALSpeakingMovement.setMode("contextual")
+
+
 def arms_move(motion):
     return any(name == "SpeakingMovement" for name, _, _ in motion.getTaskList())
 
@@ -27,13 +34,20 @@ def test_the_body_speaks_and_comes_back(naoqi, wait_until):
 
 
 def test_any_other_motion_has_precedence(naoqi, wait_until):
-    motion = naoqi.ALMotion
-    call = naoqi.ALAnimatedSpeech.say("Hello, I am Pepper, and I am speaking with you.", _async=True)
+    motion, movement, player = naoqi.ALMotion, naoqi.ALSpeakingMovement, naoqi.ALAnimationPlayer
+    player.addTagForAnimations({"dance": ["animations/Stand/Waiting/FunnyDancer_1"]})
+    movement.addTagsToWords({"dance": ["hello"]})
+    call = naoqi.ALAnimatedSpeech.say(
+        "Hello, here is Pepper. It dances for much longer than this text takes.", _async=True
+    )
     wait_until(lambda: arms_move(motion), "it moves")
-    motion.angleInterpolation("RShoulderPitch", 0.0, 0.5, True)
+    motion.angleInterpolation("RShoulderPitch", 0.0, 0.8, True)
+    assert naoqi.ALMemory.getData("ALTextToSpeech/TextStarted"), "it still speaks"
     assert motion.getAngles("RShoulderPitch", True)[0] == pytest.approx(0.0, abs=0.05)
     naoqi.ALTextToSpeech.stopAll()
     call.value(5000)
+    movement.resetTagsToWords()
+    player.reset()
 
 
 def test_without_body_language_it_only_speaks(naoqi, wait_until):

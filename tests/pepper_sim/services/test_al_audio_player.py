@@ -3,8 +3,10 @@
 import time
 import wave
 
+import numpy as np
 import pytest
 
+from pepper_sim.sound.compressed import read_compressed
 from pepper_sim.sound.room import sine, write_wave
 
 
@@ -78,8 +80,25 @@ def test_recording_chosen_microphones(naoqi, simulation, refused):
     recorder.stopMicrophonesRecording()
     with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/front.wav"))) as recording:
         assert recording.getnchannels() == 1 and recording.getframerate() == 16000 and recording.getnframes() > 3000
-    assert "type" in refused(recorder.startMicrophonesRecording, "a.ogg", "ogg", 16000, [0, 0, 1, 0])
+    assert "type" in refused(recorder.startMicrophonesRecording, "a.mp3", "mp3", 16000, [0, 0, 1, 0])
     assert "channels" in refused(recorder.startMicrophonesRecording, "a.wav", "wav", 16000, [0, 0, 0, 0])
+
+
+def test_ogg_files_are_recorded_and_played(player, naoqi, simulation, refused):
+    simulation.room.surroundings.play(sine(500.0, 1.0, 16000, 0.3), 16000)
+    naoqi.ALAudioDevice.startMicrophonesRecording("/home/nao/front.ogg")
+    time.sleep(0.4)
+    naoqi.ALAudioDevice.stopMicrophonesRecording()
+    disk = simulation.server.catalogue.disk
+    samples, rate = read_compressed(disk.path("/home/nao/front.ogg"))
+    frequency = np.argmax(np.abs(np.fft.rfft(samples[:, 0]))) * rate / len(samples)
+    assert frequency == pytest.approx(500.0, abs=10.0) and samples.shape[1] == 1
+    assert not disk.path("/home/nao/front.ogg.part").exists()
+    number = player.loadFile("/home/nao/front.ogg")
+    assert player.getFileLength(number) == pytest.approx(len(samples) / rate, abs=0.1)
+    player.unloadFile(number)
+    disk.path("/home/nao/list.mp3").write_text("#EXTM3U\nhttp://127.0.0.1/x.mp3\n")
+    assert "mp3" in refused(player.loadFile, "/home/nao/list.mp3")
 
 
 def test_the_robot_brings_sounds(player, naoqi, refused):

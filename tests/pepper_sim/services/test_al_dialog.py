@@ -102,6 +102,21 @@ def test_topics_of_the_disk_with_what_they_include(naoqi, dialog, refused):
     assert naoqi.ALMemory.getData("Dialog/Language/French") == 1
 
 
+def test_two_topics_share_the_lexicon(naoqi, dialog, said):
+    for name in ("one", "two"):
+        text = (
+            f"topic: ~{name}()\nlanguage: enu\ninclude: lexicon_enu.top\nu:({name} {{~please}}) sure\n u1:(~yes) {name}"
+        )
+        dialog.activateTopic(dialog.loadTopicContent(text + "\n"))
+    dialog.unloadTopic("one")
+    assert dialog.getActivatedTopics() == ["lexicon", "two"]
+    dialog.forceInput("two please")
+    dialog.forceInput("of course")
+    said("two")
+    dialog.unloadTopic("two")
+    assert "lexicon" not in dialog.getAllLoadedTopics()
+
+
 def test_concepts_users_and_settings(naoqi, dialog, refused):
     dialog.loadTopicContent("topic: ~ride()\nlanguage: enu\ndynamic: thing\nconcept:(fixed) a\nu:(ride _~thing) a $1\n")
     dialog.setConcept("thing", "English", ["bike", "double-decker bus"])
@@ -124,6 +139,25 @@ def test_concepts_users_and_settings(naoqi, dialog, refused):
     assert naoqi.ALTextToSpeech.getLanguage() == naoqi.ALSpeechRecognition.getLanguage() == "French"
     dialog.resetLanguage()
     assert dialog.getLanguage() == "English"
+
+
+def test_rules_ask_and_change_what_is_known(naoqi, dialog, said):
+    dialog.loadTopicContent(
+        "topic: ~colours()\nlanguage: enu\nu:(Bob likes _[blue red]) ok ^addKnowledge(bob, likes, $1)\n"
+        'u:(what does he like) ^first["he likes ^queryKnowledge(bob, likes, ?)" nothing]\n'
+        'u:(does he like _[blue red]) ^first["yes ^containsKnowledge(bob, likes, $1)" no]\n'
+    )
+    dialog.activateTopic("colours")
+    for text, answer in (
+        ("what does he like", "nothing"),
+        ("bob likes blue", "ok"),
+        ("what does he like", "he likes blue"),
+        ("does he like red", "no"),
+        ("does he like blue", "yes"),
+    ):
+        dialog.forceInput(text)
+        said(answer)
+    naoqi.ALKnowledge.resetKnowledge("com.aldebaran.learning")
 
 
 def test_a_service_answers_what_no_rule_understands(naoqi, dialog, said):

@@ -4,6 +4,8 @@ import time
 
 import pytest
 
+from pepper_sim.sound.room import sine
+
 GRAMMAR = """#BNF+EM V1.1;
 !grammar lights;
 !start <go>;
@@ -34,7 +36,9 @@ def spoken(naoqi):
         values = []
         subscriber = naoqi.ALMemory.subscriber(event)
         link = subscriber.signal.connect(values.append)
-        naoqi.simulation.simulated.say_nearby(sentence)
+        # As `say_nearby` does, with a tone of 0.2 s instead of a voice, which takes a second.
+        room = naoqi.simulation.room
+        room.spoken(sentence, room.surroundings.play(sine(300.0, 0.2, 16000, 0.5), 16000))
         deadline = time.monotonic() + 15.0
         while not [value for value in values if value != but]:
             assert time.monotonic() < deadline, f"{event} was not raised for {sentence!r}: {values}"

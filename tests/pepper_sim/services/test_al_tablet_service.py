@@ -2,10 +2,15 @@
 
 import http.server
 import threading
+import time
+from pathlib import PurePosixPath
 
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
+
+from pepper_sim.naoqi.installed_packages import APPS
 
 ORANGE = (255, 140, 0)
 
@@ -42,8 +47,10 @@ def pages():
 
 
 @pytest.fixture
-def tablet(naoqi):
+def tablet(naoqi, simulation, wait_until):
     service = naoqi.ALTabletService
+    service.hide()
+    wait_until(lambda: _brightest(simulation) == 0, "what an earlier test has shown is gone")
     yield service
     service.hide()
 
@@ -106,13 +113,112 @@ def test_what_an_android_box_would_add(tablet, refused):
     tablet.setOnTouchWebviewScaleFactor(1.0)
     tablet.setOnTouchWebviewScaleFactor(1.34)
     assert tablet.setBrightness(0.5) and tablet.getBrightness() == pytest.approx(0.5)
-    assert tablet.playVideo("http://127.0.0.1/v.mp4") is False and tablet.getVideoLength() == -1
+    assert tablet.playVideo("no address") is False and tablet.getVideoLength() == tablet.getVideoPosition() == -1
+    assert tablet.pauseVideo() is tablet.resumeVideo() is tablet.stopVideo() is False
     assert tablet.setVolume(10) is False and tablet.robotIp() == "198.18.0.1"
     assert tablet.loadApplication("app") is False
     tablet.executeJS("1+1")
-    tablet.showInputTextDialog("Name?", "ok", "cancel")
     tablet.reloadPage(True)
     assert "brightness" in refused(tablet.setBrightness, 2.0)
     assert "security" in refused(tablet.configureWifi, "magic", "home", "secret")
     assert "volume" in refused(tablet.setVolume, 99)
     tablet.setBrightness(1.0)
+
+
+@pytest.fixture
+def application(simulation):
+    """Folder of the page of the application "film" on the robot's disk."""
+    folder = simulation.server.catalogue.disk.path(str(PurePosixPath(APPS, "film", "html")))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def test_the_robots_own_web_server_has_the_pages_of_applications(tablet, application, simulation, wait_until):
+    cv2.imwrite(str(application / "orange.png"), np.full((40, 64, 3), ORANGE[::-1], np.uint8))
+    (application / "index.html").write_text("<img src=orange.png>")
+    assert tablet.loadApplication("film") is True and tablet.loadApplication("none") is False
+    tablet.showWebview()
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "the page's picture is on the screen")
+    tablet.hideWebview()
+    assert tablet.showImage(f"http://{tablet.robotIp()}/apps/film/orange.png") is True
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "the picture is on the screen")
+    errors = []
+    tablet.onLoadPageError.connect(lambda code, text, url: errors.append(url))
+    tablet.onPageFinished.connect(lambda: errors.append("a page says that there is none"))
+    tablet.loadUrl(f"http://{tablet.robotIp()}/apps/film/../../../../../etc/passwd")
+    wait_until(lambda: errors, "the address was looked for")
+    assert errors == ["a page says that there is none"]
+
+
+def test_a_video_plays_pauses_and_ends(tablet, application, simulation, wait_until):
+    writer = cv2.VideoWriter(str(application / "film.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 40))
+    for _ in range(12):
+        writer.write(np.full((40, 64, 3), ORANGE[::-1], np.uint8))
+    writer.release()
+    seen = []
+    tablet.videoStarted.connect(lambda: seen.append("started"))
+    tablet.videoFinished.connect(lambda: seen.append("finished"))
+    assert tablet.playVideo("http://198.18.0.1/apps/film/film.avi") is True
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "the video is on the screen")
+    assert tablet.pauseVideo() is True
+    assert tablet.getVideoLength() == 1200 and 0 < tablet.getVideoPosition() < 1200
+    assert seen == ["started"] and tablet.resumeVideo() is True
+    wait_until(lambda: "finished" in seen, "it has ended")
+    wait_until(lambda: not _near(_colour(simulation), ORANGE), "the screen is dark again")
+    (application / "list.m3u8").write_text("#EXTM3U\nfilm.avi\n")
+    assert tablet.playVideo("http://198.18.0.1/apps/film/list.m3u8") is True
+    wait_until(lambda: tablet.stopVideo() is False, "what is no video was put away")
+    assert seen == ["started", "finished"]
+
+
+def test_a_question_is_answered_by_a_person(tablet, simulation, wait_until):
+    answers = []
+    tablet.onInputText.connect(lambda validation, text: answers.append((validation, text)))
+    tablet.showInputTextDialog("What is your name?", "ok", "cancel")
+    wait_until(lambda: _brightest(simulation) == 255, "the question is on the screen")
+    simulation.tablet.answer(True, "Ada")
+    wait_until(lambda: answers == [(1, "Ada")], "the answer has come")
+    tablet.showInputDialog("text", "Which one?", "ok", "cancel")
+    tablet.hideDialog()
+    simulation.tablet.answer(True, "too late")
+    wait_until(lambda: _brightest(simulation) == 0, "the screen is dark again")
+    assert answers == [(1, "Ada")]
+
+
+def test_the_screen_is_dimmed_covered_and_put_to_sleep(tablet, pages, simulation, wait_until):
+    tablet.showImage(pages + "/picture.png")
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "the picture is on the screen")
+    tablet.setBrightness(0.0)
+    wait_until(lambda: _near(_colour(simulation), [part // 4 for part in ORANGE]), "it is dimmed")
+    tablet.setBrightness(1.0)
+    tablet.goToSleep()
+    wait_until(lambda: _brightest(simulation) == 0, "it sleeps")
+    tablet.wakeUp()
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "it shows what it showed")
+    tablet.showAlertView(1.0, "#0000FF", 200)
+    wait_until(lambda: _near(_colour(simulation), (0, 0, 255)), "it is covered")
+    wait_until(lambda: _near(_colour(simulation), ORANGE), "the cover is gone after its time")
+
+
+def _brightest(simulation):
+    picture = simulation.tablet.image.peek()
+    return 0 if picture is None else int(picture.pixels.max())
+
+
+def test_an_animated_picture_moves_until_it_is_paused(tablet, application, simulation, wait_until):
+    frames = [Image.new("RGB", (64, 40), colour) for colour in (ORANGE, (0, 0, 255))]
+    frames[0].save(application / "two.gif", save_all=True, append_images=frames[1:], duration=100, loop=0)
+    assert tablet.showImage("http://198.18.0.1/apps/film/two.gif") is True
+    for colour in (ORANGE, (0, 0, 255), ORANGE):
+        wait_until(lambda colour=colour: _near(_colour(simulation), colour), "it shows one picture after the other")
+    tablet.pauseGif()
+    wait_until(lambda: _changes(simulation) == 0, "it stands still")
+    tablet.resumeGif()
+    wait_until(lambda: _changes(simulation) > 1, "it moves again")
+
+
+def _changes(simulation):
+    """How often the screen changes in three periods of the animated picture."""
+    before = simulation.tablet.image.peek().sequence
+    time.sleep(0.3)
+    return simulation.tablet.image.peek().sequence - before

@@ -24,14 +24,17 @@ def test_say_takes_as_long_as_the_words_and_keeps_them(speech, simulation):
     assert any(samples), "espeak-ng really spoke"
 
 
+PLACES = ("PositionOfCurrentWord", "CurrentBookMark")
+
+
 def test_events_tell_what_is_said(naoqi, speech, wait_until):
     received = []
     subscribers = []
-    for event in ("TextStarted", "CurrentSentence", "CurrentWord", "TextDone", "Status"):
+    for event in ("TextStarted", "CurrentSentence", "CurrentWord", "TextDone", "Status", *PLACES):
         subscriber = naoqi.ALMemory.subscriber(f"ALTextToSpeech/{event}")
         subscriber.signal.connect(lambda value, event=event: received.append((event, value)))
         subscribers.append(subscriber)
-    speech.say("Hello Pepper")
+    speech.say("Hello \\mrk=7\\ Pepper \\mrk=9\\")
     states = ["started", "done"]
     wait_until(
         lambda: [value[1] for event, value in received if event == "Status"] == states, "both states were reported"
@@ -40,6 +43,9 @@ def test_events_tell_what_is_said(naoqi, speech, wait_until):
     assert ("TextStarted", True) in received and ("CurrentSentence", "Hello Pepper") in received
     words = [value for event, value in received if event == "CurrentWord" and value]
     assert words == ["Hello", "Pepper"]
+    wait_until(lambda: len([event for event, _ in received if event in PLACES]) == 4, "all places were reported")
+    places, marks = ([value for event, value in received if event == place] for place in PLACES)
+    assert places == [0, 1] and marks == [7, 9]
 
 
 def test_stop_all_interrupts_what_is_said_and_what_waits(naoqi, speech, wait_until):

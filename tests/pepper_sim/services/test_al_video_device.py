@@ -10,8 +10,8 @@ import pytest
 from pepper_sim.services.al_video_device import MAX_INSTANCES
 
 TOP, BOTTOM, DEPTH = 0, 1, 2
-QQVGA, QVGA, VGA = 0, 1, 2
-YUV422, RGB, BGR, KDEPTH, XYZ, DISTANCE, RAW_DEPTH = 9, 11, 13, 17, 19, 21, 23
+QQVGA, QVGA, VGA, VGA4 = 0, 1, 2, 3
+YUV422, RGB, BGR, KDEPTH, XYZ, INFRARED, DISTANCE, RAW_DEPTH = 9, 11, 13, 17, 19, 20, 21, 23
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_the_container_is_a_list_with_raw_pixels(video):
         *((TOP, space, 1) for space in range(9)),
         *((BOTTOM, space, layers) for space, layers in ((9, 2), (10, 3), (11, 3), (12, 3), (13, 3), (14, 2), (15, 3))),
         (TOP, 18, 4),
-        *((DEPTH, space, layers) for space, layers in ((0, 1), (11, 3), (17, 2), (19, 12), (21, 2), (23, 2))),
+        *((DEPTH, space, layers) for space, layers in ((0, 1), (11, 3), (17, 2), (19, 12), (20, 2), (21, 2), (23, 2))),
     ],
 )
 def test_every_colour_space_has_its_size(video, camera, space, layers):
@@ -130,7 +130,7 @@ def test_impossible_subscriptions_have_an_empty_handle(video):
         (9, QVGA, RGB, 5),
         (TOP, 99, RGB, 5),
         (TOP, QVGA, KDEPTH, 5),
-        (DEPTH, QVGA, 20, 5),
+        (DEPTH, QVGA, YUV422, 5),
         (TOP, 1, 11, 0),
     ):
         assert video.subscribeCamera("bad", *arguments) == ""
@@ -156,8 +156,34 @@ def test_several_cameras_under_one_handle(video, refused):
     handle = video.subscribeCameras("both", [TOP, BOTTOM], [QVGA, QQVGA], [RGB, BGR], 10)
     images = video.getImagesRemote(handle)
     assert [(i[0], i[3], i[7]) for i in images] == [(320, RGB, TOP), (160, BGR, BOTTOM)]
-    assert video.releaseImages(handle) is True
+    assert video.releaseImages(handle) == [True, True]
+    assert video.subscribeCameras("twice", [TOP, TOP], [QVGA, QVGA], [RGB, RGB], 10) == ""
     assert "same length" in refused(video.subscribeCameras, "bad", [TOP], [], [], 10)
+
+
+def test_depth_comes_beside_a_large_picture(video):
+    handle = video.subscribeCameras("both", [TOP, DEPTH], [VGA4, VGA4], [BGR, KDEPTH], 10)
+    large, depth = video.getImagesRemote(handle)
+    assert large[:2] == depth[:2] == [1280, 960]
+    assert len(large[6]) == 1280 * 960 * 3 and len(depth[6]) == 1280 * 960 * 2
+    assert np.frombuffer(depth[6], "<u2").max() > 400
+
+
+def test_each_camera_of_a_subscription_can_be_changed(video, refused):
+    handle = video.subscribeCameras("both", [TOP, DEPTH], [QVGA, QVGA], [RGB, KDEPTH], 10)
+    assert video.setResolutions(handle, [QQVGA, 99]) == [True, False]
+    assert video.getResolutions(handle) == [QQVGA, QVGA]
+    assert video.setColorSpaces(handle, [BGR, RGB]) == [True, True] and video.getColorSpaces(handle) == [BGR, RGB]
+    assert video.setColorSpaces(handle, [KDEPTH, INFRARED]) == [False, True]
+    assert video.setActiveCameras(handle, [BOTTOM, TOP]) == [True, False]
+    assert video.getActiveCameras(handle) == [BOTTOM, DEPTH]
+    assert [(i[0], i[3], i[7]) for i in video.getImagesRemote(handle)] == [(160, BGR, BOTTOM), (320, INFRARED, DEPTH)]
+    assert video.setCamerasParameter(handle, 7, [1, 0]) == [True, True]
+    assert (
+        video.getCamerasParameter(handle, 7) == [1, 0] == [video.getParameter(BOTTOM, 7), video.getParameter(DEPTH, 7)]
+    )
+    assert video.setCamerasParameterToDefault(handle, 7) == [True, True] and video.getParameter(BOTTOM, 7) == 0
+    assert "each of 2 cameras" in refused(video.setResolutions, handle, [QVGA])
 
 
 def test_a_subscription_can_be_changed(video, refused):

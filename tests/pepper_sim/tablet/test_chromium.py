@@ -34,6 +34,22 @@ def test_chromium_runs_scripts_and_styles(site, chromium, eventually) -> None:
     assert chromium.shows(BLACK)
 
 
+def test_chromium_talks_to_the_robots_programs(chromium, eventually, tmp_path) -> None:
+    heard: list[str] = []
+    chromium.tablet.on_js_event = lambda text: heard.append(f"event {text}")
+    chromium.tablet.on_console = lambda text: heard.append(f"console {text}")
+    (tmp_path / "index.html").write_text("<script src=app.js></script><body onclick=\"answer('touched')\">")
+    (tmp_path / "app.js").write_text("function answer(text) { ALTabletBinding.raiseEvent(text); console.log(text, 7) }")
+    files = {"/apps/mine/": tmp_path / "index.html", "/apps/mine/app.js": tmp_path / "app.js"}
+    chromium.tablet.robot_files = files.get
+    assert chromium.tablet.execute("1") is False, "there is no page yet"
+    chromium.open("http://198.18.0.1/apps/mine/")
+    assert eventually(lambda: "finished" in chromium.events)
+    assert chromium.tablet.execute("answer('hello'); document.body.style.background = '#00f'") is True
+    assert eventually(lambda: heard == ["event hello", "console hello 7"])
+    assert chromium.shows(BLUE)
+
+
 def test_chromium_follows_a_stream(live, chromium, eventually, encoded) -> None:
     image, server = live
     image.put(encoded(RED))

@@ -154,6 +154,7 @@ def test_what_is_postponed_ends_with_what_it_waits_for(naoqi, wait_until):
 def test_a_motion_that_gives_way_does_not_make_others_wait(naoqi, simulation):
     joints = simulation.server.catalogue.services[2].joints
     alive = joints.follow("breathing", {"HeadYaw": [(60.0, 1.0)]}, yields=True)
+    assert naoqi.ALMotion.areResourcesAvailable(["Head"])
     naoqi.ALMotion.angleInterpolation("HeadYaw", 0.2, 0.2, True)
     assert alive.result(0) is False
     assert naoqi.ALMotion.getAngles("HeadYaw", True) == pytest.approx([0.2], abs=0.03)

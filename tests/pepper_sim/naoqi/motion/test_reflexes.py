@@ -33,15 +33,15 @@ def test_protection_of_the_base_needs_consent_that_of_the_arms_does_not(naoqi, r
 def test_switches_that_need_consent(naoqi, refused):
     motion = naoqi.ALMotion
     assert "consent" in refused(motion.setFallManagerEnabled, False)
-    assert "consent" in refused(motion.setDiagnosisEffectEnabled, False)
     assert "consent" in refused(motion.setPushRecoveryEnabled, False)
-    assert motion.getFallManagerEnabled() and motion.getDiagnosisEffectEnabled() and motion.getPushRecoveryEnabled()
+    assert motion.getFallManagerEnabled() and motion.getPushRecoveryEnabled()
 
 
 def test_switches_that_are_kept(naoqi, refused):
     motion = naoqi.ALMotion
     motion.setSmartStiffnessEnabled(False)
-    assert not motion.getSmartStiffnessEnabled()
+    motion.setDiagnosisEffectEnabled(False)
+    assert not motion.getSmartStiffnessEnabled() and not motion.getDiagnosisEffectEnabled()
     assert motion.setCollisionProtectionEnabled("Arms", False) is True
     assert motion.getCollisionProtectionEnabled("LArm") is False
     motion.setCollisionProtectionEnabled("Arms", True)
@@ -49,3 +49,4 @@ def test_switches_that_are_kept(naoqi, refused):
     assert "pChainName" in refused(motion.setCollisionProtectionEnabled, "Head", True)
     assert "LArm" in refused(motion.getChainClosestObstaclePosition, "LArm", 0)
     motion.setSmartStiffnessEnabled(True)
+    motion.setDiagnosisEffectEnabled(True)

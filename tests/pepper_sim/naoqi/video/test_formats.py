@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pepper_sim.naoqi.video.formats import DEPTH_SPACES, RGB_SPACES, convert_depth, convert_rgb
+from pepper_sim.naoqi.video.formats import DEPTH_SPACES, INFRARED_SATURATED, RGB_SPACES, convert_depth, convert_rgb
 
 PIXELS = cv2.GaussianBlur(np.random.default_rng(1).integers(0, 255, (24, 32, 3), np.uint8), (5, 5), 0)
 
@@ -42,6 +42,15 @@ def test_depth_out_of_range_is_zero():
     depth = np.array([[0.1, 0.4, 8.0, 8.1, 30.0]], np.float32)
     assert convert_depth(depth, 17, 0.8).tolist() == [[0, 400, 8000, 0, 0]]
     assert convert_depth(depth, 0, 0.8)[0, 0] == 0 and convert_depth(depth, 0, 0.8)[0, 2] == 255
+
+
+def test_infrared_light_falls_with_the_square_of_the_distance_and_off_a_tilted_wall():
+    walls = [int(convert_depth(np.full((9, 9), m, np.float32), 20, 0.8)[4, 4]) for m in (0.3, 1.0, 2.0)]
+    assert walls[0] == INFRARED_SATURATED and walls[1] == pytest.approx(4 * walls[2], abs=4)
+    tangents = np.tan(0.4) * np.linspace(-8 / 9, 8 / 9, 9, dtype=np.float32)
+    tilted = np.tile(1.0 / (1.0 + np.tan(np.pi / 3) * tangents), (9, 1)).astype(np.float32)
+    assert convert_depth(tilted, 20, 0.8)[4, 4] == pytest.approx(walls[1] * np.cos(np.pi / 3), rel=0.05)
+    assert (convert_depth(0.3 * tilted, 20, 0.8)[:, 4] == INFRARED_SATURATED).all(), "too close, at any angle"
 
 
 def test_points_lie_on_their_rays():

@@ -2,7 +2,8 @@
 
 Parameters: ~address (127.0.0.1), ~port (9559; 0 takes a free one), ~scene (apartment), ~seed (0), ~viewer (false): open
             MuJoCo's viewer; ~wires/pepper/{cmd_vel, image}: where the driver takes commands and publishes pictures;
-            ~kinds/pepper/{speaker, record_speaker, room_sound, head}: its sound and head, see `SimulatedPepper`;
+            ~kinds/pepper/{speaker, record_speaker, room_sound, head, posters, people, disk, tablet_browser}: its sound
+            and head, what and who stands before it, its files and its tablet, see `SimulatedPepper`;
             ~kinds/pepper/{owner_consents, page_port}: whether programs may switch safety reflexes off, and the page
             where the owner changes that; its key comes from the environment's TELEPRESENCE_ROBOT_PAGE_KEY.
 """

@@ -1,0 +1,93 @@
+"""Programs about people, run unchanged against a robot with somebody before it; what they did shows in the world."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from pepper_sim.simulation import Simulation
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    with Simulation("empty", port=0, people=["standing@-2,-1.5", "seated@-2,1.5"]) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def session(simulation, qi):
+    client = qi.Session()
+    client.connect(simulation.url)
+    yield client
+    client.close()
+
+
+@pytest.fixture
+def stranger(naoqi):
+    return naoqi.simulation.world.people["person_1"]
+
+
+def loudness(naoqi, begin):
+    seconds = time.monotonic() - begin
+    return np.abs(naoqi.simulation.room.loudspeaker.track.render(begin, int(16000 * seconds), 16000)).max()
+
+
+def test_a_greeter_greets_who_comes_and_nobody_else(stranger, naoqi, run_against_robot):
+    begin = time.monotonic()
+    assert "nobody came" in run_against_robot("people_greeter", "--seconds", 1.0)
+    assert loudness(naoqi, begin) < 0.01, "it said nothing"
+    stranger.place(1.4, 0.0, math.pi)
+    begin = time.monotonic()
+    printed = run_against_robot("people_greeter")
+    assert "face at alpha" in printed and printed.splitlines()[-1] == "greeted"
+    assert loudness(naoqi, begin) > 0.01, "it was heard"
+
+
+def test_a_tracker_looks_at_a_face_and_drives_to_it(stranger, naoqi, run_against_robot):
+    stranger.place(1.5, 0.5, math.pi)
+    printed = run_against_robot("people_follow_face", "--seconds", 1.0)
+    assert "successfully started with Face" in printed and "at 1.4" in printed
+    yaw = naoqi.robot.snapshot().joint_positions["HeadYaw"]
+    assert yaw == pytest.approx(math.atan2(0.5, 1.43), abs=0.1)
+    stranger.place(1.7, 0.0, math.pi)
+    run_against_robot("people_follow_face", "--mode", "Move", "--distance", 1.2, "--seconds", 2.5)
+    x, y, *_ = naoqi.robot.truth()
+    assert math.hypot(1.63 - x, y) == pytest.approx(1.2, abs=0.2)
+
+
+def test_who_is_around_is_listed(stranger, naoqi, run_against_robot):
+    assert run_against_robot("people_around").splitlines() == ["0 people"]
+    stranger.place(1.3, 0.2, math.pi)
+    naoqi.simulation.world.people["person_2"].place(2.3, -0.7, math.pi)
+    heading, *people = run_against_robot("people_around").splitlines()
+    assert heading == "2 people"
+    assert sorted(people) == [
+        "x=1.2 y=0.2 z=1.6, zone=1, stands, Blue, about 30 years",
+        "x=2.3 y=-0.7 z=1.2, zone=2, sits, Purple, about 75 years",
+    ]
+
+
+def test_a_face_is_learned_and_greeted_by_name(stranger, naoqi, run_against_robot):
+    assert run_against_robot("people_learn_face").splitlines() == ["I see no face"]
+    stranger.place(1.4, 0.0, math.pi)
+    begin = time.monotonic()
+    assert run_against_robot("people_learn_face").splitlines() == ["learned: Ada", "hello Ada"]
+    assert loudness(naoqi, begin) > 0.01
+    assert naoqi.ALFaceDetection.getLearnedFacesList() == []
+
+
+def test_awareness_turns_head_and_body(stranger, naoqi, run_against_robot):
+    stranger.place(1.5, 0.7, -2.7)
+    assert "tracking" in run_against_robot("people_awareness", "--seconds", 2.5)
+    assert naoqi.robot.truth()[5] > 0.3, "the base turned"
+
+
+def test_it_points_at_who_is_nearest(stranger, naoqi, run_against_robot):
+    stranger.place(1.6, -0.5, math.pi)
+    assert "with RArm" in run_against_robot("people_point")
+    shoulder = naoqi.robot.link_pose("RShoulder")[:3, 3]
+    hand = (naoqi.robot.link_pose("r_wrist") @ (0.0695, 0.0, -0.0303, 1.0))[:3] - shoulder
+    _, neck = stranger.head_pose()
+    way = np.add(neck, (0.0, 0.0, 0.13)) - shoulder
+    assert hand @ way / np.linalg.norm(hand) / np.linalg.norm(way) > 0.99
