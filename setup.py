@@ -38,12 +38,13 @@ EXTRAS = {
 
 setup(
     name="telepresence",
-    version="0.6.0",
+    version="0.7.0",
     description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
     license="BSD-3-Clause",
     python_requires=">=3.11",
     packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*"]),
     package_data={
+        "telepresence.page": ["static/*"],
         "telepresence.sim": ["scenes/*.xml", "scenes/parts/*.xml", "scenes/textures/*.png"],
         "telepresence.sim.walker": ["*.xml"],
         "pepper_sim": ["models/*", "documented/*.toml", "animations/*.toml"],

@@ -7,6 +7,7 @@ import pytest
 
 def test_a_reference_is_kept_and_nothing_is_invented(naoqi):
     compass, memory = naoqi.ALVisualCompass, naoqi.ALMemory
+    compass.setResolution(0)
     assert compass.getReferenceImage() is None
     assert compass.setCurrentImageAsReference() is True
     assert memory.getData("VisualCompass/NewReferenceImageSet") is True
