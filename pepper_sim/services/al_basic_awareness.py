@@ -69,10 +69,10 @@ class ALBasicAwareness(Module):
             self.name,
         )
         memory.store("ALBasicAwareness/HumanTracked", NOBODY)
-        memory.listen("TouchChanged", self._touched)
-        memory.listen("ALSoundLocalization/SoundLocated", self._heard)
-        memory.listen("MovementDetection/MovementDetected", lambda _: self._distract("Movement", None))
-        memory.listen("Navigation/MotionDetected", lambda _: self._distract("NavigationMotion", None))
+        memory.follow("TouchChanged", self._touched)
+        memory.follow("ALSoundLocalization/SoundLocated", self._heard)
+        memory.follow("MovementDetection/MovementDetected", lambda _: self._distract("Movement", None))
+        memory.follow("Navigation/MotionDetected", lambda _: self._distract("NavigationMotion", None))
         population.watch(lambda: self._enabled and not self._paused, self._update)
 
     # --- running -----------------------------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ class _Surroundings:
             known = name in self._raised
             count = self._raised.setdefault(name, 0)
         if not known:
-            self._memory.listen(name, lambda _: self._count(name))
+            self._memory.follow(name, lambda _: self._count(name))
         return count
 
     def preference(self, domain: str, name: str) -> str | None:

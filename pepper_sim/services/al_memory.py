@@ -154,11 +154,6 @@ class ALMemory(Module):
                 self._entry(event)
                 self._topics.setdefault(event, _Topic()).extractor = extractor
 
-    def listen(self, event: str, callback: Callable[[Any], None]) -> None:
-        """Call `callback` with each value of an event, on another thread."""
-        with self._lock:
-            self._topics.setdefault(event, _Topic()).event.signal.connect(callback)
-
     def start_with(self, extractor: str, switch: Callable[[str, bool], None]) -> None:
         """Call switch(module, True) when a module subscribes to an event of this extractor, and False when it leaves:
         extractors start by themselves, as documented."""

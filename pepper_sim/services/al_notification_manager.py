@@ -32,7 +32,7 @@ class ALNotificationManager(Module):
         self._numbers = itertools.count(1)
         self._pending: dict[int, dict[str, Any]] = {}
         memory.declare(("notificationAdded", "notificationRemoved"), self.name)
-        memory.listen(_CLICK, lambda _: self._read_out())
+        memory.follow(_CLICK, lambda _: self._read_out())
 
     @remote("i(m)")
     def add(self, notification: Any) -> int:

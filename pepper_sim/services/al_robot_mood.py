@@ -42,7 +42,7 @@ class ALRobotMood(Service):
         self.stateChanged = Signal(f"({_SIMPLE})")
         self.pleasureChanged, self.excitementChanged = Signal("(s)"), Signal("(s)")
         self._publish()
-        memory.listen("TouchChanged", self._touched)
+        memory.follow("TouchChanged", self._touched)
         population.watch(life.is_on, self._update, tracks=False)
 
     @remote(f"{_FULL}()")

@@ -52,7 +52,7 @@ class ALTactileGesture(Service):
         self.onRelease = Signal("()")
         memory.declare(("ALTactileGesture/Gesture", "ALTactileGesture/Release"), self.name)
         for event in _SENSORS:
-            memory.listen(event, self._touched)
+            memory.follow(event, self._touched)
 
     def close(self) -> None:
         """End the thread."""

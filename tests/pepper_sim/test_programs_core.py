@@ -38,11 +38,11 @@ def test_a_gesture(naoqi, start_against_robot, wait_until):
     program = start_against_robot("core_gestures")
     assert program.stdout.readline() == "Touch my head.\n"
     begin = time.monotonic()
-    for sensor in ("FrontTactil", "MiddleTactil", "RearTactil"):
-        naoqi.robot.press(sensor, True)
-    time.sleep(0.3)  # a hand rests
-    for sensor in ("FrontTactil", "MiddleTactil", "RearTactil"):
-        naoqi.robot.press(sensor, False)
+    for pressed in (True, False):
+        with naoqi.robot.world.locked():  # all at once, as a hand does
+            for sensor in ("FrontTactil", "MiddleTactil", "RearTactil"):
+                naoqi.robot.press(sensor, pressed)
+        time.sleep(0.3)  # a hand rests
     assert program.communicate(timeout=60)[0] == "SingleTap\n"
     assert program.returncode == 0 and heard_since(naoqi, begin) > 0.01
 

@@ -14,10 +14,9 @@ import cv2
 import numpy as np
 import pytest
 import qi
+from tablet_robot import tablet_robot
 from telepresence_1.page import KEY_VARIABLE
 
-from pepper_sim.naoqi.publish import served_object
-from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.station.virtual_display import VirtualDisplay, grab
 from telepresence.web.page_auth import make_token
@@ -38,8 +37,7 @@ def source(tmp_path: Path) -> str:
 
 @pytest.fixture
 def tablet(naoqi) -> Iterator[Tablet]:
-    with Tablet() as tablet:
-        naoqi.register("ALTabletService", served_object(ALTabletService(tablet)))
+    with tablet_robot(naoqi) as tablet:
         yield tablet
 
 

@@ -8,13 +8,12 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from naoqi_driver.connection import Address, Connection
+from tablet_robot import tablet_robot
 from telepresence_1 import robot_focus, tablet_link
 from telepresence_1.retry import CALM, Retry
 from telepresence_1.robot_focus import ACTIVITY
 from telepresence_1.tablet_link import TabletLink, public, with_changing_query
 
-from pepper_sim.naoqi.publish import served_object
-from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
 
 
@@ -144,8 +143,7 @@ def test_the_simulated_robots_tablet_shows_the_pilot(
     """Page, qi, ALTabletService, web view: everything between the camera and the glass."""
     page = open_page(token="secret")
     page.image.put(jpeg((0, 0, 200)))
-    with Tablet() as tablet:
-        naoqi.register("ALTabletService", served_object(ALTabletService(tablet)))
+    with tablet_robot(naoqi) as tablet:
         link = show(f"{page.server.url}?k=secret")
         wait_until(lambda: blue_on(tablet), "the picture")
         link.close()
@@ -157,8 +155,7 @@ def test_a_page_that_somebody_hides_is_shown_again(
 ) -> None:
     page = open_page()
     page.image.put(jpeg((0, 0, 200)))
-    with Tablet() as tablet:
-        naoqi.register("ALTabletService", served_object(ALTabletService(tablet)))
+    with tablet_robot(naoqi) as tablet:
         link = show(page.server.url)
         wait_until(lambda: blue_on(tablet), "the picture")
         other = naoqi.session.service("ALTabletService")
@@ -172,8 +169,7 @@ def test_a_page_that_the_tablet_cannot_load_is_reported_and_loaded_again(
     naoqi, show: Callable, open_page: Callable, jpeg: Callable, free_port: Callable, wait_until: Callable
 ) -> None:
     port = free_port()
-    with Tablet() as tablet:
-        naoqi.register("ALTabletService", served_object(ALTabletService(tablet)))
+    with tablet_robot(naoqi) as tablet:
         link = show(f"http://127.0.0.1:{port}/?k=secret")
         wait_until(lambda: "cannot load it: net::ERR_CONNECTION_REFUSED" in link.problem, "the tablet's own words")
         assert link.shown_since is None and "secret" not in link.problem

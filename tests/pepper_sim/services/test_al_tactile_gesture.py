@@ -4,23 +4,24 @@ import time
 
 import pytest
 
-RESTING = 0.25
+RESTING = 0.35
 """Seconds that a hand stays in each of its positions."""
 SENSORS = ("FrontTactil", "MiddleTactil", "RearTactil")
 
 
 @pytest.fixture
 def gestures(naoqi, wait_until):
-    """The service, quicker than usual; what it told; and a hand that shows it patterns."""
+    """The service, more patient than usual; what it told; and a hand that shows it patterns."""
     service, told = naoqi.ALTactileGesture, []
-    service.setSettleTime(0.04)
-    service.setSequenceTime(0.6)
+    service.setSettleTime(0.1)
+    service.setSequenceTime(0.9)
     links = [service.onGesture.connect(told.append), service.onRelease.connect(lambda: told.append("released"))]
     memory = naoqi.ALMemory
 
     def touch(pattern):
-        for sensor, digit in zip(SENSORS, pattern, strict=True):
-            naoqi.robot.press(sensor, digit == "1")
+        with naoqi.robot.world.locked():  # all at once, as a hand does
+            for sensor, digit in zip(SENSORS, pattern, strict=True):
+                naoqi.robot.press(sensor, digit == "1")
         keys = [f"{sensor}Touched" for sensor in SENSORS]
         wait_until(lambda: memory.getListData(keys) == [float(digit) for digit in pattern], "the robot felt it")
         time.sleep(RESTING)

@@ -14,7 +14,9 @@ import rospy
 import rostest
 from telepresence_ros.launch_test import LaunchTest
 
+from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.publish import served_object
+from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.services.al_tablet_service import ALTabletService
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.naoqi.server import Server
@@ -35,7 +37,10 @@ class Telepresence(LaunchTest):
         self.tablet = self.enterContext(Tablet())
         robot = Server(f"tcp://{rospy.get_param('~address')}:9559")
         self.addCleanup(robot.close)
-        robot.register("ALTabletService", served_object(ALTabletService(self.tablet)))
+        disk, alarm = RobotDisk(), Alarm()
+        self.addCleanup(disk.close)
+        self.addCleanup(alarm.close)
+        robot.register("ALTabletService", served_object(ALTabletService(self.tablet, disk, alarm)))
         robot.start()
 
     def test_the_pilot_comes_to_the_tablet_and_the_robots_picture_to_a_page(self):
