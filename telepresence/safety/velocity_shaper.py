@@ -70,7 +70,8 @@ class VelocityShaper:
         if self._swing:
             scanning = careful and not tick.bumped and (vx, vy) != (0.0, 0.0)
             offset = self._swing.offset(theta)
-            turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
+            if (vx, vy, requested_turn) != (0.0, 0.0, 0.0):  # else it stands at once, turned as it is
+                turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
         safe_turn, room = turning_rate(

@@ -507,9 +507,11 @@ def test_a_page_consents_in_the_owners_browser(pilot, attacker, owner, site, way
 def test_the_owner_consents_and_withdraws(pilot, owner, wait_until):
     """No attack: the buttons of the page work in a browser."""
     pilot.open(f"http://{owner.host}:{owner.port}{owner.with_key('/')}")
-    for wanted in (True, False):
+    for wanted, word in ((True, "may"), (False, "may not")):
         pilot.run("document.querySelector('button').click()")
-        wait_until(lambda wanted=wanted: consents(owner) is wanted, "the page says so")
+        # The new page's button, not the old one's, is clicked next.
+        wait_until(lambda word=word: pilot.run("document.querySelector('strong')?.textContent") == word, "it says so")
+        assert consents(owner) is wanted
 
 
 # --- at the end, when its time is over ------------------------------------------------------------------------------
