@@ -12,6 +12,7 @@ import weakref
 from typing import Any
 
 from pepper_sim.naoqi import expressions
+from pepper_sim.naoqi.expression_operators import true
 from pepper_sim.naoqi.service import Service, ServiceError, one_of, remote
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.services.al_preference_manager import ALPreferenceManager
@@ -77,11 +78,11 @@ class _Watched:
         with self._lock:
             before, self._value = self._value, self._evaluate(self._surroundings)
             value = self._value
-        edge = expressions.true(before) != expressions.true(value)
+        edge = true(before) != true(value)
         if {
             REPORT_CHANGE: before != value,
             REPORT_EDGE: edge,
-            REPORT_EDGE_TRUE: edge and expressions.true(value),
+            REPORT_EDGE_TRUE: edge and true(value),
         }[self._mode]:
             self._signal(value)
 
