@@ -97,7 +97,7 @@ class Driver:
         Raises:
             NotMoved: The robot did not turn.
         """
-        if not (yield from self._go(Pose(0.0, 0.0, angle), EXPLORING if mapping else TRAVELLING)):
+        if not (yield from drive(self._wheels, Pose(0.0, 0.0, angle), EXPLORING if mapping else TRAVELLING)):
             raise NotMoved("the robot could not turn")
         if mapping and self._eye is not None:
             yield from self._eye.look_around()
@@ -206,20 +206,22 @@ class Driver:
             pose = where()
         target = relative(pose, Pose(*corner, heading if far else pose.theta))
         share = min(1.0, MAX_LEG / max(math.hypot(target.x, target.y), 1e-6))
-        return (yield from self._go(Pose(target.x * share, target.y * share, target.theta), speeds))
+        return (yield from drive(self._wheels, Pose(target.x * share, target.y * share, target.theta), speeds))
 
     def _turn_to(self, theta: float, where: Callable[[], Pose], speeds: tuple[float, float]) -> Behaviour[bool]:
-        return (yield from self._go(Pose(0.0, 0.0, wrap_angle(theta - where().theta)), speeds))
+        return (yield from drive(self._wheels, Pose(0.0, 0.0, wrap_angle(theta - where().theta)), speeds))
 
-    def _go(self, target: Pose, speeds: tuple[float, float]) -> Behaviour[bool]:
-        future = self._wheels.go(*target, *speeds)
-        try:
-            while not future.done():
-                yield
-            return bool(future.result())
-        finally:
-            if not future.done():
-                self._wheels.halt()
+
+def drive(wheels: Wheels, target: Pose, speeds: tuple[float, float] = TRAVELLING) -> Behaviour[bool]:
+    """Drive to a pose relative to the robot; whether it got there. Closing it stops the wheels."""
+    future = wheels.go(*target, *speeds)
+    try:
+        while not future.done():
+            yield
+        return bool(future.result())
+    finally:
+        if not future.done():
+            wheels.halt()
 
 
 def pause(seconds: float) -> Behaviour[None]:

@@ -15,7 +15,7 @@ from typing import Any
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.service import Module, finite, remote
 from pepper_sim.naoqi.tasks import chained
-from pepper_sim.navigation.behaviours import TRAVELLING, Behaviour
+from pepper_sim.navigation.behaviours import Behaviour, drive
 from pepper_sim.navigation.glance import glance
 from pepper_sim.navigation.keypoints import find_keypoints
 from pepper_sim.navigation.panorama import BadPanorama, Panorama
@@ -226,7 +226,7 @@ class ALLocalization(Module):
                 if view is None:
                     return FAILED
                 panorama.add(find_keypoints(view.pixels, view.focal), turned + yaw)
-            if not (yield from self._drive(Pose(0.0, 0.0, math.pi))):
+            if not (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, math.pi))):
                 return INCOMPLETE
             self._raise("UTurnEnd")
         self._raise("FullScanSuccess")
@@ -244,7 +244,9 @@ class ALLocalization(Module):
         way = relative(here, Pose(0.0, 0.0, 0.0))
         self._memory.announce("ALLocalization/GoToNextMove", list(way))
         reached = yield from self._navigator.driver.drive_near(way.x, way.y)
-        reached = reached and (yield from self._drive(Pose(0.0, 0.0, wrap_angle(-self._pose().theta))))
+        reached = reached and (
+            yield from drive(self._navigator.wheels, Pose(0.0, 0.0, wrap_angle(-self._pose().theta)))
+        )
         self._raise("GoToSuccess" if reached else "GoToFailed")
         return OK if reached else FAILED
 
@@ -252,12 +254,16 @@ class ALLocalization(Module):
         finite(theta, "theta")
         if problem := self._problem():
             return problem
-        if not (yield from self._drive(Pose(0.0, 0.0, wrap_angle(theta - self._pose().theta)))):
+        if not (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, wrap_angle(theta - self._pose().theta)))):
             return FAILED
         found = yield from self._look(0.0)
         if found is None:
             return NO_LOOP
-        return OK if (yield from self._drive(Pose(0.0, 0.0, wrap_angle(theta - self._pose().theta)))) else FAILED
+        return (
+            OK
+            if (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, wrap_angle(theta - self._pose().theta))))
+            else FAILED
+        )
 
     def _localize(self) -> Behaviour[int]:
         """Find the heading again, by one look and then by half a scan."""
@@ -300,16 +306,6 @@ class ALLocalization(Module):
         self._fix = self._navigator.surveyor.odometry()
         self._error = wrap_angle(heading - yaw - relative(self._panorama.home, self._fix).theta)
         return found.share
-
-    def _drive(self, target: Pose) -> Behaviour[bool]:
-        future = self._navigator.wheels.go(*target, *TRAVELLING)
-        try:
-            while not future.done():
-                yield
-            return bool(future.result())
-        finally:
-            if not future.done():
-                self._navigator.wheels.halt()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.naoqi.time_stamp import split_stamp
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.vision_extractor import VisionExtractor
-from pepper_sim.navigation.behaviours import TRAVELLING, Behaviour
+from pepper_sim.navigation.behaviours import Behaviour, drive
 from pepper_sim.navigation.glance import focal_length
 from pepper_sim.navigation.keypoints import Deviation, Keypoints, deviation, find_keypoints
 from pepper_sim.robot import Pepper
@@ -146,33 +146,22 @@ class ALVisualCompass(VisionExtractor):
         if abs(angle) < 1e-3:
             return True
         before = self._look()
-        if not (yield from self._drive(Pose(0.0, 0.0, angle))):
+        if not (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, angle))):
             return False
         turned = self._turned(before) if abs(angle) <= CORRECTABLE else None
         self.memory.announce(_FINAL, [0.0, angle if turned is None else turned])
         if turned is not None and 0.005 < abs(angle - turned) < 0.2:
-            return (yield from self._drive(Pose(0.0, 0.0, angle - turned)))
+            return (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, angle - turned)))
         return True
 
     def _straight(self, distance: float) -> Behaviour[bool]:
         before = self._look()
-        if not (yield from self._drive(Pose(distance, 0.0, 0.0))):
+        if not (yield from drive(self._navigator.wheels, Pose(distance, 0.0, 0.0))):
             return False
         turned = self._turned(before)
         if turned is not None and 0.005 < abs(turned) < 0.2:
-            return (yield from self._drive(Pose(0.0, 0.0, -turned)))
+            return (yield from drive(self._navigator.wheels, Pose(0.0, 0.0, -turned)))
         return True
-
-    def _drive(self, target: Pose) -> Behaviour[bool]:
-        wheels = self._navigator.wheels
-        future = wheels.go(*target, *TRAVELLING)
-        try:
-            while not future.done():
-                yield
-            return bool(future.result())
-        finally:
-            if not future.done():
-                wheels.halt()
 
     def _turned(self, before: _Seen | None) -> float | None:
         """Return how far the robot has turned since a picture [rad]; None if the pictures do not tell."""
