@@ -9,15 +9,14 @@ from pathlib import PurePosixPath
 import cv2
 
 from pepper_sim.disk import HOME, RobotDisk
-from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown, within
+from pepper_sim.naoqi.service import ServiceError, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Workers, chained
+from pepper_sim.naoqi.video.camera_choice import BGR, GREY, CameraChoice
 from pepper_sim.naoqi.video.conversions import known_camera
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.services.al_video_device import ALVideoDevice
 
 FORMATS = ("bmp", "dib", "jpeg", "jpg", "jpe", "png", "pbm", "pgm", "ppm", "sr", "ras", "tiff", "tif")
-GREY, BGR = 0, 13
-"""The colour spaces that can be saved."""
 _GREY_ONLY = (".pbm", ".pgm")
 MAX_PICTURES = 1000
 MAX_WAITING = 8
@@ -25,24 +24,19 @@ MAX_WAITING = 8
 _RATE = 30.0
 
 
-class ALPhotoCapture(Module):
+class ALPhotoCapture(CameraChoice):
     """Takes pictures."""
 
     name = "ALPhotoCapture"
 
     def __init__(self, video: ALVideoDevice, disk: RobotDisk, workers: Workers) -> None:
+        super().__init__()
         self._video, self._disk, self._workers = video, disk, workers
-        self._camera, self._resolution, self._space = 0, 1, BGR
         self._format, self._interval, self._half_pressed = "jpg", 200, False
         self._taking = threading.Lock()  # one series after the other, as one camera takes them
         self._places = threading.BoundedSemaphore(MAX_WAITING)
 
     # --- settings ----------------------------------------------------------------------------------------------------
-
-    @remote("i()")
-    def getCameraID(self) -> int:
-        """Returns the camera's number."""
-        return self._camera
 
     @remote("v(i)")
     def setCameraID(self, cameraID: int) -> None:
@@ -52,26 +46,11 @@ class ALPhotoCapture(Module):
             raise ServiceError(f"{camera.name} takes no photographs")
         self._camera = cameraID
 
-    @remote("i()")
-    def getResolution(self) -> int:
-        """Returns the pictures' resolution."""
-        return self._resolution
-
     @remote("v(i)")
     def setResolution(self, resolution: int) -> None:
         """Sets the pictures' resolution, numbered as by ALVideoDevice."""
         one_of(resolution, self._video.settings.cameras[self._camera].resolutions, "resolution")
         self._resolution = resolution
-
-    @remote("i()")
-    def getColorSpace(self) -> int:
-        """Returns the colour space: 13 colour, 0 grey."""
-        return self._space
-
-    @remote("v(i)")
-    def setColorSpace(self, colorSpace: int) -> None:
-        """Sets the colour space: 13 colour, 0 grey."""
-        self._space = one_of(colorSpace, (GREY, BGR), "colorSpace")
 
     @remote("s()")
     def getPictureFormat(self) -> str:

@@ -11,15 +11,15 @@ from pathlib import PurePosixPath
 import cv2
 
 from pepper_sim.disk import HOME, RobotDisk
-from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown, within
+from pepper_sim.naoqi.service import ServiceError, one_of, remote, shown, within
 from pepper_sim.naoqi.tasks import Workers
+from pepper_sim.naoqi.video.camera_choice import BGR, GREY, CameraChoice
 from pepper_sim.naoqi.video.formats import RESOLUTIONS
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.services.al_video_device import ALVideoDevice
 
 log = logging.getLogger(__name__)
 
-GREY, BGR = 0, 13
 _CAMERAS, _SIZES, _VGA = (0, 1), (0, 1, 2), 2
 _CODECS = {"MJPG": "MJPG", "IYUV": "IYUV"}
 _FASTEST, _FASTEST_VGA, _SLOWEST_MJPG = 30, 15, 3
@@ -27,14 +27,14 @@ MAX_LENGTH = 3600.0
 """A recording that is not stopped ends after this time [s]."""
 
 
-class ALVideoRecorder(Module):
+class ALVideoRecorder(CameraChoice):
     """Records videos, one at a time."""
 
     name = "ALVideoRecorder"
 
     def __init__(self, video: ALVideoDevice, disk: RobotDisk, workers: Workers) -> None:
+        super().__init__()
         self._video, self._disk, self._workers = video, disk, workers
-        self._camera, self._resolution, self._space = 0, 1, BGR
         self._format, self._rate = "MJPG", 15
         self._lock = threading.Lock()
         self._recording: _Recording | None = None
@@ -48,25 +48,10 @@ class ALVideoRecorder(Module):
         """Whether a video is being recorded."""
         return self._recording is not None
 
-    @remote("i()")
-    def getCameraID(self) -> int:
-        """Returns the camera's number."""
-        return self._camera
-
     @remote("v(i)")
     def setCameraID(self, cameraID: int) -> None:
         """Chooses the camera: 0 the top one, 1 the bottom one."""
         self._camera = one_of(cameraID, _CAMERAS, "cameraID")
-
-    @remote("i()")
-    def getColorSpace(self) -> int:
-        """Returns the colour space: 13 colour, 0 grey."""
-        return self._space
-
-    @remote("v(i)")
-    def setColorSpace(self, colorSpace: int) -> None:
-        """Sets the colour space: 13 colour, 0 grey."""
-        self._space = one_of(colorSpace, (GREY, BGR), "colorSpace")
 
     @remote("i()")
     def getFrameRate(self) -> int:
@@ -77,11 +62,6 @@ class ALVideoRecorder(Module):
     def setFrameRate(self, frameRate: int) -> None:
         """Sets the pictures per second, 1 to 30."""
         self._rate = int(within(frameRate, 1, _FASTEST, "frameRate"))
-
-    @remote("i()")
-    def getResolution(self) -> int:
-        """Returns the resolution."""
-        return self._resolution
 
     @remote("v(i)")
     def setResolution(self, resolution: int) -> None:
