@@ -94,6 +94,8 @@ class Population:
         self._lists: dict[str, list[int]] = {}
         self._watchers: list[_Watcher] = []
         self._tracking = False
+        self._resets = self._emptied_at = 0
+        robot.world.on_reset(self._on_reset)
         self._lock = threading.RLock()
         self._closing = threading.Event()
         self._publish_lists()
@@ -140,6 +142,9 @@ class Population:
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
+    def _on_reset(self) -> None:
+        self._resets += 1  # the world's lock is held: all else is the thread's
+
     def _run(self) -> None:
         while not self._closing.wait(PERIOD):
             try:
@@ -153,12 +158,16 @@ class Population:
         if tracking != self._tracking:
             self._tracking = tracking
             self.forget_all()
+        resets = self._resets
+        if resets != self._emptied_at:  # everybody stands where the scene has them
+            self._emptied_at = resets
+            self.forget_all()
         if not watchers:
             self.last = None
             return
         sight = self.look_now()
-        if self.last is not None and sight.time < self.last.sight.time:
-            self.forget_all()  # the world has been reset
+        if resets != self._resets:
+            return  # what was seen is of before
         with self._lock:
             if tracking:
                 self._update_population(sight)

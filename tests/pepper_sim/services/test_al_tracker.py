@@ -1,4 +1,4 @@
-"""ALTracker over the wire: it turns to places. What it follows: tests/pepper_sim/test_people.py."""
+"""ALTracker over the wire: it turns to places. What it follows: tests/pepper_sim/people/test_perception.py."""
 
 import pytest
 

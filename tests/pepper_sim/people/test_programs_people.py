@@ -6,27 +6,6 @@ import time
 import numpy as np
 import pytest
 
-from pepper_sim.simulation import Simulation
-
-
-@pytest.fixture(scope="module")
-def simulation():
-    with Simulation("empty", port=0, people=["standing@-2,-1.5", "seated@-2,1.5"]) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def session(simulation, qi):
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
-
-
-@pytest.fixture
-def stranger(naoqi):
-    return naoqi.simulation.world.people["person_1"]
-
 
 def loudness(naoqi, begin):
     seconds = time.monotonic() - begin

@@ -6,30 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from pepper_sim.simulation import Simulation
-
 FAR = 3.4
 PERSON = "PeoplePerception/Person/"
-
-
-@pytest.fixture(scope="module")
-def simulation():
-    """A hall with somebody who stands behind the robot, and somebody who sits there; tests place them."""
-    with Simulation("empty", port=0, people=["standing@-2,-1.5", "seated@-2,1.5"]) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def session(simulation, qi):
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
-
-
-@pytest.fixture
-def stranger(naoqi):
-    return naoqi.simulation.world.people["person_1"]
 
 
 @pytest.fixture
