@@ -21,7 +21,8 @@ ROOT = Path(__file__).resolve().parents[1]
 STACK = ROOT / "requirements" / "stack.txt"
 TOOLS = [ROOT / "requirements" / f"{name}.txt" for name in ("uv", "fuzz")]
 ROBOT = ROOT / "catkin_ws" / "src" / "rto_bringup" / "robot" / "requirements.txt"
-LOCKS = [STACK, ROBOT, *TOOLS]
+IMAGE = ROOT / "requirements" / "image.txt"
+LOCKS = [STACK, IMAGE, ROBOT, *TOOLS]
 RENEW = "run:  ./stack lock"
 
 
@@ -130,6 +131,16 @@ def test_another_machine_does_without_few_packages(other: dict[str, str], missin
     markers = {package.name: package.marker for package in map(_requirement, _lines(STACK)) if package.marker}
     windows = {"colorama"}
     assert {name for name, marker in markers.items() if not marker.evaluate(other)} == missing | windows
+
+
+def test_an_image_has_the_same_packages_without_those_of_tests(given: dict, ours: list[Requirement]):
+    lock, image = locked(STACK), locked(IMAGE)
+    tests = {Requirement(line).name for line in given["extras_require"]["dev"]}
+    debians = {"PyQt5"}
+    wanted = [each for each in ours if each.name not in tests | debians]
+    here = [each for each in wanted if each.marker is None or each.marker.evaluate()]
+    assert needed(here) == set(locked(IMAGE, here=True)), RENEW
+    assert image == {name: lock[name] for name in image}, RENEW
 
 
 def test_the_robots_packages_are_those_tested_here():

@@ -1,4 +1,5 @@
-"""What `./stack up` makes sure of before it starts anything: room to write, enough descriptors, no other station.
+"""What `./stack up` makes sure of before it starts anything: room to write, enough descriptors, no other station, no
+stranger who reaches ROS.
 
 What can be helped is helped and said; for the rest a RuntimeError says what to do.
 """
@@ -11,10 +12,15 @@ import resource
 import shutil
 import sys
 import tempfile
+import threading
+import time
 import xmlrpc.client
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
+from telepresence.station import firewall
+from telepresence.station.listening import listening
 from telepresence.station.ros_master import master_answers, master_proxy
 
 LEAST_ROOM = 64 * 1024 * 1024
@@ -25,6 +31,8 @@ DESCRIPTORS = 1024
 """Open files and sockets of one program: the usual limit, of which the master of both robots needs a fifth."""
 ONE_PER_STATION = ("/robot_control_node", "/gui_ros_node")
 """Nodes of which every station has one; a second one on the same master would end the first."""
+RUN_ID_PATIENCE = 3.0
+"""Seconds within which a starting roscore must set its run_id."""
 _NO_ANSWER = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
 
@@ -45,6 +53,52 @@ def require_no_station(uri: str) -> None:
             "with Ctrl-C, or give this one a master of its own:  ROS_MASTER_URI=http://localhost:11312 ./stack up ...  "
             "(docs/faults.md, A second station)"
         )
+
+
+def require_protection(firewall_setting: str | None) -> None:
+    """Raise RuntimeError when other machines reach ROS and the firewall rules are not loaded, unless the person says
+    `firewall:=mine`: who reaches a ROS master or node may do everything that the pilot may."""
+    if firewall_setting not in (None, "mine"):
+        raise RuntimeError(f"firewall:={firewall_setting}: mine is the only value; without it ours is looked for")
+    address = firewall.announced_address()
+    if address is None or firewall_setting == "mine":
+        return
+    problem = firewall.problem()
+    if problem is not None:
+        raise RuntimeError(
+            f"ROS would listen on {address}, where whoever reaches it drives the robot without a password, and "
+            f"{problem}. Load them, with your interface and the addresses of your robots:\n"
+            f"  {firewall.advice()}\n"
+            "or add  firewall:=mine  if rules of your own do the same, or drive without other machines:  unset ROS_IP "
+            "ROS_HOSTNAME.  docs/remote.md says more"
+        )
+
+
+def exposure(uri: str) -> str:
+    """Return a line that says on which ports a roscore that somebody else started listens on every address of this
+    machine; empty when on none."""
+    master: Any = master_proxy(uri, timeout=1.0)  # XML-RPC answers have no types
+    _, _, rosout = master.lookupNode("/stack_up", "/rosout")
+    ports = {urlsplit(address).port for address in (uri, rosout)}
+    open_ports = sorted({found.port for found in listening().values() if found.everywhere} & {*filter(None, ports)})
+    if not open_ports:
+        return ""
+    return (
+        f"It listens on every address of this machine (port {', '.join(map(str, open_ports))}): whoever is in the "
+        "network can reach it. End it, and ./stack up starts one that is only reached from here.\n"
+    )
+
+
+def require_roscore(uri: str, stop: threading.Event) -> None:
+    """Raise RuntimeError when a bare rosmaster runs at `uri`: roslaunch would wait for its run_id for ever."""
+    deadline = time.monotonic() + RUN_ID_PATIENCE
+    master: Any = master_proxy(uri, timeout=1.0)  # XML-RPC answers have no types
+    while master.getParam("/stack_up", "/run_id")[0] != 1 and not stop.wait(0.1):
+        if time.monotonic() > deadline:
+            raise RuntimeError(
+                f"the ROS master at {uri} is a bare rosmaster, without the run_id that roscore gives it and that "
+                "roslaunch waits for. Run roscore instead, or:  rosparam set /run_id $(uuidgen)"
+            )
 
 
 def require_room() -> None:
