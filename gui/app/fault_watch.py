@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from gui.faults import Cause, Fault, Faults
 from gui.periodic_timer import PeriodicTimer
 from gui.robots import ROBOTS
 from gui.ros.readings import DriveState, Safety
 from gui.ros.topics.station import FaultReport
+from telepresence.station.fault_sentences import Cause, Fault, Faults
 
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess

@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))  # this file is run by its path
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
 from telepresence.security.outside_text import LONGEST_LOG, clean  # noqa: E402
+from telepresence.station.image import in_image  # noqa: E402
 
 NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
@@ -89,7 +90,8 @@ def system() -> Iterator[Finding]:
 
 
 def programs() -> Iterator[Finding]:
-    for program in ("roslaunch", "roscore", "catkin_make", "xterm", "tmux", "Xvfb", "espeak-ng"):
+    built = () if in_image() else ("catkin_make",)
+    for program in ("roslaunch", "roscore", *built, "xterm", "tmux", "Xvfb", "espeak-ng"):
         yield shutil.which(program) is not None, f"program {program}", "run:  ./stack build"
 
 
@@ -98,7 +100,7 @@ def environment() -> Iterator[Finding]:
     if not python.exists():
         yield False, "virtual environment .venv", "run:  ./stack build"
         return
-    for module in ("rospy", "numpy", "mujoco", "cv2", "flask", "gevent", "PyQt5.QtWidgets"):
+    for module in ("rospy", "numpy", "mujoco", "cv2", "flask", "gevent", "aiohttp", "aiortc", "PyQt5.QtWidgets"):
         answer = subprocess.run([python, "-c", f"import {module}"], capture_output=True, text=True, timeout=120)
         reason = (answer.stderr.strip().splitlines() or [""])[-1]
         yield answer.returncode == 0, f"Python module {module}", f"{reason}; run:  rm -r .venv; ./stack build"
@@ -131,7 +133,7 @@ def rendering() -> Iterator[Finding]:
 
 
 def ports() -> Iterator[Finding]:
-    for port, argument in ((NAOQI_PORT, "nao_port"), (10002, "page_port")):
+    for port, argument in ((NAOQI_PORT, "nao_port"), (10002, "page_port"), (8443, "pilot_page_port")):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -267,7 +269,9 @@ def towards(host: str, port: int) -> Iterator[Finding]:
         ours = probe.getsockname()[0]
     announced = os.environ.get("ROS_IP") or os.environ.get("ROS_HOSTNAME") or ""
     local = ours.startswith("127.")
-    fine = local or not announced.startswith(("127.", "localhost"))
+    if in_image() and not local:
+        print(f"  - a container: if the host is not {ours}, ROS nodes elsewhere need  --network host  (Linux)")
+    fine = local or in_image() or not announced.startswith(("127.", "localhost"))
     what = f"this machine is {ours} to the robot" + (f", and ROS_IP is {announced}" if announced else "")
     yield fine, what, f"ROS nodes on other machines cannot call back:  export ROS_IP={ours}"
 

@@ -215,7 +215,8 @@ def ours(proc: Path = Path("/proc")) -> Iterator[tuple[str, int, int]]:
         if not folder.name.isdigit() or folder.name == str(os.getpid()):
             continue
         try:
-            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+            # A node that roslaunch has forked shows its words as one.
+            words = (folder / "cmdline").read_bytes().decode(errors="replace").replace("\0", " ").split()
             user = folder.stat().st_uid
         except OSError:  # it has ended
             continue

@@ -8,8 +8,8 @@ stop. So a program beats from the loop that does its work, never from a thread o
         heartbeat.beat()
         ...
 
-Without NOTIFY_SOCKET nothing is sent. The variable is taken out of the environment: programs that this one starts are
-not watched in its name.
+Without NOTIFY_SOCKET nothing is sent. The first sign takes the variable out of the environment: programs that this one
+starts are not watched in its name. A program that beats by itself, as `telepresence.drive.server` does, still finds it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PERIOD = 0.1
 WITHIN = 0.5
 """Seconds within which the next beat is due, unless `beat` was told otherwise."""
 
-_address = os.environ.pop("NOTIFY_SOCKET", "")
+_address = os.environ.get("NOTIFY_SOCKET", "")
 _socket: socket.socket | None = None
 _due: dict[int, float] = {}
 """Of each loop (by its thread) the time at which its next beat is due."""
@@ -70,6 +70,7 @@ def notify(text: str) -> None:
         return
     try:
         if _socket is None:
+            os.environ.pop("NOTIFY_SOCKET", None)
             _socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC | socket.SOCK_NONBLOCK)
         # By address every time: a watcher that was restarted listens at the same place with another socket.
         _socket.sendto(text.encode(), "\0" + _address[1:] if _address.startswith("@") else _address)

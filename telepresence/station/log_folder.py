@@ -105,7 +105,7 @@ def cut_outputs(folder: Path) -> None:
 
     A program that goes on writing where it was leaves a hole, which takes no room: so blocks count and not the length.
     """
-    for path in [path for path in folder.glob("*/*.log") if path.name.endswith(OUTPUTS)]:
+    for path in [path for place in ("*.log", "*/*.log") for path in folder.glob(place) if path.name.endswith(OUTPUTS)]:
         with contextlib.suppress(FileNotFoundError):  # another station's keeper may delete it
             if path.is_symlink() or path.stat().st_blocks * 512 <= LARGEST_OUTPUT:
                 continue

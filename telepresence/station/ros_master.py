@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import http.client
+import select
 import socket
+import time
 import xmlrpc.client
 from collections.abc import Iterable
 from typing import Any
@@ -20,16 +22,42 @@ class _TimeoutTransport(xmlrpc.client.Transport):
     def __init__(self, timeout: float) -> None:
         super().__init__()
         self._timeout = timeout
+        self.connection: http.client.HTTPConnection | None = None
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
+        self.connection = super().make_connection(host)
+        self.connection.timeout = self._timeout
+        return self.connection
 
 
 def master_proxy(uri: str, timeout: float = TIMEOUT) -> Any:  # XML-RPC has no types that a checker could know
     """The master at `uri` (http://host:port); every call ends after `timeout` seconds."""
     return xmlrpc.client.ServerProxy(uri, transport=_TimeoutTransport(timeout), allow_none=True)
+
+
+class MasterConnection:
+    """A connection to the master that stays open (HTTP/1.1): a question over it costs the master a third, and when the
+    master ends, the kernel closes it and nobody has to ask.
+
+    Args:
+        uri: http://host:port.
+        timeout: Seconds after which every call ends.
+    """
+
+    def __init__(self, uri: str, timeout: float = TIMEOUT) -> None:
+        self._transport = _TimeoutTransport(timeout)
+        self.master: Any = xmlrpc.client.ServerProxy(uri, transport=self._transport, allow_none=True)
+        """The Master API."""
+
+    def wait_for_end(self, seconds: float) -> bool:
+        """Wait; True as soon as the other end closes the connection."""
+        connection = self._transport.connection
+        if connection is None or connection.sock is None:
+            time.sleep(seconds)
+            return False
+        poll = select.poll()
+        poll.register(connection.sock, select.POLLIN)  # nothing is asked now, so only an end can arrive
+        return bool(poll.poll(1000.0 * seconds))
 
 
 def master_answers(uri: str, timeout: float = TIMEOUT) -> bool:

@@ -1,4 +1,4 @@
-"""Shows a virtual display as a web page on loopback, for machines without a screen.
+"""Shows a virtual display as a web page, for machines without a screen: on loopback, or where a container publishes it.
 
 The page is read-only: nothing that a browser sends reaches the display. It is shown to whoever has the key, which comes
 from the environment's TELEPRESENCE_SCREEN_KEY (other users can read command lines); without one a new one is printed.
@@ -52,14 +52,15 @@ def create_app(stream: MjpegStream, key: str) -> Application:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m telepresence.station.screen_page", description=__doc__)
     parser.add_argument("folder", type=Path, help="where Xvfb's option -fbdir writes the screen")
-    parser.add_argument("--port", type=int, default=10003, help="on loopback; default 10003")
+    parser.add_argument("--port", type=int, default=10003, help="default 10003")
+    parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is; default loopback")
     arguments = parser.parse_args()
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     image = LatestImage()
     stream = MjpegStream(image)
     key = page_key(KEY_VARIABLE)
-    with WebServer(create_app(stream, key), port=arguments.port) as server:
+    with WebServer(create_app(stream, key), arguments.address, arguments.port) as server:
         print(f"listening on {server.url}?k={key}", flush=True)
         while not stop.wait(PERIOD):
             if stream.viewers:

@@ -21,11 +21,13 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from telepresence.station import processes
 from telepresence.station.station_folder import DISPLAY_NUMBER
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _HEADER = struct.Struct(">25I")
 _ANY_DISPLAY = 0xFFFF
@@ -116,6 +118,8 @@ def grab(folder: Path) -> np.ndarray:
     Raises:
         FileNotFoundError: No Xvfb writes there (any more).
     """
+    import numpy as np  # only who looks at the screen needs it, and it takes a third of the time to start
+
     screen = (folder / "Xvfb_screen0").read_bytes()
     header = _HEADER.unpack_from(screen)
     header_size, width, height, bytes_per_line, colours = header[0], header[4], header[5], header[12], header[19]

@@ -9,12 +9,12 @@ from fake_window_parts import FakeLink
 
 from gui.app.controller import Attach, Controller
 from gui.app.fault_watch import OLDEST_REPORT, SILENT_AFTER
-from gui.faults import NOTICED, Cause
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState, Safety, TruePose
 from gui.ros.topics.station import FaultReport
 from gui.widgets.video_view import STRAGGLERS
 from gui.window import OperatorWindow
+from telepresence.station.fault_sentences import NOTICED, Cause
 from telepresence.teleop.drive_lease import PILOT, Account
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
@@ -22,7 +22,7 @@ RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
 
 @pytest.fixture
 def window(qt, link, terminal, monkeypatch):
-    monkeypatch.setattr("gui.faults.LEAST_TIME", 0.1)
+    monkeypatch.setattr("telepresence.station.fault_sentences.LEAST_TIME", 0.1)
     window = OperatorWindow(terminal)
     window.controller = Controller(window, link, terminal, Attach.NEVER)
     window.controller.admit(Account("anna", PILOT))

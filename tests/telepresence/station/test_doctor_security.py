@@ -81,6 +81,16 @@ def test_a_robot_that_is_driven_is_found_by_its_launch_argument(tmp_path):
     assert doctor_security.driven(tmp_path / "proc") == {"10.0.0.9"}
 
 
+@pytest.mark.parametrize("sign", ["\0", " "], ids=["on its own", "forked by roslaunch"])
+def test_a_node_has_the_name_of_its_program(tmp_path, sign):
+    process = tmp_path / "1234567"
+    process.mkdir()
+    node = f"{doctor_security.ROOT}/catkin_ws/devel/lib/pilot_page/pilot_page"
+    words = [f"{doctor_security.ROOT}/.venv/bin/python3", node, "--port", "8443", "__log:=/tmp/pilot_page-18.log"]
+    (process / "cmdline").write_text(sign.join(words) + "\0")
+    assert [name for name, _, _ in doctor_security.ours(tmp_path)] == ["pilot_page"]
+
+
 @pytest.mark.parametrize(
     ("version", "good"),
     [("3.0.20", False), ("3.0.21", True), ("3.2.9", False), ("3.6.2", False), ("4.0.3", True), ("4.1.0", True)],

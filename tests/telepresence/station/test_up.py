@@ -1,16 +1,22 @@
 """The arguments of `./stack up`, and what it says when it cannot start."""
 
+import getpass
 import os
 import re
 import shutil
 import socket
 import subprocess
+import sys
 import threading
 
 import pytest
 
-from telepresence.station import up
+from telepresence.page.certificate import names_of, server_context
+from telepresence.page.entrance import Entrance
+from telepresence.station import announcement, launch_settings, pilot_page, start_conditions, up
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.invitations import Invitations, beside
 
 pytestmark = pytest.mark.slow
 
@@ -23,6 +29,14 @@ def test_without_arguments_it_is_pepper():
 def test_launch_arguments_may_stand_without_a_robot():
     arguments = up.parse(["gui:=false", "nao_ip:=10.0.0.7"])
     assert (arguments.robot, arguments.settings) == ("pepper", {"gui": "false", "nao_ip": "10.0.0.7"})
+
+
+def test_it_loads_nothing_heavy():
+    """It is there before everything else, and stays as long."""
+    heavy = "{'numpy', 'gevent', 'cryptography.x509', 'cv2', 'rospy'}"
+    code = f"import sys, telepresence.station.up; print(sorted({heavy} & set(sys.modules)))"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert answer.stdout == "[]\n", answer.stdout + answer.stderr
 
 
 def test_a_value_may_hold_the_sign_itself():
@@ -48,17 +62,79 @@ def test_other_arguments_are_refused_with_a_reason(argv, capsys):
 )
 def test_an_argument_or_scene_that_does_not_exist_is_refused_with_those_that_do(robot, name, value, hint):
     with pytest.raises(RuntimeError, match=f"{name}.*{hint}|{value}.*{hint}"):
-        up.require_known(robot, {name: value})
+        launch_settings.require_known(robot, {name: value})
 
 
 def test_every_argument_of_a_station_is_known():
-    up.require_known("pepper", {"scene": "rough", "gui": "false", "screen_port": "1"})
-    up.require_known("both", {"robotino_ip": "10.0.0.1", "nao_ip": "10.0.0.2", "sim": "false"})
+    launch_settings.require_known("pepper", {"scene": "rough", "gui": "false", "screen_port": "1"})
+    launch_settings.require_known("both", {"robotino_ip": "10.0.0.1", "nao_ip": "10.0.0.2", "sim": "false"})
 
 
 def test_both_robots_are_announced_with_their_addresses():
-    text = up.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False, None, 1)
+    text = announcement.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False, None, 1)
     assert "pepper, real, tcp://127.0.0.1:9000" in text and "robotino, real, http://10.0.0.1:80" in text
+
+
+def test_the_pilots_page_is_on_loopback_unless_a_person_names_another_address():
+    assert pilot_page.pilot_page_address({}) == "127.0.0.1"
+    assert pilot_page.pilot_page_address({"page": "false"}) is None
+    assert pilot_page.pilot_page_address({"page": "127.0.0.2", "sign_in": "false"}) == "127.0.0.2"
+    text = announcement.banner("both", {}, "http://m:1", True, None, 1, "https://127.0.0.1:9443/#k=1")
+    assert "pilot's page https://127.0.0.1:9443/#k=1\n" in text
+    assert "pilot's page" not in announcement.banner("walker", {}, "http://m:1", True, None, 1)
+
+
+def test_the_link_to_the_page_opens_it_only_where_there_is_no_other_way_in(tmp_path, monkeypatch):
+    users = Users(tmp_path / "users.db")
+    monkeypatch.setenv("TELEPRESENCE_USERS", str(users.path))
+    monkeypatch.setenv(pilot_page.PILOT_PAGE_KEY, "of another station")
+    invitations = Invitations(beside(users.path))
+    link = pilot_page.OwnPage({"sim": "false"}, simulated=False).open()
+    assert link.startswith("https://127.0.0.1:8443/#i=") and pilot_page.PILOT_PAGE_KEY not in os.environ
+    assert invitations.use(link.partition("#i=")[2], "ben", bytes(32))[0].role == "pilot"
+    first = pilot_page.OwnPage({"page": "127.0.0.2"}, simulated=True)
+    link = first.open()
+    assert link.startswith("https://127.0.0.2:8443/#i=")
+    first.close()
+    with pytest.raises(UserError, match="withdrawn"):
+        invitations.use(link.partition("#i=")[2], "ben", bytes(32))
+    users.add("anna", "correct horse", "pilot")
+    assert pilot_page.OwnPage({}, simulated=False).open() == "https://127.0.0.1:8443/"
+    assert pilot_page.OwnPage({"page": "false"}, simulated=True).open() == ""
+    server_context(tmp_path, ["127.0.0.1"])
+    own = {"page_certificate": str(tmp_path / "page.crt")}
+    assert pilot_page.OwnPage(own, simulated=False).open() == f"https://{names_of(tmp_path / 'page.crt')[0]}:8443/"
+    with pytest.raises(RuntimeError, match=r"page_certificate:=.*No such file"):
+        pilot_page.OwnPage({"page_certificate": str(tmp_path / "none")}, simulated=True)
+    link = pilot_page.OwnPage({"pilot_page_port": "9443"}, simulated=True).open()
+    assert link == f"https://127.0.0.1:9443/#k={os.environ[pilot_page.PILOT_PAGE_KEY]}"
+
+
+def test_the_key_of_the_link_is_the_person_who_started_a_station_where_nobody_signs_in(tmp_path):
+    users = Users(tmp_path / "users.db")
+    invitations = Invitations(beside(users.path))
+    account, invitation = Entrance(users, invitations, sign_in=False, own_key="secret").accept("secret", "eve")
+    assert (account.name, account.role, invitation) == (getpass.getuser(), "pilot", None)
+    for entrance, token in (
+        (Entrance(users, invitations, sign_in=True, own_key="secret"), "secret"),
+        (Entrance(users, invitations, sign_in=False, own_key="secret"), "secreT"),
+        (Entrance(users, invitations, sign_in=False), ""),
+    ):
+        with pytest.raises(UserError):
+            entrance.accept(token, "eve")
+
+
+@pytest.mark.parametrize("address", ["yes", "0.0.0.0", "203.0.113.7", "::1"])
+def test_a_page_at_no_address_of_this_machine_is_refused(address):
+    with pytest.raises(RuntimeError, match=f"page:={address}.*this machine"):
+        pilot_page.pilot_page_address({"page": address})
+
+
+def test_nobody_drives_without_an_account_by_a_page_that_others_reach(monkeypatch):
+    monkeypatch.setattr(pilot_page, "_is_ours", lambda address: True)
+    assert pilot_page.pilot_page_address({"page": "10.0.0.7"}) == "10.0.0.7"
+    with pytest.raises(RuntimeError, match="everybody"):
+        pilot_page.pilot_page_address({"page": "10.0.0.7", "sign_in": "false"})
 
 
 def test_a_taken_port_is_named_with_the_argument_that_changes_it():
@@ -67,17 +143,17 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"{port}.*nao_port:=<port>"):
-            up.require_free(port, "nao_port", "the simulated robot")
+            launch_settings.require_free(port, "nao_port", "the simulated robot")
     with socket.socket(type=socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"udp port {port}.*drive_port:=<port>"):
-            up.require_free(port, "drive_port", "Pepper's drive server", udp=True)
+            launch_settings.require_free(port, "drive_port", "Pepper's drive server", udp=True)
 
 
 def test_the_drive_servers_of_a_station_are_known(monkeypatch):
     monkeypatch.delenv("DRIVE_PORT", raising=False)
-    ports = lambda *station: {server.argument: server.port for server in up.drive_servers(*station)}  # noqa: E731
+    ports = lambda *station: {server.argument: server.port for server in launch_settings.drive_servers(*station)}  # noqa: E731
     assert ports("pepper", {}, True) == ports("pepper", {}, False) == {"drive_port": 8085}
     assert ports("both", {}, True) == {"pepper_drive_port": 8085, "drive_port": 8082}
     assert ports("pepper", {"drive_server": "10.0.0.7"}, False) == ports("robotino", {}, False) == {}
@@ -92,37 +168,37 @@ def test_a_persons_roscore_is_kept_and_its_open_port_named(ros_environment, run_
     wait_until(lambda: master_answers(uri), "the master answers")
     wait_until(lambda: master_proxy(uri).lookupNode("/test", "/rosout")[0] == 1, "rosout runs")
     port = master_proxy(uri).lookupNode("/test", "/rosout")[2].strip("/").rpartition(":")[2]
-    assert f"(port {port})" in up.exposure(uri)
+    assert f"(port {port})" in start_conditions.exposure(uri)
 
 
 def test_ros_for_other_machines_is_refused_without_firewall_rules(monkeypatch):
     monkeypatch.delenv("ROS_HOSTNAME", raising=False)
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
-    up.require_protection(None)
+    start_conditions.require_protection(None)
     monkeypatch.setenv("ROS_IP", "10.8.0.1")
-    up.require_protection("mine")
+    start_conditions.require_protection("mine")
     for setting, words in ((None, "the rules are not loaded.*firewall:=mine"), ("off", "mine is the only value")):
         with pytest.raises(RuntimeError, match=re.compile(words, re.DOTALL)):
-            up.require_protection(setting)
+            start_conditions.require_protection(setting)
 
 
 @pytest.mark.ros
 def test_a_bare_rosmaster_is_named_as_what_it_is_instead_of_waited_for(ros_master, monkeypatch):
     uri = ros_master["ROS_MASTER_URI"]
-    monkeypatch.setattr(up, "RUN_ID_PATIENCE", 0.3)
+    monkeypatch.setattr(start_conditions, "RUN_ID_PATIENCE", 0.3)
     master_proxy(uri).deleteParam("/test", "/run_id")
     with pytest.raises(RuntimeError, match=r"bare rosmaster.*roscore"):
-        up.require_roscore(uri, threading.Event())
+        start_conditions.require_roscore(uri, threading.Event())
     master_proxy(uri).setParam("/test", "/run_id", "as roscore sets it")
-    up.require_roscore(uri, threading.Event())
+    start_conditions.require_roscore(uri, threading.Event())
 
 
 @pytest.mark.parametrize("name", ["nao_ip", "robotino_ip"])
 def test_the_address_of_a_real_robot_needs_word_that_it_is_real(name):
-    up.require_loopback({}, name)
-    up.require_loopback({name: "localhost"}, name)
+    launch_settings.require_loopback({}, name)
+    launch_settings.require_loopback({name: "localhost"}, name)
     with pytest.raises(RuntimeError, match=f"{name}:=10.0.0.7.*sim:=false"):
-        up.require_loopback({name: "10.0.0.7"}, name)
+        launch_settings.require_loopback({name: "10.0.0.7"}, name)
 
 
 def test_a_folder_with_a_space_is_refused_with_the_reason(request, tmp_path):

@@ -2,7 +2,16 @@
 
 import pytest
 
-from gui.faults import CONSEQUENCE_TIME, HOPE_TIME, LEAST_TIME, NOTICED, PROGRAMS, SHOWN_TIME, Cause, Faults
+from telepresence.station.fault_sentences import (
+    CONSEQUENCE_TIME,
+    HOPE_TIME,
+    LEAST_TIME,
+    NOTICED,
+    PROGRAMS,
+    SHOWN_TIME,
+    Cause,
+    Faults,
+)
 
 
 @pytest.fixture

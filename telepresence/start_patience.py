@@ -1,0 +1,25 @@
+"""How long a program may wait for a robot, or for a program beside it, before it says so: they are often started
+together, and whoever waits is not lost. Standard library only."""
+
+from __future__ import annotations
+
+import time
+
+PATIENCE = 10.0
+"""Seconds that a machine needs which is busy with starting a whole station."""
+
+
+class StartPatience:
+    """From its construction on; over for good once what is waited for was there."""
+
+    def __init__(self) -> None:
+        self._end = time.monotonic() + PATIENCE
+
+    def works(self) -> None:
+        """It is there: if it goes away, that is worth a line at once."""
+        self._end = 0.0
+
+    @property
+    def over(self) -> bool:
+        """Whether it is time to complain."""
+        return time.monotonic() >= self._end

@@ -1,0 +1,78 @@
+"""What `./stack up` says to the person at the terminal: what runs where, and, when there is a picture, what to do."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from telepresence.station.launch_settings import PAGE_PORT, PEPPER, ROBOT_PAGE_PORT, STATIONS
+from telepresence.station.virtual_display import VirtualDisplay
+
+PAGE_KEY, SCREEN_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_SCREEN_KEY"
+ROBOT_PAGE_KEY = "TELEPRESENCE_ROBOT_PAGE_KEY"
+"""Environment variables with the keys to the tablet's page, to the window's and to that of a simulated Pepper's owner:
+the banner says them, and the programs that serve the pages find them there, where other users of the machine cannot
+read them."""
+FIRST_PICTURE = "The window shows the first picture."
+"""What the window prints then."""
+NO_SOUND = "there is no sound card"
+"""Words of a program that finds no device to speak or to hear with."""
+END = "Ctrl-C ends all of it."
+
+
+def banner(
+    robot: str,
+    settings: dict[str, str],
+    master_uri: str,
+    simulated: bool,
+    display: VirtualDisplay | None,
+    screen_port: int,
+    link: str = "",
+    output: Path | None = None,
+) -> str:
+    """Return what runs where; `link` opens the pilot's page, `output` is the file with what the programs print."""
+    wires = STATIONS.get(robot, ())
+    lines = [""]
+    for wire in wires:
+        usual, kind = (wire.simulated_port, "simulated") if simulated else (wire.real_port, "real")
+        address, port = settings.get(wire.address, "127.0.0.1"), settings.get(wire.port, usual)
+        lines.append(f"  robot        {wire.name}, {kind}, {wire.scheme}://{address}:{port}")
+    lines.append(f"  ROS master   {master_uri}")
+    links = pepper_links(robot, settings, simulated)
+    if PEPPER in wires:
+        lines.append(f"  tablet page  {links[0] if links else 'com_cam prints its address, with the key to it'}")
+    if link:
+        lines.append(f"  pilot's page {link}")
+    if links:
+        lines.append(f"  owner's page {links[1]}")
+    if display is not None:
+        lines += [
+            f"  window       http://127.0.0.1:{screen_port}/?k={os.environ.get(SCREEN_KEY, '')}",
+            f"               There is no display here, so the window is on a virtual one ({display.name}).",
+        ]
+    if output is not None:
+        lines.append(f"  output       {output}")
+    lines += ["", f"  {END}", ""]
+    return "\n".join(lines)
+
+
+def pepper_links(robot: str, settings: dict[str, str], simulated: bool) -> list[str]:
+    """Return the links to the tablet's page of a simulated Pepper and to its owner's; none where there is no such."""
+    if PEPPER not in STATIONS.get(robot, ()) or not simulated:
+        return []
+    ports = settings.get("page_port", PAGE_PORT), settings.get("robot_page_port", ROBOT_PAGE_PORT)
+    keys = (os.environ.get(name, "") for name in (PAGE_KEY, ROBOT_PAGE_KEY))
+    return [f"http://127.0.0.1:{port}/?k={key}" for port, key in zip(ports, keys, strict=True)]
+
+
+def next_steps(window: bool, link: str, sound: bool = True) -> str:
+    """Return what a person can do now that everything works.
+
+    Args:
+        window: Whether there is the operator's window.
+        link: Opens the pilot's page; empty where there is none.
+        sound: Whether this machine has a device to speak and to hear with.
+    """
+    silence = "" if sound else "No sound here: no sound server answers, and there is no sound card.\n"
+    begin = f"{FIRST_PICTURE} Drive there" if window else "Everything is started. Drive from here"
+    return silence + (f"{begin}, or in any browser:\n  {link}\n{END}" if link else f"{begin}. {END}")

@@ -1,0 +1,122 @@
+"""What a person may set with name:=value after `./stack up ROBOT`, and what is wrong with it before anything starts."""
+
+from __future__ import annotations
+
+import os
+import socket
+import xml.etree.ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+LAUNCH = Path(__file__).resolve().parents[2] / "launch"
+SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
+PAGE_PORT, SCREEN_PORT, ROBOT_PAGE_PORT = 10002, 10003, 8081
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """How a robot is reached: launch arguments for address and port, the scheme, the usual ports."""
+
+    name: str
+    address: str
+    port: str
+    scheme: str
+    simulated_port: int
+    real_port: int
+
+
+PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
+ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
+STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
+"""Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
+OWN_SETTINGS = {"screen_port", "firewall"}
+"""Settings that are ours and not the launch file's."""
+
+
+def launch_arguments(robot: str) -> set[str]:
+    """Return the names of the arguments that a person can give to the launch file."""
+    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
+    return {argument.get("name", "") for argument in file.getroot().iterfind("arg") if argument.get("value") is None}
+
+
+def require_known(robot: str, settings: dict[str, str]) -> None:
+    """Raise RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself ignores
+    the former and starts a simulator that ends at once with the latter."""
+    known = sorted(launch_arguments(robot) | OWN_SETTINGS)
+    for name in settings:
+        if name not in known:
+            raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
+    scenes = sorted(path.stem for path in SCENES.glob("*.xml"))
+    for name in ("scene", "terrain"):
+        if settings.get(name, scenes[0]) not in scenes:
+            raise RuntimeError(f"there is no {name} '{settings[name]}'; there are: {', '.join(scenes)}")
+
+
+def require_loopback(settings: dict[str, str], name: str) -> None:
+    """Raise RuntimeError when the drivers would drive a real robot while a simulated one starts too."""
+    address = settings.get(name, "127.0.0.1")
+    if address not in ("127.0.0.1", "localhost"):
+        raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
+
+
+class DriveServer(NamedTuple):
+    """A drive server that a station starts here: the launch argument with its udp port, the usual one, whose it is."""
+
+    argument: str
+    port: int
+    purpose: str
+
+
+def drive_servers(robot: str, settings: dict[str, str], simulated: bool) -> list[DriveServer]:
+    """Return the drive servers of a station. Where another station's has the port, this one's would not start, and its
+    driver would drive the other one's robot."""
+    wires, both = STATIONS.get(robot, ()), robot == "both"
+    found = []
+    elsewhere = settings.get("pepper_drive_server" if both else "drive_server", "")
+    if PEPPER in wires and not elsewhere and settings.get("watchdog", "true").lower() in ("true", "1"):
+        usual = int(os.environ.get("DRIVE_PORT", 8085))
+        found.append(DriveServer("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
+    if ROBOTINO in wires and simulated:
+        found.append(DriveServer("drive_port", 8082, "Robotino's drive server"))
+    return found
+
+
+def require_free(port: int, argument: str, purpose: str, udp: bool = False, address: str = "127.0.0.1") -> None:
+    """Raise RuntimeError when the port is in use already at this address of this machine."""
+    with socket.socket(type=socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as probe:
+        if not udp:  # of tcp, connections that have ended may linger there
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((address, port))
+        except OSError:
+            raise RuntimeError(
+                f"{'udp ' if udp else ''}port {port}, wanted for {purpose}, is taken: another ./stack up may be "
+                f"running. Choose another one with {argument}:=<port>"
+            ) from None
+
+
+def port_setting(settings: dict[str, str], name: str, default: int) -> int:
+    """Return the port that the person chose. Raise RuntimeError when it is none."""
+    text = settings.get(name, str(default))
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 65536):
+        raise RuntimeError(f"{name}:={text} is not a port: a number from 1 to 65535 is needed")
+    return int(text)
+
+
+def require_ports(robot: str, settings: dict[str, str], simulated: bool) -> None:
+    """Raise RuntimeError when a port that the station will listen on is in use, or a robot's address is no simulated
+    one's."""
+    wires = STATIONS.get(robot, ())
+    if simulated:
+        for wire in wires:
+            require_loopback(settings, wire.address)
+            port = port_setting(settings, wire.port, wire.simulated_port)
+            require_free(port, wire.port, f"the simulated {wire.name}")
+    if PEPPER in wires and simulated:
+        robot_page = port_setting(settings, "robot_page_port", ROBOT_PAGE_PORT)
+        require_free(robot_page, "robot_page_port", "the simulated Pepper's own page")
+    if PEPPER in wires:
+        require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
+    for server in drive_servers(robot, settings, simulated):
+        require_free(port_setting(settings, server.argument, server.port), server.argument, server.purpose, udp=True)

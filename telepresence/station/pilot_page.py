@@ -1,0 +1,125 @@
+"""Where `./stack up` has the pilot's page, and the link by which the person at the terminal opens it.
+
+The launch files have the arguments page:= and pilot_page_port:=. Where nobody signs in, the link has a key that the
+page's program finds in its environment, where other users of the machine cannot read it; where people sign in and there
+is no account yet, it is an invitation to drive, which ends with the station. Who has an account needs neither.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import ipaddress
+import os
+import socket
+from collections.abc import Mapping
+from pathlib import Path
+
+from telepresence.station.image import page_host
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.invitations import InvitationError, Invitations, beside
+from telepresence.teleop.lease_messages import PILOT
+from telepresence.web.page_auth import page_key
+
+PILOT_PAGE_PORT = 8443
+PILOT_PAGE_KEY = "TELEPRESENCE_PILOT_PAGE_KEY"
+"""Environment variable with the key to the page of a station where nobody signs in."""
+FIRST_LINK_LASTS = 12 * 3600.0
+"""[s] for which the invitation to a new station holds."""
+
+
+class OwnPage:
+    """The page of a station that comes up.
+
+    Args:
+        settings: Of the launch file, as a person gave them.
+        simulated: Whether the robots are.
+    Raises:
+        RuntimeError: See `pilot_page_address`; the certificate that a person names cannot be read.
+    """
+
+    def __init__(self, settings: Mapping[str, str], simulated: bool) -> None:
+        self.address = pilot_page_address(settings)
+        self._port = settings.get("pilot_page_port", str(PILOT_PAGE_PORT))
+        self._host = page_host(self.address or "", self._port)
+        if certificate := settings.get("page_certificate"):
+            from telepresence.page.certificate import names_of  # cryptography: a third of what `./stack up` would load
+
+            try:
+                names = names_of(Path(certificate))
+            except (OSError, ValueError) as error:
+                raise RuntimeError(f"page_certificate:={certificate}: {error}") from None
+            if names:
+                self._host = f"{names[0]}:{self._port}"
+        opened = settings.get("page", "true").lower() not in ("true", "false")
+        asked = settings.get("sign_in", str(opened or not simulated)).lower()
+        self._signs_in = asked in ("true", "1")
+        self._invitations = Invitations(beside())
+        self._first = ""
+
+    @property
+    def url(self) -> str:
+        """Where this machine finds the page; empty for no page."""
+        return f"https://{self.address}:{self._port}/" if self.address else ""
+
+    def open(self) -> str:
+        """Return the link, which opens the page for whoever has it if there is no other way to come in."""
+        if self.address is None:
+            return ""
+        url = f"https://{self._host}/"
+        if not self._signs_in:
+            os.environ[PILOT_PAGE_KEY] = page_key(PILOT_PAGE_KEY)
+            return f"{url}#k={os.environ[PILOT_PAGE_KEY]}"
+        os.environ.pop(PILOT_PAGE_KEY, None)
+        try:
+            if Users().all():
+                return url
+            invitation, token = self._invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
+        except UserError:
+            return url  # the page and the window say what is wrong with the accounts
+        self._first = invitation.id
+        return f"{url}#i={token}"
+
+    def close(self) -> None:
+        """The station ends, and with it what only this run has given out."""
+        if self._first:
+            with contextlib.suppress(InvitationError):  # somebody has withdrawn it
+                self._invitations.withdraw(self._first)
+
+
+def pilot_page_address(settings: Mapping[str, str]) -> str | None:
+    """Return the address of this machine where the page is; None for no page.
+
+    Args:
+        settings: Of the launch file, as a person gave them.
+    Raises:
+        RuntimeError: That is no address of this machine, or whoever reaches it would drive without an account.
+    """
+    setting = settings.get("page", "true")
+    if setting.lower() == "false":
+        return None
+    if setting.lower() == "true":
+        return "127.0.0.1"
+    if not _is_ours(setting):
+        raise RuntimeError(
+            f"page:={setting}: true, false, or one IPv4 address of this machine, where others find the pilot's page; "
+            "ip -br address  lists them"
+        )
+    without_accounts = settings.get("sign_in", "true").lower() in ("false", "0")
+    if without_accounts and not ipaddress.IPv4Address(setting).is_loopback:
+        raise RuntimeError(
+            f"page:={setting} with sign_in:=false: everybody who reaches this computer would drive. Leave "
+            "sign_in:=false away, and let people in:  python -m gui.users add NAME  or  ./stack invite"
+        )
+    return setting
+
+
+def _is_ours(word: str) -> bool:
+    try:
+        if ipaddress.IPv4Address(word).is_unspecified:
+            return False
+        with socket.socket() as probe:
+            probe.bind((word, 0))
+    except (ValueError, OSError):
+        return False
+    return True

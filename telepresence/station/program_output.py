@@ -1,0 +1,75 @@
+"""What the programs of a station print to standard output: all of it in a file, and on the terminal what a person there
+is to read. Their warnings and errors go to standard error, and so to the terminal at once.
+
+The programs write to memory (memfd_create(2)): that never waits and never fails, whatever becomes of the terminal, of
+the disk, or of the one who reads it here.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+from pathlib import Path
+
+log = logging.getLogger(__name__)
+
+ENDING = "-stdout.log"
+"""By which `telepresence.station.log_folder` knows a file that it has to cut."""
+MOST_KEPT = 1_000_000
+"""Bytes after which the memory is given back."""
+
+
+class ProgramOutput:
+    """Collects what programs print.
+
+    Args:
+        path: The file, which is written anew.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.descriptor = os.memfd_create("station-output", os.MFD_CLOEXEC)
+        """Standard output for the programs."""
+        flags = fcntl.fcntl(self.descriptor, fcntl.F_GETFL)
+        fcntl.fcntl(self.descriptor, fcntl.F_SETFL, flags | os.O_APPEND)  # of the file, for all who have it open
+        self._read = 0
+        self._rest = b""
+        self._file = -1
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            self._give_up(error)
+
+    def lines(self) -> list[str]:
+        """Return the lines that are complete since the last call, and write them to the file."""
+        size = os.fstat(self.descriptor).st_size
+        if size == self._read:
+            return []
+        new = os.pread(self.descriptor, size - self._read, self._read)
+        self._read += len(new)
+        if self._read >= MOST_KEPT and os.fstat(self.descriptor).st_size == self._read:
+            os.ftruncate(self.descriptor, 0)
+            self._read = 0
+        if self._file >= 0:
+            try:
+                os.write(self._file, new)
+            except OSError as error:
+                self._give_up(error)
+        *complete, self._rest = (self._rest + new).split(b"\n")
+        return [line.decode(errors="replace") for line in complete]
+
+    def close(self) -> None:
+        """Write the rest. Programs may print on; nobody reads it."""
+        self.lines()
+        if self._file >= 0:
+            os.close(self._file)
+        os.close(self.descriptor)
+
+    def _give_up(self, error: OSError) -> None:
+        """Without the file the station runs on."""
+        log.warning("what the programs print is not kept in %s: %s", self.path, error.strerror)
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1

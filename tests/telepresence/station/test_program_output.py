@@ -1,0 +1,86 @@
+"""What programs print goes to a file, and never makes them wait or fail."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from telepresence.station import program_output
+from telepresence.station.log_folder import OUTPUTS, cut_outputs
+from telepresence.station.program_output import ENDING, ProgramOutput
+from telepresence.station.up import Terminal
+
+
+@pytest.fixture
+def output(tmp_path):
+    output = ProgramOutput(tmp_path / "log" / f"up{ENDING}")
+    yield output
+    output.close()
+
+
+def say(output: ProgramOutput, text: str) -> None:
+    subprocess.run([sys.executable, "-S", "-c", f"print({text!r}, end='')"], stdout=output.descriptor, check=True)
+
+
+def test_lines_come_when_they_are_complete_and_all_of_it_is_kept(output):
+    say(output, "one\ntw")
+    assert output.lines() == ["one"]
+    say(output, "o\nthree\n")
+    assert output.lines() == ["two", "three"]
+    assert output.path.read_text() == "one\ntwo\nthree\n"
+    assert output.path.stat().st_mode & 0o777 == 0o600
+
+
+def test_memory_is_given_back(output, monkeypatch):
+    monkeypatch.setattr(program_output, "MOST_KEPT", 4)
+    for _ in range(3):
+        say(output, "a line\n")
+        assert output.lines() == ["a line"]
+        assert os.fstat(output.descriptor).st_size == 0
+    assert output.path.read_text() == "a line\n" * 3
+
+
+def test_a_file_that_cannot_be_written_is_said_once_and_stops_nobody(tmp_path, caplog):
+    (tmp_path / "file").write_text("")
+    output = ProgramOutput(tmp_path / "file" / f"up{ENDING}")
+    say(output, "one\n")
+    assert output.lines() == ["one"]
+    output.close()
+    assert len(caplog.records) == 1 and "not kept" in caplog.text
+
+
+def test_the_file_is_cut_like_those_of_the_nodes(output, monkeypatch):
+    assert ENDING in OUTPUTS
+    monkeypatch.setattr("telepresence.station.log_folder.LARGEST_OUTPUT", 4096)
+    monkeypatch.setattr("telepresence.station.log_folder.KEPT_OUTPUT", 1000)
+    say(output, "0123456789\n" * 2000)
+    output.lines()
+    cut_outputs(output.path.parent)
+    say(output, "more\n")
+    output.lines()
+    assert output.path.read_bytes() == b"more\n", "it goes on at the beginning"
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+def test_the_terminal_has_what_to_do_next_and_the_rest_on_request(output, capsys, verbose):
+    terminal = Terminal(output, verbose, window=True, link="https://127.0.0.1:8443/#k=1")
+    say(output, "[INFO] poses\nmicrophone: there is no sound card\n")
+    terminal.look(started=True)
+    assert ("poses" in capsys.readouterr().out) == verbose
+    say(output, "The window shows the first picture.\n")
+    terminal.look(started=True)
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("No sound here") and said[-2:] == [
+        "  https://127.0.0.1:8443/#k=1",
+        "Ctrl-C ends all of it.",
+    ]
+
+
+def test_without_a_window_all_is_started_when_roslaunch_says_so(output, capsys):
+    terminal = Terminal(output, verbose=False, window=False, link="")
+    terminal.look(started=False)
+    assert not capsys.readouterr().out
+    for _ in range(2):
+        terminal.look(started=True)
+    assert capsys.readouterr().out == "Everything is started. Drive from here. Ctrl-C ends all of it.\n"
