@@ -13,48 +13,41 @@ from concurrent.futures import Future
 import mujoco
 import numpy as np
 
+from pepper_sim.body.charging_contacts import ChargingContacts
 from pepper_sim.body.collision_protection import SecurityZone
 from pepper_sim.body.consent import OwnerConsent
 from pepper_sim.body.description import (
     ACC_THETA,
     ACC_XY,
     BRAKING,
-    ENCODER_STEP,
     EYES,
     JOINTS,
-    LEAST_LEG_STIFFNESS,
-    LEG_JOINTS,
     LIMITS,
     MAX_THETA,
     MAX_XY,
-    MOTION_CYCLE,
     SCREEN_HEIGHT,
     SCREEN_WIDTH,
-    WHEEL_RADIUS,
-    WHEELS,
     JointLimits,
 )
 from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
+from pepper_sim.body.lights import Lights
 from pepper_sim.body.motion import BaseMotion
 from pepper_sim.body.postures import STAND
 from pepper_sim.body.power import PERIOD as POWER_PERIOD
 from pepper_sim.body.power import Power
+from pepper_sim.body.readings import Readings
 from pepper_sim.body.sensors import Sensors
 from pepper_sim.body.state import Snapshot
 from pepper_sim.models import PREFIX
-from pepper_sim.models.charging_station import BODY as STATION_BODY
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
 CAMERAS = ("CameraTop", "CameraBottom", "CameraDepth")
 STEREO_CAMERA = "CameraStereo"
-LIGHTS = ("eyes", "shoulders")
 FALLEN_TILT = math.radians(30.0)
-STATION_CONTACT, STATION_ANGLE = 0.06, math.radians(12.0)
-"""The contacts of the charging station meet when the base is so near its place [m, rad]."""
 
 _DARK = np.zeros((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
 
@@ -89,6 +82,7 @@ class Pepper:
         if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, prefix + next(iter(EYES))) >= 0:
             self.cameras[STEREO_CAMERA] = tuple(prefix + name for name in EYES)
         self._cameras = cameras
+        self.lights = Lights(world, prefix)
         self._rng = world.rng(f"{prefix}{seed}")
         self._root = model.joint(prefix + "root")
         self._pose = slice(self._root.qposadr[0], self._root.qposadr[0] + 7)
@@ -109,10 +103,12 @@ class Pepper:
         self._power = Power()
         self._fallen = False
         self._snapshot: tuple[int, Snapshot] | None = None
-        self._laser_odometry = self._base.odometry
-        self._station = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + STATION_BODY)
+        self._contacts = ChargingContacts(model, prefix)
         self._held = False
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
+        self._readings = Readings(
+            world, self._joints, self._base, self._motion, self._inertial, self._sensors, self._power
+        )
         world.on_reset(self._reset)
         world.on_close(self._close)
         world.every(TICK, self._tick)
@@ -185,7 +181,7 @@ class Pepper:
     def can_drive(self) -> bool:
         """Whether the legs are stiff enough for the base to move, and the robot has not fallen."""
         with self.world.locked():
-            return not self._fallen and not self._limp_legs()
+            return not self._fallen and not self._joints.legs_limp
 
     def hold_base(self, held: bool) -> None:
         """Refuse every motion of the base, because the robot is on its charging station, or allow them again."""
@@ -256,19 +252,6 @@ class Pepper:
         if self._cameras is not None:
             self._cameras.set_texture(self.prefix + "screen", _DARK if pixels is None else pixels)
 
-    def set_light(self, part: str, red: float, green: float, blue: float) -> None:
-        """Colour the "eyes" or the "shoulders"; 0...1 each, clipped. It shows from the next picture on.
-
-        Raises:
-            ValueError: No such light, or a value that is not finite.
-        """
-        if part not in LIGHTS:
-            raise ValueError(f"Pepper has no light {part!r}; lights: {', '.join(LIGHTS)}")
-        _require_finite("colour", (red, green, blue))
-        with self.world.locked():
-            material = self.world.model.material(self.prefix + part)
-            material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]
-
     @property
     def has_cameras(self) -> bool:
         """Whether somebody draws this robot's pictures."""
@@ -298,13 +281,11 @@ class Pepper:
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
         taken = self._snapshot
-        if (
-            taken is not None and taken[0] == self.world.tick
-        ):  # without waiting for the next tick, which may be on its way
+        if taken is not None and taken[0] == self.world.tick:  # without waiting for a tick that may be on its way
             return taken[1]
         with self.world.locked() as data:
             if self._snapshot is None or self._snapshot[0] != self.world.tick:
-                self._snapshot = self.world.tick, self._take_snapshot(data)
+                self._snapshot = self.world.tick, self._readings.snapshot(data, fallen=self._fallen)
             return self._snapshot[1]
 
     def truth(self) -> tuple[float, float, float, float, float, float]:
@@ -384,18 +365,15 @@ class Pepper:
     def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
         self.security.update(sensor, points, self._base.odometry)
         if sensor == "Laser":
-            self._laser_odometry = self._base.odometry
+            self._readings.laser_odometry = self._base.odometry
 
     def _check_able(self) -> None:
         if self._fallen:
             self._motion.refuse("fallen")
         elif self._held:
             self._motion.refuse("charging")
-        elif self._limp_legs():
+        elif self._joints.legs_limp:
             self._motion.refuse("stiffness")
-
-    def _limp_legs(self) -> bool:
-        return any(self._joints.stiffness[JOINTS.index(joint)] <= LEAST_LEG_STIFFNESS for joint in LEG_JOINTS)
 
     def _check_fallen(self, now: float) -> None:
         with self.world.locked() as data:
@@ -409,65 +387,10 @@ class Pepper:
     def _update_power(self, now: float) -> None:
         with self.world.locked() as data:
             speed = math.hypot(self._base.vx, self._base.vy) + 0.2 * abs(self._base.wz)
-            torques, stiffness = self._torques(data), self._joints.stiffness
+            torques, stiffness = self._joints.torques(data), self._joints.stiffness
             if self.smart_stiffness:
                 stiffness = self._joints.smart_stiffness(data, torques)
-            self._power.update(POWER_PERIOD, torques, stiffness, speed, plugged=self._on_station(data))
-
-    def _on_station(self, data: mujoco.MjData) -> bool:
-        """Whether the base stands on the contacts of the charging station, as a connection would show the robot."""
-        if self._station < 0:
-            return False
-        x, y, _, *quaternion = data.qpos[self._pose].tolist()
-        place, rotation = data.xpos[self._station], data.xmat[self._station].reshape(3, 3)
-        yaw = roll_pitch_yaw(matrix(np.array(quaternion)))[2] - math.atan2(rotation[1, 0], rotation[0, 0])
-        near = math.hypot(x - place[0], y - place[1]) < STATION_CONTACT
-        return bool(near and abs(math.remainder(yaw, math.tau)) < STATION_ANGLE)
-
-    def _torques(self, data: mujoco.MjData) -> np.ndarray:
-        dofs = self._joints.dofs
-        return data.qfrc_actuator[dofs] + data.qfrc_gravcomp[dofs]
-
-    def _take_snapshot(self, data: mujoco.MjData) -> Snapshot:
-        joints, base, sensors = self._joints, self._base, self._sensors
-        positions = np.round(data.qpos[joints.qpos] / ENCODER_STEP) * ENCODER_STEP
-        vx, vy, wz = base.velocity
-        inertial = self._inertial.read(data)
-        return Snapshot(
-            time=self.world.time,
-            stamp=self.world.stamp,
-            joint_positions=_by_joint(positions),
-            joint_setpoints=_by_joint(joints.setpoints),
-            joint_velocities=_by_joint(data.qvel[joints.dofs]),
-            joint_torques=_by_joint(self._torques(data)),
-            stiffness=_by_joint(joints.stiffness),
-            odometry=base.odometry,
-            next_odometry=base.predict(MOTION_CYCLE),
-            velocity=base.velocity,
-            wheel_speeds={
-                name: (per_vx * vx + per_vy * vy + lever * wz) / WHEEL_RADIUS
-                for name, (per_vx, per_vy, lever) in WHEELS.items()
-            },
-            imu_base=inertial["base"],
-            imu_torso=inertial["torso"],
-            sonar=dict(sensors.sonar),
-            laser=dict(sensors.laser),
-            laser_odometry=self._laser_odometry,
-            shovel=sensors.ground["Shovel"],
-            vertical={side: sensors.ground[side][0] for side in ("Left", "Right")},
-            infrared=dict(sensors.infrared),
-            bumpers=dict(sensors.bumpers),
-            touch=dict(sensors.touch),
-            battery=self._power.battery,
-            temperatures=_by_joint(self._power.temperatures),
-            moving=self._motion.moving,
-            move_failed=self._motion.failure,
-            fallen=self._fallen,
-        )
-
-
-def _by_joint(values: np.ndarray) -> dict[str, float]:
-    return dict(zip(JOINTS, values.tolist(), strict=True))
+            self._power.update(POWER_PERIOD, torques, stiffness, speed, plugged=self._contacts.closed(data, self._pose))
 
 
 def _require_finite(what: str, values: Sequence[float]) -> None:

@@ -12,7 +12,7 @@ from concurrent.futures import Future, InvalidStateError
 import mujoco
 import numpy as np
 
-from pepper_sim.body.description import JOINTS, LEG_JOINTS, LIMITS, MOTION_CYCLE
+from pepper_sim.body.description import JOINTS, LEAST_LEG_STIFFNESS, LEG_JOINTS, LIMITS, MOTION_CYCLE
 
 ARRIVED = 1e-3
 """A setpoint this close [rad] to the last knot has arrived."""
@@ -239,6 +239,15 @@ class JointMotion:
         off = np.flatnonzero(self.stiffness == 0.0)
         self._limp = np.setdiff1d(off, self._legs)
         self._braked = np.intersect1d(off, self._legs)
+
+    @property
+    def legs_limp(self) -> bool:
+        """Whether the legs are not stiff enough for the base to move."""
+        return bool((self.stiffness[self._legs] <= LEAST_LEG_STIFFNESS).any())
+
+    def torques(self, data: mujoco.MjData) -> np.ndarray:
+        """Return the torques of the motors, gravity compensation included, in the order of JOINTS [N m]."""
+        return data.qfrc_actuator[self.dofs] + data.qfrc_gravcomp[self.dofs]
 
     def smart_stiffness(self, data: mujoco.MjData, torques: np.ndarray) -> np.ndarray:
         """Return the stiffness that the posture needs, never more than was set; what was set while a joint moves.

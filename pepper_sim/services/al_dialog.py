@@ -7,7 +7,6 @@ and topics before or after others (^preProcess).
 from __future__ import annotations
 
 import concurrent.futures
-import contextlib
 import logging
 import time
 from pathlib import Path
@@ -18,6 +17,8 @@ from pepper_sim.dialog.nodes import Topic
 from pepper_sim.dialog.reader import read_topic
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.client_services import ClientServices
+from pepper_sim.naoqi.dialog_concepts import DialogConcepts
+from pepper_sim.naoqi.dialog_fallbacks import DialogFallbacks
 from pepper_sim.naoqi.dialog_knowledge import DialogKnowledge
 from pepper_sim.naoqi.dialog_settings import DialogSettings, known_language
 from pepper_sim.naoqi.dialog_topics import DialogTopics
@@ -34,8 +35,6 @@ from pepper_sim.services.al_speech_recognition import CONFIDENCE, ALSpeechRecogn
 from pepper_sim.services.al_text_to_speech import ALTextToSpeech
 
 log = logging.getLogger(__name__)
-
-FALLBACK_METHOD = "findOutput"
 
 
 class ALDialog(Module):
@@ -62,7 +61,6 @@ class ALDialog(Module):
         self._recognition = recognition
         self._disk = disk
         self._packages = packages
-        self._clients = clients
         self._users = DialogUsers(memory)
         self._conversation = Conversation(
             lambda name: as_text(memory.read(name)),
@@ -71,12 +69,13 @@ class ALDialog(Module):
             knowledge=DialogKnowledge(knowledge),
         )
         self._turns = DialogTurns(self._conversation, memory, workers, alarm, clients, self._say, voice.stopAll)
-        self._turns.answer_otherwise = self._ask_fallbacks
+        self._fallbacks = DialogFallbacks(self._conversation, clients)
+        self._turns.answer_otherwise = self._fallbacks.answer
+        self._concepts = DialogConcepts(self._conversation, self._turns.lock)
         self._subscribers: set[str] = set()
         self._collaborative: list[str] | None = None
         self._topics = DialogTopics(disk, self._conversation, self._turns.lock)
         self._settings = DialogSettings(memory, self._turns, self._users)
-        self._fallbacks: dict[str, list[str]] = {}
         for key, value in (("Dialog/RobotModel", "juliette"), ("Dialog/RobotName", "pepper"), ("Dialog/TalkTime", "0")):
             memory.store(key, value)
         for language in LANGUAGES:
@@ -84,7 +83,7 @@ class ALDialog(Module):
         recognition.on_sentence(self._listen)
 
     def parts(self) -> tuple[Any, ...]:
-        return self, self._settings
+        return self, self._settings, self._concepts, self._fallbacks
 
     def close(self) -> None:
         self._turns.close()
@@ -301,30 +300,7 @@ class ALDialog(Module):
         """Makes the rules and sentences with a tag unusable."""
         self._conversation.set_tag(self._topics.known(topicName), tagName, False)
 
-    # --- concepts ----------------------------------------------------------------------------------------------------
-
-    @remote("v(ss[s])")
-    def setConcept(self, conceptName: str, language: str, content: list[str]) -> None:
-        """Fills a dynamic concept."""
-        with self._turns.lock:
-            self._conversation.concepts.fill(self._dynamic(conceptName), known_language(language), content)
-
-    @remote("v(ss[s])")
-    def addToConcept(self, conceptName: str, language: str, content: list[str]) -> None:
-        """Adds to a dynamic concept."""
-        with self._turns.lock:
-            self._conversation.concepts.add(self._dynamic(conceptName), known_language(language), content)
-
-    @remote("[s](ss)")
-    def getConcept(self, conceptName: str, language: str) -> list[str]:
-        """Lists what a dynamic concept holds."""
-        return self._conversation.concepts.content(conceptName, known_language(language))
-
-    @remote("v()")
-    def clearConcepts(self) -> None:
-        """Empties all dynamic concepts."""
-        with self._turns.lock:
-            self._conversation.concepts.clear()
+    # --- what topics hold --------------------------------------------------------------------------------------------
 
     @remote("v(sss)")
     def generateSentences(self, destination: str, topic: str, language: str) -> None:
@@ -345,35 +321,12 @@ class ALDialog(Module):
         self._turns.follow()
         return sorted(self._conversation.events)
 
-    # --- what no rule understands ------------------------------------------------------------------------------------
-
-    @remote("s(ss)")
-    def addFallback(self, language: str, serviceName: str) -> str:
-        """Asks a service's findOutput(language, input) for the answer to what no rule understands."""
-        services = self._fallbacks.setdefault(known_language(language), [])
-        if serviceName not in services:
-            services.append(serviceName)
-        return serviceName
-
-    @remote("s(ss)")
-    def removeFallback(self, language: str, serviceName: str) -> str:
-        """Asks a service no more."""
-        with contextlib.suppress(ValueError):
-            self._fallbacks.get(known_language(language), []).remove(serviceName)
-        return serviceName
-
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _load(self, topic: Topic, path: Path | None) -> str:
         name = self._topics.load(topic, path)
         self._turns.follow()
         return name
-
-    def _dynamic(self, concept: str) -> str:
-        """Check that a concept may be changed: that no topic defines it as a static one."""
-        if concept in self._conversation.static_concepts():
-            raise ServiceError(f"concept '{concept}' is static; only those declared with 'dynamic:' can be changed")
-        return concept
 
     def _report_running(self) -> None:
         running = bool(self._subscribers)
@@ -394,14 +347,3 @@ class ALDialog(Module):
             self._turns.sentence(text)
         except ServiceError as error:
             log.warning("what was said is lost: %s", error)
-
-    def _ask_fallbacks(self, text: str) -> str:
-        for service in list(self._fallbacks.get(self.getLanguage(), [])):
-            try:
-                answer = self._clients.call(service, FALLBACK_METHOD, self.getLanguage(), text).result()
-            except RuntimeError as error:
-                log.warning("%s has no answer: %s", service, error)
-                continue
-            if isinstance(answer, str) and answer:
-                return answer
-        return ""

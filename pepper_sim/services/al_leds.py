@@ -311,7 +311,7 @@ class ALLeds(Module):
             while fading and not self._closing.is_set():
                 now = time.monotonic()
                 for part, group in _BODY_LIGHTS.items():
-                    self._robot.set_light(part, *self._mean_colour(group, now))
+                    self._robot.lights.colour(part, *self._mean_colour(group, now))
                 fading = any(fade.end > now for fade in self._fades.values())
                 if fading:
                     self._closing.wait(_BODY_PERIOD)

@@ -9,43 +9,23 @@ Source: NAOqi 2.8 documentation, ALMemory; behaviour of missing keys as naoqi_dr
 from __future__ import annotations
 
 import concurrent.futures
-import functools
-import logging
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from pepper_sim.naoqi.client_services import MAX_FAILURES, ClientServices
+from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.memory_changes import Changes
 from pepper_sim.naoqi.memory_keys import Reader
+from pepper_sim.naoqi.memory_subscriptions import MemorySubscriptions, Topic
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
 from telepresence.naoqi.incoming_call import NotNow
-from telepresence.naoqi.served_object import ServedObject
-from telepresence.naoqi.signals import Signal
 
-log = logging.getLogger(__name__)
-
-_HISTORY_LENGTH = 32
 _KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED = "ALMemory/KeyAdded", "ALMemory/KeyRemoved", "ALMemory/KeyTypeChanged"
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not use up this machine's RAM."""
-
-
-class _Event:
-    """An event's signal, which fires with each value, and the object that brings it to clients."""
-
-    def __init__(self) -> None:
-        self.signal = Signal("(m)")
-
-    @functools.cached_property
-    def subscriber(self) -> ServedObject:
-        served = ServedObject()
-        served.add_signal("signal", self.signal)
-        return served
 
 
 @dataclass
@@ -53,24 +33,6 @@ class _Entry:
     value: Any = None
     stamp: float = 0.0
     description: str = ""
-
-
-@dataclass
-class _Callback:
-    """A client's service that is called at an event: method(event, value, message or subscriber's name)."""
-
-    service: str
-    method: str
-    message: str | None
-    failures: int = 0
-
-
-@dataclass
-class _Topic:
-    event: _Event = field(default_factory=_Event)
-    callbacks: list[_Callback] = field(default_factory=list)
-    history: deque = field(default_factory=lambda: deque(maxlen=_HISTORY_LENGTH))
-    extractor: str = ""
 
 
 class ALMemory(Module):
@@ -94,15 +56,17 @@ class ALMemory(Module):
     ) -> None:
         self._snapshot, self._has_snapshot = snapshot, has_snapshot
         self._body = body
-        self._clients = clients
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
-        self._topics: dict[str, _Topic] = {}
+        self._topics: dict[str, Topic] = {}
+        self._subscriptions = MemorySubscriptions(self._topics, self._lock, clients)
         self._micro_events: set[str] = set()
-        self._switches: dict[str, Callable[[str, bool], None]] = {}
         self._changes = Changes(self.read)
         self.declare((_KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED), self.name)
         self.announce("NAOqiReady", True)
+
+    def parts(self) -> tuple[Any, ...]:
+        return self, self._subscriptions
 
     def close(self) -> None:
         """End what waits for a change."""
@@ -132,18 +96,16 @@ class ALMemory(Module):
         """Write a value and call every subscriber, on other threads."""
         self.store(key, value)
         with self._lock:
-            topic = self._topics.setdefault(key, _Topic())
+            topic = self._topics.setdefault(key, Topic())
             topic.history.append((value, time.time()))
-            callbacks = list(topic.callbacks)
         topic.event.signal(value)
-        for callback in callbacks:
-            self._call_back(key, topic, callback, value)
+        self._subscriptions.call(key, topic, value)
 
     def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Call `callback(value)` at each event, on another thread; return the function that ends it."""
         with self._lock:
             self._make_room(event)
-            signal = self._topics.setdefault(event, _Topic()).event.signal
+            signal = self._topics.setdefault(event, Topic()).event.signal
         link = signal.connect(callback)
         return lambda: signal.disconnect(link)
 
@@ -152,12 +114,12 @@ class ALMemory(Module):
         with self._lock:
             for event in events:
                 self._entry(event)
-                self._topics.setdefault(event, _Topic()).extractor = extractor
+                self._topics.setdefault(event, Topic()).extractor = extractor
 
     def start_with(self, extractor: str, switch: Callable[[str, bool], None]) -> None:
         """Call switch(module, True) when a module subscribes to an event of this extractor, and False when it leaves:
         extractors start by themselves, as documented."""
-        self._switches[extractor] = switch
+        self._subscriptions.switches[extractor] = switch
 
     # --- data --------------------------------------------------------------------------------------------------------
 
@@ -288,44 +250,7 @@ class ALMemory(Module):
         """Returns an object whose signal `signal` fires with each value."""
         with self._lock:
             self._make_room(eventName)
-            return self._topics.setdefault(eventName, _Topic()).event.subscriber
-
-    @remote("v(sss)")
-    def subscribeToEvent(self, name: str, callbackModule: str, callbackMethod: str) -> None:
-        """Calls callbackModule.callbackMethod(name, value, callbackModule) at each event."""
-        self._subscribe(name, _Callback(callbackModule, callbackMethod, None))
-
-    @remote("v(ssss)", name="subscribeToEvent")
-    def subscribeToEventWithMessage(
-        self, name: str, callbackModule: str, callbackMessage: str, callbackMethod: str
-    ) -> None:
-        """Calls callbackModule.callbackMethod(name, value, callbackMessage) at each event."""
-        self._subscribe(name, _Callback(callbackModule, callbackMethod, callbackMessage))
-
-    @remote("v(ssss)")
-    def subscribeToMicroEvent(self, name: str, callbackModule: str, callbackMessage: str, callbackMethod: str) -> None:
-        """Calls callbackModule.callbackMethod(name, value, callbackMessage) at each micro-event."""
-        self._subscribe(name, _Callback(callbackModule, callbackMethod, callbackMessage))
-
-    @remote("v(ss)")
-    def unsubscribeToEvent(self, name: str, callbackModule: str) -> None:
-        """Ends the calls to callbackModule."""
-        self._unsubscribe(name, callbackModule)
-
-    @remote("v(ss)")
-    def unsubscribeToMicroEvent(self, name: str, callbackModule: str) -> None:
-        """Ends the calls to callbackModule."""
-        self._unsubscribe(name, callbackModule)
-
-    @remote("v(s)")
-    def unregisterModuleReference(self, moduleName: str) -> None:
-        """Ends all calls to a module."""
-        with self._lock:
-            topics = [topic for topic in self._topics.values() if moduleName in (c.service for c in topic.callbacks)]
-            for topic in topics:
-                topic.callbacks = [known for known in topic.callbacks if known.service != moduleName]
-        for topic in topics:
-            self._switch(topic, moduleName)
+            return self._topics.setdefault(eventName, Topic()).event.subscriber
 
     @remote("v(s)")
     def removeMicroEvent(self, name: str) -> None:
@@ -349,12 +274,6 @@ class ALMemory(Module):
         return sorted(self._micro_events)
 
     @remote("[s](s)")
-    def getSubscribers(self, name: str) -> list[str]:
-        """Lists the modules that an event calls."""
-        with self._lock:
-            return [callback.service for callback in self._topics.get(name, _Topic()).callbacks]
-
-    @remote("[s](s)")
     def getExtractorEvent(self, extractorName: str) -> list[str]:
         """Lists the events an extractor declares."""
         with self._lock:
@@ -364,7 +283,7 @@ class ALMemory(Module):
     def getEventHistory(self, key: str) -> list:
         """Returns the last values: [[value, [seconds, microseconds], 0, 0], ...]."""
         with self._lock:
-            history = list(self._topics.get(key, _Topic()).history)
+            history = list(self._topics.get(key, Topic()).history)
         return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
 
     # --- inside ------------------------------------------------------------------------------------------------------
@@ -373,8 +292,7 @@ class ALMemory(Module):
         """Raise an event about a key; it leaves no value behind."""
         topic = self._topics[event]
         topic.event.signal(key)
-        for callback in list(topic.callbacks):
-            self._call_back(event, topic, callback, key)
+        self._subscriptions.call(event, topic, key)
 
     def _stored(self, key: str) -> Any:
         entry = self._entries.get(key)
@@ -390,51 +308,6 @@ class ALMemory(Module):
     def _make_room(self, key: str) -> None:
         if key not in self._entries and len(self._entries) + len(self._topics) >= _MAX_KEYS:
             raise ServiceError(f"the memory is full ({_MAX_KEYS} keys)")
-
-    def _subscribe(self, event: str, callback: _Callback) -> None:
-        if not self._clients.exists(callback.service):
-            raise ServiceError(f"callbackModule: cannot find service '{callback.service}'")
-        with self._lock:
-            topic = self._topics.setdefault(event, _Topic())
-            topic.callbacks = [known for known in topic.callbacks if known.service != callback.service]
-            topic.callbacks.append(callback)
-        self._switch(topic, callback.service)
-
-    def _unsubscribe(self, event: str, service: str) -> None:
-        with self._lock:
-            topic = self._topics.get(event)
-            if topic is None or service not in [known.service for known in topic.callbacks]:
-                raise ServiceError(f"'{service}' has not subscribed to event '{event}'")
-            topic.callbacks = [known for known in topic.callbacks if known.service != service]
-        self._switch(topic, service)
-
-    def _switch(self, topic: _Topic, service: str) -> None:
-        """Let the extractor of an event know whether a module is called at any of its events."""
-        with self._lock:
-            alike = [other for other in self._topics.values() if other.extractor == topic.extractor]
-            wanted = any(known.service == service for other in alike for known in other.callbacks)
-        switch = self._switches.get(topic.extractor)
-        if switch is not None:
-            switch(service, wanted)
-
-    def _call_back(self, event: str, topic: _Topic, callback: _Callback, value: Any) -> None:
-        """Call a client's service and return at once. If it is gone or fails three times in a row, drop it."""
-
-        def done(call: concurrent.futures.Future) -> None:
-            error = None if call.cancelled() else call.exception()
-            callback.failures = callback.failures + 1 if error else 0
-            if callback.failures >= MAX_FAILURES or (error and not self._clients.exists(callback.service)):
-                self._drop(event, topic, callback, str(error))
-
-        message = callback.service if callback.message is None else callback.message
-        self._clients.call(callback.service, callback.method, event, value, message).add_done_callback(done)
-
-    def _drop(self, event: str, topic: _Topic, callback: _Callback, reason: str) -> None:
-        with self._lock:
-            if callback in topic.callbacks:
-                topic.callbacks.remove(callback)
-        self._switch(topic, callback.service)
-        log.warning("%s is no longer called at %s: %s", callback.service, event, reason)
 
 
 def _pairs(value: Any) -> list[tuple[str, Any]]:

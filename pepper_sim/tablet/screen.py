@@ -185,7 +185,9 @@ def letterbox(pixels: np.ndarray, background: tuple[int, int, int] = (0, 0, 0)) 
     if size != (width, height):
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
     left, top = (SCREEN_WIDTH - size[0]) // 2, (SCREEN_HEIGHT - size[1]) // 2
-    screen = np.full((SCREEN_HEIGHT, SCREEN_WIDTH, 3), background, np.uint8)
+    screen = np.empty((SCREEN_HEIGHT, SCREEN_WIDTH, 3), np.uint8)
+    for bar in (screen[:top], screen[top + size[1] :], screen[:, :left], screen[:, left + size[0] :]):
+        bar[:] = background
     screen[top : top + size[1], left : left + size[0]] = pixels
     return screen
 

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from naoqi_clients import client_library
+from naoqi_clients import client_library, connected
 
 from pepper_sim import robot_python
 from pepper_sim.simulation import Simulation
@@ -54,10 +54,8 @@ def qi(request: pytest.FixtureRequest) -> ModuleType:
 
 @pytest.fixture(scope="session")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
+    with connected(qi, simulation.url) as client:
+        yield client
 
 
 @pytest.fixture
@@ -73,10 +71,7 @@ def further_robot(qi: ModuleType) -> Iterator[Callable[[], Naoqi]]:
 
         def make() -> Naoqi:
             simulation = stack.enter_context(Simulation(scene="empty", port=0))
-            client = qi.Session()
-            client.connect(simulation.url)
-            stack.callback(client.close)
-            return Naoqi(simulation, client)
+            return Naoqi(simulation, stack.enter_context(connected(qi, simulation.url)))
 
         yield make
 
@@ -84,17 +79,8 @@ def further_robot(qi: ModuleType) -> Iterator[Callable[[], Naoqi]]:
 @pytest.fixture
 def connect(simulation: Simulation, qi: ModuleType) -> Iterator[Callable[[], Any]]:
     """Further clients, closed after the test."""
-    clients = []
-
-    def make() -> Any:
-        client = qi.Session()
-        client.connect(simulation.url)
-        clients.append(client)
-        return client
-
-    yield make
-    for client in clients:
-        client.close()
+    with contextlib.ExitStack() as stack:
+        yield lambda: stack.enter_context(connected(qi, simulation.url))
 
 
 @pytest.fixture

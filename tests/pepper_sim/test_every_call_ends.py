@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from naoqi_clients import connected
 
 from pepper_sim.body.description import JOINTS
 from pepper_sim.documentation import Call, Method, read_all
@@ -146,10 +147,8 @@ def simulation() -> Iterator[Simulation]:
 
 @pytest.fixture(scope="module")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
+    with connected(qi, simulation.url) as client:
+        yield client
 
 
 @pytest.fixture(autouse=True)

@@ -31,12 +31,11 @@ def test_wake_up_and_postures(robot):
     assert posture.getPosture() == "Crouch"
 
 
-def test_moving_joints(robot):
+def test_moving_joints(robot, wait_until):
     motion = robot.service("ALMotion")
     motion.setStiffnesses("Head", 1.0)
     motion.setAngles("HeadYaw", 30.0 * math.pi / 180.0, 0.2)
-    time.sleep(1.0)
-    assert motion.getAngles("HeadYaw", True) == pytest.approx([0.5236], abs=0.03)
+    wait_until(lambda: motion.getAngles("HeadYaw", True) == pytest.approx([0.5236], abs=0.03), "the head is there")
     motion.angleInterpolation(["HeadYaw", "HeadPitch"], [[0.5, 0.0], [-0.2, 0.0]], [[0.5, 1.0], [0.5, 1.0]], True)
     assert motion.getAngles("Head", True) == pytest.approx([0.0, 0.0], abs=0.03)
     motion.angleInterpolation("HeadYaw", [0.3, -0.3, 0.0], [0.4, 0.8, 1.2], True)

@@ -65,7 +65,7 @@ def test_behaviors(naoqi, run_against_robot):
 
 def test_eyes(naoqi, run_against_robot, monkeypatch, wait_until):
     shown = []
-    monkeypatch.setattr(naoqi.robot, "set_light", lambda part, *rgb: shown.append(rgb) if part == "eyes" else None)
+    monkeypatch.setattr(naoqi.robot.lights, "colour", lambda part, *rgb: shown.append(rgb) if part == "eyes" else None)
     assert run_against_robot("animations_eyes") == "left eye: Face/Led/Red/Left/0Deg\n"
     wait_until(lambda: shown[-1] == pytest.approx((1.0, 0.2, 0.0)), "the eyes are orange")
 

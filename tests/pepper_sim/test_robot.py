@@ -205,10 +205,10 @@ def test_the_cameras_see_the_room_and_not_the_inside_of_the_head():
 
 
 def test_lights_take_a_colour(pepper):
-    pepper.set_light("eyes", 1.0, 0.0, 2.0)
+    pepper.lights.colour("eyes", 1.0, 0.0, 2.0)
     assert pepper.world.model.material("pepper/eyes").rgba == pytest.approx((1.0, 0.0, 1.0, 1.0))
     with pytest.raises(ValueError, match=r"'knee'.*eyes, shoulders"):
-        pepper.set_light("knee", 1.0, 1.0, 1.0)
+        pepper.lights.colour("knee", 1.0, 1.0, 1.0)
 
 
 def test_the_tablet_shows_what_it_is_given():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from abc import ABC, abstractmethod
 from typing import ClassVar
 
 from pepper_sim.naoqi.extractor import Extractor
@@ -23,7 +24,7 @@ _SHORTEST_PERIOD = 1.0 / 15.0
 _END_TIMEOUT = 3.0
 
 
-class PictureExtractor(Extractor):
+class PictureExtractor(Extractor, ABC):
     """Base of the extractors that look at pictures. A subclass says at which, and what it sees in them.
 
     Attributes:
@@ -42,9 +43,9 @@ class PictureExtractor(Extractor):
         self._awake = threading.Event()
         self._ending = False
 
+    @abstractmethod
     def look(self, picture: Picture) -> None:
         """Find something in a picture; called on the extractor's own thread."""
-        raise NotImplementedError
 
     def nobody_looks(self) -> None:
         """Called when the last subscriber has left: what was seen before is forgotten."""

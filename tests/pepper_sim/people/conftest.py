@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from naoqi_clients import connected
 
 from pepper_sim.simulation import Simulation
 
@@ -20,10 +21,8 @@ def simulation() -> Iterator[Simulation]:
 
 @pytest.fixture(scope="module")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
+    with connected(qi, simulation.url) as client:
+        yield client
 
 
 @pytest.fixture

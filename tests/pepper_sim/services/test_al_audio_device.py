@@ -174,7 +174,7 @@ def test_energy_and_recording(audio, simulation, refused, wait_until):
     audio.disableEnergyComputation()
     audio.startMicrophonesRecording("/home/nao/recording.wav")
     assert "already" in refused(audio.startMicrophonesRecording, "/home/nao/other.wav")
-    time.sleep(0.4)
+    time.sleep(0.4)  # of sound
     audio.stopMicrophonesRecording()
     with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/recording.wav"))) as recording:
         assert recording.getnchannels() == 4 and recording.getframerate() == 48000

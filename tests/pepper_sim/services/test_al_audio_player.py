@@ -76,7 +76,7 @@ def test_a_file_that_is_no_sound_is_refused(player, simulation, refused):
 def test_recording_chosen_microphones(naoqi, simulation, refused):
     recorder = naoqi.ALAudioRecorder
     recorder.startMicrophonesRecording("/home/nao/front.wav", "wav", 16000, [0, 0, 1, 0])
-    time.sleep(0.3)
+    time.sleep(0.3)  # of sound
     recorder.stopMicrophonesRecording()
     with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/front.wav"))) as recording:
         assert recording.getnchannels() == 1 and recording.getframerate() == 16000 and recording.getnframes() > 3000
@@ -87,7 +87,7 @@ def test_recording_chosen_microphones(naoqi, simulation, refused):
 def test_ogg_files_are_recorded_and_played(player, naoqi, simulation, refused):
     simulation.room.surroundings.play(sine(500.0, 1.0, 16000, 0.3), 16000)
     naoqi.ALAudioDevice.startMicrophonesRecording("/home/nao/front.ogg")
-    time.sleep(0.4)
+    time.sleep(0.4)  # of sound
     naoqi.ALAudioDevice.stopMicrophonesRecording()
     disk = simulation.server.catalogue.disk
     samples, rate = read_compressed(disk.path("/home/nao/front.ogg"))

@@ -65,7 +65,7 @@ def test_shows_and_wrong_values(naoqi, refused):
 
 def test_the_body_shows_the_eyes_colour(naoqi, wait_until, monkeypatch):
     shown = {}
-    monkeypatch.setattr(naoqi.robot, "set_light", lambda part, *rgb: shown.__setitem__(part, rgb))
+    monkeypatch.setattr(naoqi.robot.lights, "colour", lambda part, *rgb: shown.__setitem__(part, rgb))
     naoqi.ALLeds.fadeRGB("FaceLeds", 0x00FF00, 0.2)
     wait_until(lambda: shown.get("eyes") == (0.0, 1.0, 0.0), "the eyes are green")
     naoqi.ALLeds.off("ChestLeds")

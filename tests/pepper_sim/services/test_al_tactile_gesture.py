@@ -11,7 +11,10 @@ SENSORS = ("FrontTactil", "MiddleTactil", "RearTactil")
 
 @pytest.fixture
 def gestures(naoqi, wait_until):
-    """The service, more patient than usual; what it told; and a hand that shows it patterns."""
+    """The service, more patient than usual; what it told; and a hand that shows it patterns.
+
+    The vendor's client calls back for two signals on two threads: what it told has no order.
+    """
     service, told = naoqi.ALTactileGesture, []
     service.setSettleTime(0.1)
     service.setSequenceTime(0.9)
@@ -39,7 +42,7 @@ def test_a_stroke(gestures, wait_until):
     _, told, touch = gestures
     for pattern in ("100", "010", "001", "000"):
         touch(pattern)
-    wait_until(lambda: told == ["CaressFtoR", "released"], "the stroke was recognised")
+    wait_until(lambda: sorted(told) == ["CaressFtoR", "released"], "the stroke was recognised")
 
 
 def test_a_hand_that_rests(gestures, wait_until):
@@ -48,7 +51,7 @@ def test_a_hand_that_rests(gestures, wait_until):
     touch("010")
     wait_until(lambda: told[:2] == ["SingleMiddleHold"] * 2, "it was recognised, again and again")
     touch("000")
-    wait_until(lambda: told[-1] == "released", "the release was reported")
+    wait_until(lambda: told.count("released") == 1, "the release was reported")
 
 
 def test_a_gesture_of_ones_own(gestures, wait_until, refused):
@@ -59,5 +62,5 @@ def test_a_gesture_of_ones_own(gestures, wait_until, refused):
     assert service.getGesture(["000", "011", "000"]) is None and service.getSequence("nothing") is None
     touch("110")
     touch("000")
-    wait_until(lambda: told == [name, "released"], "it was recognised")
+    wait_until(lambda: sorted(told) == sorted([name, "released"]), "it was recognised")
     assert "sequence" in refused(service.createGesture, ["100"])

@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from naoqi_clients import connected
 
 from pepper_sim.simulation import Simulation
 
@@ -58,7 +59,5 @@ def simulation(
 
 @pytest.fixture(scope="package")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
-    client = qi.Session()
-    client.connect(simulation.url)
-    yield client
-    client.close()
+    with connected(qi, simulation.url) as client:
+        yield client

@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 import pytest
+from naoqi_clients import connected
 
 from pepper_sim.simulation import Simulation
 
@@ -20,11 +21,8 @@ BASELINE = 2 * 0.039
 
 @pytest.fixture(scope="module")
 def session(qi):
-    with Simulation(scene="apartment", port=0, head="1.8") as running:
-        client = qi.Session()
-        client.connect(running.url)
+    with Simulation(scene="apartment", port=0, head="1.8") as running, connected(qi, running.url) as client:
         yield client
-        client.close()
 
 
 @pytest.fixture(scope="module")
