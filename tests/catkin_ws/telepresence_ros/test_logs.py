@@ -7,7 +7,13 @@ import traceback
 from pathlib import Path
 
 import pytest
-from telepresence_ros.logs import our_packages, route_logs_to_ros, shorten_lost_connection
+from telepresence_ros.logs import (
+    calm_half_connection,
+    our_packages,
+    renew_latest_link,
+    route_logs_to_ros,
+    shorten_lost_connection,
+)
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCES = [ROOT / "telepresence", *sorted((ROOT / "catkin_ws/src").glob("*/src/*/"))]
@@ -85,3 +91,22 @@ def test_a_line_that_could_not_be_reported_without_a_master_is_one_line():
     record = logging.makeLogRecord({"name": "rospy.rosout", "msg": text})
     assert shorten_lost_connection(record)
     assert record.getMessage() == "Unable to report rosout: [Errno 111] Connection refused"
+
+
+@pytest.mark.parametrize(("received", "level"), [(0, logging.INFO), (4, logging.WARNING)])
+def test_a_subscription_that_was_taken_back_is_no_warning(received, level):
+    text = f"connection from sender terminated before handshake header received. {received} bytes were received. Please"
+    record = logging.LogRecord("rosout", logging.WARNING, __file__, 1, "Inbound failed: %s", (text,), None)
+    assert calm_half_connection(record)
+    assert (record.levelno, record.levelname) == (level, logging.getLevelName(level))
+
+
+def test_nodes_that_start_together_agree_on_the_newest_run(tmp_path):
+    latest = tmp_path / "latest"
+    for run in ("one", "two", "two"):
+        assert renew_latest_link(str(tmp_path / run))
+        assert latest.readlink() == tmp_path / run
+    latest.unlink()
+    latest.mkdir()
+    assert not renew_latest_link(str(tmp_path / "three")), "a person's own folder stays"
+    assert [path.name for path in tmp_path.iterdir()] == ["latest"]

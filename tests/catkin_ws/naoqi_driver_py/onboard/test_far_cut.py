@@ -73,13 +73,13 @@ def test_after_a_cut_no_old_command_moves_the_robot(network, run_on, until_true)
     drive("hold")
     until_true(lambda: speed() > 0.15, "it drives")
     network.cut = True
-    time.sleep(0.05)
+    time.sleep(0.05)  # so that nothing on its way is let through
     drive("let go")
     until_true(lambda: speed() < 1e-3, "it rests although nobody reaches it")
     time.sleep(1.5)  # as long as cuts last that TCP survives
     rested = track[-1]
     network.cut = False
-    time.sleep(1.5)
+    time.sleep(1.5)  # in which nothing late may move it
     assert max(math.dist(rested, place) for place in list(track)[-150:]) < 1e-3
     drive("hold")
     until_true(lambda: speed() > 0.15, "it drives again")

@@ -161,7 +161,7 @@ def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, mon
         source.leave()
         source.close()
         count = len(asked)
-        time.sleep(0.2)
+        time.sleep(0.2)  # in which nobody may ask
         assert len(asked) == count
         robot.shutdown()
 

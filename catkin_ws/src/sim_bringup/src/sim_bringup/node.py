@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import logging
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -36,6 +37,7 @@ from telepresence.sim.camera import CamerasFailed
 from telepresence.sim.scene import SCENES
 from telepresence.sim.simulation import RobotRequest, Simulation, parse_robots
 from telepresence.sim.viewer import NoDisplay, view
+from telepresence.web.page_auth import was_announced
 
 DEFAULT_SCENE = "apartment"
 ROOT = Path(telepresence.__file__).parents[1]
@@ -89,8 +91,9 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
         for robot, simulated in simulation.robots.items():
             for url in simulated.urls:
                 rospy.loginfo("simulated %s listens on %s", robot, url)
-            if simulated.page_url:  # with its key, which is nothing for a log that every program reads
-                print(f"the owner's page of {robot}: {simulated.page_url}", flush=True)
+            if simulated.page_url and not was_announced(simulated.page_url):
+                # With its key, which is nothing for a log that every program reads; standard output may be a file.
+                print(f"the owner's page of {robot}: {simulated.page_url}", file=sys.stderr, flush=True)
         settings = rospy.get_param("~wires", {})
         with WorldInterface(
             simulation, {request.name: RobotTopics.read(request, settings) for request in requests}

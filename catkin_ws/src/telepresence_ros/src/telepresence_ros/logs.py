@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
+import os
 import sys
 from pathlib import Path
 
 import rospkg
+from rosgraph import roslogging
 
 from telepresence.security import private_files
 from telepresence.security.outside_text import keep_logs_plain
@@ -53,8 +55,46 @@ def shorten_lost_connection(record: logging.LogRecord) -> bool:
     return True
 
 
+NOTHING_CAME = "terminated before handshake header received. 0 bytes were received"
+"""Of rospy, about another node that has changed its mind: it takes back a subscription while it is being made."""
+
+
+def calm_half_connection(record: logging.LogRecord) -> bool:
+    """Make rospy's warning about a connection that was given up before it began an ordinary line: there is nothing to
+    do about it, and while a station starts it happens all the time.
+
+    A filter for the logger "rosout"; every record passes.
+    """
+    if record.levelno == logging.WARNING and NOTHING_CAME in record.getMessage():
+        record.levelno, record.levelname = logging.INFO, logging.getLevelName(logging.INFO)
+    return True
+
+
+def renew_latest_link(run: str) -> bool:
+    """What rosgraph.roslogging has under the name renew_latest_logdir, in one step: that one removes the link and then
+    makes it, and says so when another node has made it meanwhile. Raises OSError.
+
+    Args:
+        run: The folder with the logs of this run.
+    Returns:
+        False when something else has the link's name.
+    """
+    latest = Path(run).parent / "latest"
+    if latest.exists() and not latest.is_symlink():
+        return False
+    if not latest.is_symlink() or os.readlink(latest) != run:
+        new = latest.with_name(f".latest-{os.getpid()}")
+        new.unlink(missing_ok=True)
+        new.symlink_to(run)
+        new.rename(latest)
+    return True
+
+
 def close_log_folder() -> None:
-    """Close the folder of ROS logs, in which stands what was said, to other users. Call it before `rospy.init_node`."""
+    """Close the folder of ROS logs, in which stands what was said, to other users; let nodes that start at the same
+    time agree on its link `latest`, and not warn of each other. Call it before `rospy.init_node`."""
+    roslogging.renew_latest_logdir = renew_latest_link
+    logging.getLogger("rosout").addFilter(calm_half_connection)
     try:
         private_files.make_folder(Path(rospkg.get_log_dir()))
     except OSError as error:

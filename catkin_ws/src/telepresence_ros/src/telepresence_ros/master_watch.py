@@ -1,12 +1,12 @@
 """Outlives the ROS master: notices that it is gone, and registers this node again with the one that comes back.
 
 rospy registers a node once. When roscore is restarted the node's connections go on, but the new master knows nobody:
-no topic, no service, no name. `MasterWatch` asks the master five times a second whether it still knows the node, over
-the documented Master API (http://wiki.ros.org/ROS/Master_API), and repeats the registrations if it does not.
+no topic, no service, no name. `MasterWatch` asks the master again and again whether it still knows the node, over the
+documented Master API (http://wiki.ros.org/ROS/Master_API), and repeats the registrations if it does not.
 
-A refused connection is certain at once: nobody listens there any more. A master that is only silent may be slow, on a
-busy machine for longer than an answer may take, and gets a second chance. `./stack up` kills a master that froze
-(`telepresence.station.master_keeper`), which makes it certain, too.
+A connection that is closed or refused is certain at once: nobody listens there any more. A master that is only silent
+may be slow, on a busy machine for longer than an answer may take, and gets a second chance. `./stack up` kills a master
+that froze (`telepresence.station.master_keeper`), which makes it certain, too.
 """
 
 from __future__ import annotations
@@ -24,12 +24,15 @@ import rosgraph
 import rospy
 from rospy.impl.registration import get_service_manager, get_topic_manager
 
-from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.ros_master import MasterConnection, master_answers, master_proxy
 
 log = logging.getLogger(__name__)
 
 PERIOD = 0.2
-"""Seconds between two questions to the master: a master that was killed must stop a robot within half a second."""
+"""Seconds between two questions to the master by a node that drives a robot: a master that froze must stop the robot
+within half a second."""
+IDLE_PERIOD = 1.0
+"""Seconds between two questions by any other node: twenty of them ask."""
 RETRY_PERIOD = 0.1
 """Seconds until the next question to a master that has not answered."""
 START_TIMEOUT = 10.0
@@ -80,6 +83,7 @@ class MasterWatch:
         on_found: Callable[[], None] | None = None,
         patience: float = 0.4,
     ) -> None:
+        self._period = IDLE_PERIOD if on_lost is None else PERIOD
         self._on_lost = on_lost or (lambda: None)
         self._on_found = on_found or (lambda: None)
         self._misses_allowed = max(1, round(patience / PERIOD))
@@ -99,12 +103,13 @@ class MasterWatch:
         return self
 
     def _run(self) -> None:
-        pause = PERIOD
+        connection = MasterConnection(self._uri)
+        pause = self._period
         while not rospy.is_shutdown():
-            time.sleep(pause)
-            pause = PERIOD
+            connection.wait_for_end(pause)
+            pause = self._period
             try:
-                answer: Any = master_proxy(self._uri).lookupNode(self._name, self._name)
+                answer: Any = connection.master.lookupNode(self._name, self._name)
                 known, _, uri = answer
             except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
                 was_lost = not self.alive

@@ -6,6 +6,7 @@ It takes the arguments of roslaunch and any launch file. What differs:
   one with <env name="TELEPRESENCE_CLOSABLE" value="true" />, unless it ends with exit code 0: a person has closed it;
 * each such fault is published on /station/faults, by the node station_faults that it starts besides;
 * nodes that an earlier one has started in the same station, and that still run, go on;
+* nodes that are scripts for this Python are forked, and so start sooner (`telepresence_ros.fork_server`);
 * its sockets, those of this process, listen where they must only.
 """
 
@@ -14,9 +15,11 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import roslaunch
@@ -29,6 +32,7 @@ from rosgraph.names import ns_join
 
 from telepresence.station import heartbeat, running
 from telepresence.station.faults import SOCKET, FaultReporter
+from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.node_monitor import NodeMonitor
 from telepresence_ros.sockets import narrow_sockets
 from telepresence_ros.watched_node import WatchedNode
@@ -67,17 +71,18 @@ def main() -> None:
     """Run roslaunch with the arguments of the command line."""
     narrow_sockets()
     station = os.getppid() if FOLDER in os.environ else None
-    with watch_folder() as folder:
-        supervise(folder, station)
+    with watch_folder() as folder, contextlib.closing(NodeStarter()) as starter:
+        supervise(folder, station, starter)
         roslaunch.main()
 
 
-def supervise(folder: Path, station: int | None = None) -> None:
+def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
     """Replace those parts of roslaunch that start, watch and restart nodes.
 
     Args:
         folder: Of the station's watch.
         station: Process id of the `./stack up` that has started us, if one has.
+        starter: Starts the nodes.
     """
 
     def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
@@ -87,6 +92,7 @@ def supervise(folder: Path, station: int | None = None) -> None:
 
     original = roslaunch.nodeprocess.create_node_process
     roslaunch.launch.create_node_process = make_process
+    roslaunch.nodeprocess.subprocess = SimpleNamespace(Popen=starter.start, PIPE=subprocess.PIPE)
     roslaunch.pmon.ProcessMonitor = NodeMonitor
     NodeMonitor.faults = FaultReporter(folder / SOCKET)
     NodeMonitor.station = station

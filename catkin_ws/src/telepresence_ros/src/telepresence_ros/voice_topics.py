@@ -4,11 +4,14 @@ Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] 
             robot's, -100 for silence. voice/state (std_msgs/String, latched): how things stand, for people.
             voice/devices (std_msgs/String, latched): what can be chosen, one device per line. voice/settings
             (telepresence_msgs/VoiceSettings, latched): the same for programs, and what is muted and chosen.
+            voice/from_robot (telepresence_msgs/Sound): what the robot's microphone records, while anybody subscribes.
             /diagnostics.
-Subscribes: voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
+Subscribes: voice/from_pilot (telepresence_msgs/Sound): a pilot elsewhere speaks; the microphone here is silent then.
+            voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
             whoever held it is gone. voice/conversation (SetBool): false is silent both ways, whatever else is set.
+What is muted is muted here: voice/from_pilot and voice/from_robot are switched on and off at their other ends.
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Float32MultiArray, String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
-from telepresence_msgs.msg import VoiceSettings
+from telepresence_msgs.msg import Sound, VoiceSettings
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
@@ -54,7 +57,8 @@ class Talk(Protocol):
         """Return the levels of the pilot and of the robot [dBFS]."""
 
     def describe(self) -> tuple[str, str]:
-        """How the pilot's and the robot's sound stand: "live", "muted", "talking", or why there is none."""
+        """How the pilot's and the robot's sound stand: "live", "muted", "talking", "elsewhere", or why
+        there is none."""
 
     def figures(self) -> dict[str, object]:
         """Return figures for the diagnostics."""
@@ -66,6 +70,12 @@ class Talk(Protocol):
     def mute_speaker(self, muted: bool) -> None: ...
     def choose_microphone(self, device: str) -> None: ...
     def choose_speaker(self, device: str) -> None: ...
+
+    def speak(self, frames: bytes, rate: int, channels: int) -> None:
+        """Let the robot play what a pilot elsewhere says, see `Sound`. Raises ValueError."""
+
+    def listen(self, wanted: bool) -> None:
+        """Hand what the robot records to `VoiceTopics.pass_on`, too; asked again and again."""
 
 
 class VoiceTopics:
@@ -88,6 +98,8 @@ class VoiceTopics:
         self._devices_topic = rospy.Publisher("voice/devices", String, queue_size=1, latch=True)
         self._settings_topic = rospy.Publisher("voice/settings", VoiceSettings, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+        self._from_robot = rospy.Publisher("voice/from_robot", Sound, queue_size=10, tcp_nodelay=True)
+        rospy.Subscriber("voice/from_pilot", Sound, self._on_pilot, queue_size=50, tcp_nodelay=True)
         rospy.Subscriber("voice/microphone", String, lambda message: talk.choose_microphone(message.data))
         rospy.Subscriber("voice/speaker", String, lambda message: talk.choose_speaker(message.data))
         for name, action in (
@@ -105,6 +117,7 @@ class VoiceTopics:
             if self._talking and now - self._talk_since > TALK_LIMIT:
                 rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
                 self._talk(False)
+            self._voice.listen(self._from_robot.get_num_connections() > 0)
             self._level_topic.publish(Float32MultiArray(data=list(self._voice.levels())))
             state = self._text()
             if state != told:
@@ -121,6 +134,17 @@ class VoiceTopics:
             if (newest := self._settings()) != settings:
                 settings = newest
                 self._settings_topic.publish(settings)
+
+    def pass_on(self, frames: bytes, rate: int, channels: int) -> None:
+        """Publish what the robot's microphone records, see `Sound`; from any thread."""
+        if self._from_robot.get_num_connections() > 0:
+            self._from_robot.publish(Sound(rate, channels, frames))
+
+    def _on_pilot(self, message: Sound) -> None:
+        try:
+            self._voice.speak(message.data, message.rate, message.channels)
+        except ValueError as error:
+            rospy.logwarn_throttle(10.0, "%s: %s", "voice/from_pilot", error)
 
     def _text(self) -> str:
         if not self._conversation:
@@ -164,7 +188,7 @@ class VoiceTopics:
         self._voice.mute_speaker(self._speaker_muted or not self._conversation)
 
     def _publish_diagnostics(self) -> None:
-        silent = [text for text in self._voice.describe() if text not in ("live", "muted")]
+        silent = [text for text in self._voice.describe() if text not in ("live", "muted", "elsewhere")]
         level = DiagnosticStatus.WARN if silent else DiagnosticStatus.OK
         status = DiagnosticStatus(level, f"{rospy.get_name().strip('/')}: sound", self._text(), "", [])
         status.values = [KeyValue(key, str(value)) for key, value in self._voice.figures().items()]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
 import signal
 import subprocess
 from pathlib import Path
@@ -16,9 +15,7 @@ from roslaunch.pmon import Process
 from telepresence.station import running, vitals
 from telepresence.station.running import Running
 from telepresence.station.vitals import Beats, Vitals
-
-UNKNOWN = 255
-"""Exit code of a program that ended and was not our child."""
+from telepresence_ros.forked_process import UNKNOWN, ForkedProcess, is_readable
 
 
 class Adopted:
@@ -50,7 +47,7 @@ class WatchedNode(LocalProcess):
         closable: It starts again unless it ended with exit code 0, whatever `respawn` says.
     """
 
-    popen: subprocess.Popen | Adopted | None
+    popen: subprocess.Popen | ForkedProcess | Adopted | None
 
     def __init__(self, process: LocalProcess, node: str, folder: Path, closable: bool = False) -> None:
         super().__init__(
@@ -171,10 +168,3 @@ class WatchedNode(LocalProcess):
 
     def _own_arguments(self) -> list[str]:
         return [word for word in self.args if not word.startswith("__log:=")]
-
-
-def is_readable(descriptor: int) -> bool:
-    """Whether something can be read there now; of a pidfd: whether its process has ended."""
-    poll = select.poll()
-    poll.register(descriptor, select.POLLIN)
-    return bool(poll.poll(0))

@@ -18,7 +18,7 @@ from telepresence.security.shared_key import SharedKey, is_loopback
 
 MYPY = False
 if MYPY:
-    from typing import List, Optional  # noqa: F401, UP035
+    from typing import List, Optional, TextIO  # noqa: F401, UP035
 
 PORT = 8085
 LOOPBACK = "127.0.0.1"
@@ -44,7 +44,7 @@ def main(words):
     try:
         return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options)
     except (EnvironmentError, ValueError) as error:  # noqa: UP024
-        say(str(error))
+        say(str(error), sys.stderr)
         return 1
 
 
@@ -104,10 +104,12 @@ def find_key(path, address):
     return None
 
 
-def say(text):
-    # type: (str) -> None
+def say(text, stream=None):
+    # type: (str, Optional[TextIO]) -> None
+    """Print a line, to standard output or `stream`."""
     line = "drive_server: %s\n" % text
     if not isinstance(line, str):  # Python 2.7: a pilot's name may hold any letter
         line = line.encode("utf-8")
-    sys.stderr.write(line)
-    sys.stderr.flush()
+    stream = stream or sys.stdout
+    stream.write(line)
+    stream.flush()

@@ -25,8 +25,9 @@ CONNECT_TIMEOUT = 1.5
 """Seconds for each step of a connection."""
 PAUSE = 0.25
 """Seconds between two tries to connect."""
-SAID_AFTER = 2.0
-"""Seconds without a link after which it is said why: at the start of a station NAOqi comes later."""
+SAID_AFTER, LOSS_SAID_AFTER = 10.0, 2.0
+"""Seconds without a link after which it is said why: at the start of a station, where NAOqi comes later, and after a
+link was lost."""
 WATCH_PERIOD = 0.05
 """Seconds between two looks at the link."""
 STALL = 0.4
@@ -93,18 +94,18 @@ class NaoqiLink(object):
 
     def _run(self):
         # type: () -> None
-        said, failing_since = "", monotonic()
+        said, failing_since, patience = "", monotonic(), SAID_AFTER
         while not self._stop.is_set():
             try:
                 self._connect()
                 self._log("connected to NAOqi at %s" % self.url)
-                said, failing_since = "", INFINITY
+                said, failing_since, patience = "", INFINITY, LOSS_SAID_AFTER
                 self._watch()
             except (RuntimeError, EnvironmentError) as error:
                 self.problem = first_line(error)
             self._close()
             failing_since = min(failing_since, monotonic())
-            if self.problem != said and monotonic() - failing_since >= SAID_AFTER and not self._stop.is_set():
+            if self.problem != said and monotonic() - failing_since >= patience and not self._stop.is_set():
                 said = self.problem
                 self._log("no link to NAOqi at %s: %s; trying again until it answers" % (self.url, said))
             self._stop.wait(PAUSE)

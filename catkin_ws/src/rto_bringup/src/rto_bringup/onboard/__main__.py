@@ -34,7 +34,7 @@ RECEIVER = "rosrun rto_node rto_camera_receiver _signaling:=copy-paste"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one of the three programs; the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s")
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s", handlers=log_handlers())
     limit_log_flood()
     logging.getLogger("aioice").setLevel(logging.WARNING)
     try:
@@ -42,6 +42,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (OSError, ValueError) as error:
         print(f"onboard {options.role}: {error}", file=sys.stderr)
         return 1
+
+
+def log_handlers() -> list[logging.Handler]:
+    """All goes to standard error; under a supervisor only warnings do: in a station that is what a person sees."""
+    handlers: list[logging.Handler] = [logging.StreamHandler(sys.stderr)]
+    if "NOTIFY_SOCKET" in os.environ:
+        handlers[0].setLevel(logging.WARNING)
+        handlers.append(logging.StreamHandler(sys.stdout))
+        handlers[1].addFilter(lambda record: record.levelno < logging.WARNING)
+    return handlers
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

@@ -13,6 +13,7 @@ from rto_node.client import RobotinoClient, RobotinoError, Scan
 from rto_node.robot_facts import LASER_MOUNT
 
 from telepresence.safety import SECTORS, UNKNOWN
+from telepresence.start_patience import StartPatience
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +63,7 @@ class Sensors:
         self._thread.join(timeout=2.0)
 
     def _run(self) -> None:
-        due, cycle, reminder = time.monotonic(), 0, 0.0
+        due, cycle, reminder, patience = time.monotonic(), 0, 0.0, StartPatience()
         while not self._stop.wait(max(0.0, due - time.monotonic())):
             due = max(due + PERIOD, time.monotonic())
             try:
@@ -70,8 +71,9 @@ class Sensors:
                 if self.problem:
                     log.info("the robot's web server at %s answers", self._client.address)
                 self.problem = ""
+                patience.works()
             except RobotinoError as error:
-                if not self.problem or time.monotonic() > reminder:
+                if patience.over and (not self.problem or time.monotonic() > reminder):
                     reminder = time.monotonic() + REMINDER
                     log.error("%s; trying again", error)
                 self.problem = str(error)

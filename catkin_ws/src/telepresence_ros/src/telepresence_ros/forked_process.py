@@ -1,0 +1,202 @@
+"""roslaunch's side of `telepresence_ros.fork_server`: starts nodes there that can be started so, and watches them."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import select
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from telepresence_ros.fork_server import LONGEST, Program
+
+_log = logging.getLogger(__name__)
+
+UNKNOWN = 255
+"""Exit code of a program that ended and was not our child."""
+PATIENCE = 5.0
+"""Seconds within which the server must answer; it starts a program in 0.02 s, and itself in one on a busy machine."""
+TERMINAL = "TELEPRESENCE_TERMINAL"
+"""Marks a node in a launch file that reads keys from the terminal: what it prints is for the person there, even where
+the output of the others goes elsewhere, as in `./stack up`."""
+LONGEST_TITLE = 4096
+"""Bytes of a command line, as `ps` shows it: room is made for it in the server's own."""
+_SAME = (
+    "LD_LIBRARY_PATH",
+    "LD_PRELOAD",
+    "PYTHONPATH",
+    "PYTHONHOME",
+    "PYTHONWARNINGS",
+    "PYTHONOPTIMIZE",
+    "PYTHONDEVMODE",
+)
+"""Environment variables that count when an interpreter starts: a node that wants others gets one of its own."""
+
+
+class ForkServerGone(Exception):
+    """The server has died, or does not answer."""
+
+
+class ForkServer:
+    """The process that forks. It ends when this one does; what it has started goes on."""
+
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        ours.settimeout(PATIENCE)
+        for end in (ours, theirs):
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2 * LONGEST)
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "telepresence_ros.fork_server", str(theirs.fileno()), "-" * LONGEST_TITLE],
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,
+                # A pool of threads would not survive the fork, and no node multiplies large matrices.
+                # SPT_NOENV: a program's name leaves /proc/PID/environ alone, by which a station finds its programs.
+                env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "SPT_NOENV": "1"},
+            )
+        self._channel = ours
+        self._lock = threading.Lock()
+        self._ended: dict[int, int] = {}
+
+    def start(self, program: Program, output: Sequence[int]) -> int:
+        """Start a program; its process id.
+
+        Args:
+            output: Descriptors of its standard output and error.
+        Raises:
+            ForkServerGone: Nothing was started.
+        """
+        text = json.dumps(asdict(program)).encode()
+        if len(text) > LONGEST:
+            raise ForkServerGone("arguments and environment are too long")
+        with self._lock:
+            try:
+                socket.send_fds(self._channel, [text], list(output))
+                return self._read_started()
+            except TimeoutError as error:
+                return self._started_after_all(error)
+            except OSError as error:
+                raise ForkServerGone(str(error)) from error
+
+    def _read_started(self) -> int:
+        while True:
+            answer = self._read()
+            if "started" in answer:
+                return answer["started"]
+
+    def _started_after_all(self, error: TimeoutError) -> int:
+        """End a server that does not answer: nothing may be started by it once it has been started elsewhere."""
+        self._process.kill()
+        self._process.wait()
+        try:
+            return self._read_started()  # it had, and could not say so in time
+        except OSError:
+            raise ForkServerGone(f"it does not answer: {error}") from error
+
+    def exit_code(self, process: int) -> int:
+        """Return the exit code of a program that has ended; `UNKNOWN` when the server has ended, too."""
+        with self._lock:
+            try:
+                while process not in self._ended:
+                    self._read()
+            except OSError:
+                return UNKNOWN
+            return self._ended.pop(process)
+
+    def close(self) -> None:
+        """End the server."""
+        self._channel.close()
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _read(self) -> dict[str, int]:
+        text = self._channel.recv(LONGEST)
+        if not text:
+            raise ConnectionResetError("the fork server has ended")
+        answer: dict[str, int] = json.loads(text)
+        if "ended" in answer:
+            self._ended[answer["ended"]] = answer["code"]
+        return answer
+
+
+class ForkedProcess:
+    """What `subprocess.Popen` is for a child, for a program that the server has forked."""
+
+    def __init__(self, server: ForkServer, pid: int) -> None:
+        self._server, self.pid = server, pid
+        self.returncode: int | None = None
+        self._descriptor: int | None = None
+        try:
+            self._descriptor = os.pidfd_open(pid)
+        except ProcessLookupError:  # it has ended at once, and the server has noticed before
+            self.returncode = server.exit_code(pid)
+
+    def poll(self) -> int | None:
+        """None while it runs."""
+        if self.returncode is None and self._descriptor is not None and is_readable(self._descriptor):
+            self.returncode = self._server.exit_code(self.pid)
+        return self.returncode
+
+    def __del__(self) -> None:
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+
+
+class NodeStarter:
+    """Has nodes forked where that can be, and starts the others as `subprocess.Popen` does."""
+
+    def __init__(self) -> None:
+        self._server: ForkServer | None = ForkServer()
+
+    def start(self, words: list[str], **popen: Any) -> ForkedProcess | subprocess.Popen:
+        """Start a program; takes what roslaunch gives `subprocess.Popen`."""
+        if popen["env"].get(TERMINAL) == "true" and popen["stdout"] is None and not sys.stdout.isatty():
+            popen["stdout"] = sys.stderr
+        files = [popen["stdout"] or sys.stdout, popen["stderr"] or sys.stderr]
+        pipes = any(isinstance(file, int) for file in files)  # that Popen is to make
+        if self._server is None or pipes or not can_be_forked(words, popen["env"]):
+            return subprocess.Popen(words, **popen)
+        try:
+            program = Program(words, popen["env"], popen["cwd"])
+            pid = self._server.start(program, [file.fileno() for file in files])
+            return ForkedProcess(self._server, pid)
+        except ForkServerGone as error:
+            _log.warning("programs start more slowly from now on: %s", error)
+            self._server.close()
+            self._server = None
+            return subprocess.Popen(words, **popen)
+
+    def close(self) -> None:
+        """End the server; what it has started goes on."""
+        if self._server is not None:
+            self._server.close()
+
+
+def can_be_forked(words: Sequence[str], environment: dict[str, str]) -> bool:
+    """Return whether this program is a script for the interpreter that runs here, with the same settings."""
+    if any(environment.get(name) != os.environ.get(name) for name in _SAME) or not os.access(words[0], os.X_OK):
+        return False
+    try:
+        with Path(words[0]).open("rb") as file:
+            first = file.readline(512)
+    except OSError:
+        return False
+    interpreter = first[2:].split() if first[:2] == b"#!" else []
+    return len(interpreter) == 1 and Path(os.fsdecode(interpreter[0])).parent == Path(sys.executable).parent
+
+
+def is_readable(descriptor: int) -> bool:
+    """Whether something can be read there now; of a pidfd: whether its process has ended."""
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    return bool(poll.poll(0))
