@@ -17,12 +17,12 @@ import rosgraph
 import roslib.message
 import rospy
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from telepresence_ros.transforms import Transforms
 
 from gui.robots import Robot
 from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.node import NODE, Graph, RosNode
-from gui.ros.transforms import Transforms
 from telepresence.security.outside_text import clean
 
 log = logging.getLogger(__name__)

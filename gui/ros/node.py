@@ -17,6 +17,7 @@ from typing import Any, Protocol, cast
 import rosgraph
 import rospy
 from PyQt5.QtCore import QObject, pyqtSignal
+from telepresence_ros.logs import close_log_folder
 from telepresence_ros.master_watch import MasterWatch
 from telepresence_ros.sockets import narrow_sockets
 
@@ -154,6 +155,7 @@ class RosNode(QObject):
         ]
 
     def _join(self) -> None:
+        close_log_folder()
         narrow_sockets()
         # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)

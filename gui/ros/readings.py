@@ -1,4 +1,5 @@
 """What a robot publishes, as plain data: `gui.ros.topics` converts messages to these, widgets paint them.
+What the pilot's page needs, too, is in `telepresence.teleop.robot_readings`.
 
 Positions are in the robot's base frame on the floor under it (x forward, y left, z up) or in `odom`; SI units;
 `arrived` is when the message arrived here [monotonic s]. No ROS, no Qt.
@@ -6,13 +7,33 @@ Positions are in the robot's base frame on the floor under it (x forward, y left
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-SECTORS = 72
-"""Directions of `Safety.allowed`; sector k is centred k * 5 degrees counter-clockwise from x."""
+from telepresence.teleop.robot_readings import SECTORS, Battery, BodyState, CameraView, Lens, Safety
+
+__all__ = [
+    "SECTORS",
+    "Battery",
+    "Beams",
+    "BodyState",
+    "Bumpers",
+    "CameraView",
+    "Careful",
+    "Cone",
+    "DriveState",
+    "Lens",
+    "Levels",
+    "PageState",
+    "Points",
+    "Pose",
+    "PostureResult",
+    "Safety",
+    "TruePose",
+    "VoiceSettings",
+    "VoiceState",
+]
 
 
 @dataclass(frozen=True)
@@ -66,36 +87,6 @@ class Bumpers:
 
 
 @dataclass(frozen=True)
-class Safety:
-    """One decision of the safety gate (telepresence_msgs/SafetyState).
-
-    Args:
-        state: One or two words, for example "clear", "limited", "blocked".
-        reason: A sentence for the pilot.
-        allowed: (72,) float [m/s], the speed allowed in each direction, see `SECTORS`.
-        gap: Distance to the nearest thing [m]; NaN when unknown.
-        sector: The direction of that thing; None when there is none.
-        command_age: Age of the newest command at this decision [s].
-        given: Velocity that the wheels were given: forward, left [m/s], counter-clockwise [rad/s].
-        scanning: Whether the body swings so that the beams see everything.
-    """
-
-    state: str
-    reason: str
-    allowed: np.ndarray
-    gap: float
-    sector: int | None
-    command_age: float
-    given: tuple[float, float, float]
-    scanning: bool
-    arrived: float
-
-    def allowed_towards(self, bearing: float) -> float:
-        """Return the speed [m/s] that is allowed in this direction [rad]."""
-        return float(self.allowed[round(bearing / (2.0 * math.pi) * SECTORS) % SECTORS])
-
-
-@dataclass(frozen=True)
 class Careful:
     """The switch of the careful scan (topic careful, see telepresence_ros.careful_switch).
 
@@ -111,23 +102,6 @@ class Careful:
 
 
 @dataclass(frozen=True)
-class BodyState:
-    """Position [m] and attitude [rad] of the body in `frame`, and its velocity in its own frame [m/s, rad/s]."""
-
-    x: float
-    y: float
-    z: float
-    roll: float
-    pitch: float
-    yaw: float
-    vx: float
-    vy: float
-    wz: float
-    frame: str = "odom"
-    arrived: float = 0.0
-
-
-@dataclass(frozen=True)
 class TruePose:
     """Position [m] and attitude [rad] of a simulated body in the world: the truth, not a measurement."""
 
@@ -137,17 +111,6 @@ class TruePose:
     roll: float
     pitch: float
     yaw: float
-    arrived: float
-
-
-@dataclass(frozen=True)
-class Battery:
-    """`share` is the charge, 0 to 1, or NaN; `voltage` [V] or NaN."""
-
-    share: float
-    voltage: float
-    charging: bool
-    low: bool
     arrived: float
 
 
@@ -204,39 +167,6 @@ class VoiceSettings:
     speaker: str
     microphones: tuple[str, ...]
     speakers: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Lens:
-    """How a camera maps directions to pixels (sensor_msgs/CameraInfo, without distortion).
-
-    Args:
-        fx, fy, cx, cy: Focal lengths and principal point [px].
-        width, height: Size of the picture [px].
-        frame: The camera's optical frame.
-    """
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    width: int
-    height: int
-    frame: str = ""
-
-
-@dataclass(frozen=True)
-class CameraView:
-    """The pose of a camera at one moment, in a frame whose plane z = 0 is the floor.
-
-    Args:
-        rotation: (3, 3) float; columns are the optical axes x right, y down, z ahead, in that frame.
-        place: (3,) float [m], the optical centre in that frame.
-    """
-
-    lens: Lens
-    rotation: np.ndarray = field(repr=False)
-    place: np.ndarray
 
 
 @dataclass(frozen=True)

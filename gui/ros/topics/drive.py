@@ -13,10 +13,12 @@ from telepresence.teleop.lease_topics import (
     fill_ask,
     fill_command,
     fill_join,
+    fill_look,
     read_asked,
     read_joined,
     read_lease_state,
 )
+from telepresence.teleop.looking import read_head_state
 
 MOST_AXES = 64
 """Axes, and buttons, of a gamepad."""
@@ -44,6 +46,7 @@ def _leave_zero(_message: Any) -> None:
 
 
 JOY = Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True)
+HEAD = Incoming("head", "head/state", "telepresence_msgs/HeadState", read_head_state)
 INCOMING = (
     Incoming("lease", "drive/state", "telepresence_msgs/DriveState", read_lease_state),
     JOY,
@@ -61,5 +64,6 @@ def outgoing(cmd_vel: str) -> tuple[Outgoing, ...]:
     """Return rows for a robot that is driven by `cmd_vel`, to which the window itself sends nothing but zeros."""
     return (
         Outgoing("command", "drive/command", "telepresence_msgs/DriveCommand", fill_command),
+        Outgoing("look", "drive/look", "telepresence_msgs/DriveLook", fill_look),
         Outgoing("zero", cmd_vel, "geometry_msgs/Twist", _leave_zero),
     )

@@ -11,27 +11,21 @@ import numpy as np
 
 from gui.ros.channels import Incoming
 from gui.ros.readings import (
-    SECTORS,
-    Battery,
     Beams,
-    BodyState,
     Bumpers,
     Careful,
     Cone,
     DriveState,
-    Lens,
     Levels,
     PageState,
     Points,
     PostureResult,
-    Safety,
     VoiceSettings,
     VoiceState,
 )
 from telepresence.security.outside_text import clean, clean_name
+from telepresence.teleop.robot_readings import read_battery, read_lens, read_odometry, read_safety, sane
 
-CHARGING, DEAD = 1, 3
-"""sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
 SUCCEEDED = 3
 """actionlib_msgs/GoalStatus."""
 INFRARED_REACH, INFRARED_RADIUS = 0.40, 0.2264
@@ -43,20 +37,6 @@ MOST_RAYS, MOST_POINTS, MOST_BEAMS, MOST_DEVICES = 20_000, 2000, 100, 50
 thinned out."""
 FARTHEST = 100.0
 """What a range sensor sees at most [m]; what is farther is not painted."""
-LARGEST = 1e5
-"""Of a position [m], a velocity [m/s, rad/s], a voltage [V], a focal length [px]. No robot has more, and numbers of
-hundreds of digits do not fit the window."""
-
-
-def _sane(value: float, what: str) -> float:
-    """Return the value if it is finite and no robot's is much larger.
-
-    Raises:
-        ValueError: It is not.
-    """
-    if not abs(value) <= LARGEST:
-        raise ValueError(f"{what} holds a value that is not finite, or too large")
-    return float(value)
 
 
 @dataclass(frozen=True)
@@ -75,7 +55,7 @@ def scan_points(source: str, mount: Mount = Mount()) -> Callable[[Any, float], P
         if len(message.ranges) > MOST_RAYS:
             raise ValueError(f"a scan of {len(message.ranges)} rays; {MOST_RAYS} are shown")
         for angle in (message.angle_min, message.angle_increment):
-            _sane(angle, "the scan")
+            sane(angle, "the scan")
         ranges = np.asarray(message.ranges, float)
         angles = message.angle_min + message.angle_increment * np.arange(len(ranges)) + mount.theta
         with np.errstate(invalid="ignore"):
@@ -142,28 +122,6 @@ def bumper_ring(message: Any, arrived: float) -> Bumpers:
     return Bumpers(frozenset({"ring"}) if message.data else frozenset(), arrived)
 
 
-def read_safety(message: Any, arrived: float) -> Safety:
-    """Convert a telepresence_msgs/SafetyState.
-
-    Raises:
-        ValueError: Its numbers are absurd.
-    """
-    sector = int(message.sector)
-    if len(message.allowed) != SECTORS or not sector < SECTORS or message.gap < 0.0:
-        raise ValueError("the safety gate's sectors are absurd")
-    return Safety(
-        clean_name(message.state),
-        clean(message.reason),
-        np.asarray(message.allowed, float),
-        float(message.gap),
-        sector if sector >= 0 else None,
-        float(message.command_age),
-        (_sane(message.vx, "the gate"), _sane(message.vy, "the gate"), _sane(message.wz, "the gate")),
-        bool(message.scanning),
-        arrived,
-    )
-
-
 def read_careful(message: Any, _arrived: float) -> Careful:
     """Convert the std_msgs/String of the topic careful.
 
@@ -177,48 +135,6 @@ def read_careful(message: Any, _arrived: float) -> Careful:
     if word not in ("on", "off") or origin not in ("", "by default"):
         raise ValueError(f"{clean_name(message.data)!r} is no state of the careful scan")
     return Careful(word == "on", bool(origin))
-
-
-def read_odometry(message: Any, arrived: float) -> BodyState:
-    """Convert a nav_msgs/Odometry.
-
-    Raises:
-        ValueError: A part of it is not a finite number, or one that no robot has.
-    """
-    position, q = message.pose.pose.position, message.pose.pose.orientation
-    linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    roll = math.atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x))))
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    numbers = (position.x, position.y, position.z, roll, pitch, yaw, linear.x, linear.y, angular.z)
-    for number in numbers:
-        _sane(number, "the odometry")
-    return BodyState(*numbers, clean_name(message.header.frame_id).lstrip("/"), arrived)
-
-
-def read_battery(message: Any, arrived: float) -> Battery:
-    """Convert a sensor_msgs/BatteryState; what no battery has counts as unknown."""
-    return Battery(
-        float(message.percentage) if -0.5 <= message.percentage <= 1.5 else math.nan,
-        float(message.voltage) if 0.0 < message.voltage < 1000.0 else math.nan,
-        message.power_supply_status == CHARGING,
-        message.power_supply_health == DEAD,
-        arrived,
-    )
-
-
-def read_lens(message: Any, _arrived: float) -> Lens:
-    """Convert a sensor_msgs/CameraInfo. The distortion is ignored: it is below one pixel for these cameras.
-
-    Raises:
-        ValueError: The camera is not calibrated.
-    """
-    fx, fy, cx, cy = message.K[0], message.K[4], message.K[2], message.K[5]
-    if not (fx > 0.0 and fy > 0.0 and message.width > 0 and message.height > 0):
-        raise ValueError("the camera has no calibration")
-    for number in (fx, fy, cx, cy, message.width, message.height):
-        _sane(number, "the calibration")
-    return Lens(fx, fy, cx, cy, message.width, message.height, clean_name(message.header.frame_id).lstrip("/"))
 
 
 def read_levels(message: Any, arrived: float) -> Levels:

@@ -10,8 +10,8 @@ from typing import Any
 
 from gui.ros.channels import Incoming, Offered, Outgoing, fill_data
 from gui.ros.readings import TruePose
-from gui.ros.topics.sensors import LARGEST
 from telepresence.teleop.movement import REPORT_HEADER
+from telepresence.teleop.robot_readings import LARGEST
 
 ROBOT_CAMERA = "/robot_camera"
 

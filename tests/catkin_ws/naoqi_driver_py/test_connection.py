@@ -136,7 +136,7 @@ def test_close_does_not_wait_for_a_silent_robot(naoqi, make_connection):
     wire = make_connection(naoqi.port)
     wire.freeze()
     link = Connection(Address.parse("127.0.0.1", wire.port)).start()
-    time.sleep(0.2)
+    time.sleep(0.2)  # so that it waits for an answer
     began = time.monotonic()
     link.close()
     assert time.monotonic() - began < 1.0

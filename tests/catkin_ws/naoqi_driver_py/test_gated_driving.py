@@ -2,54 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import math
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 from gated_station import STANDING, STOP_WITHIN, GatedStation
-
-from telepresence.station import processes
+from talker import FAULTY_PEPPER, Caller
 
 pytestmark = [pytest.mark.ros]
-
-
-class Robot:
-    """The simulator in a process of its own; see faulty_pepper.py."""
-
-    def __init__(self, graph) -> None:
-        self._process = processes.start(
-            [sys.executable, str(Path(__file__).with_name("faulty_pepper.py")), f"--port={graph.robot_port}"],
-            env=graph.environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._process.stdout.readline(), "the simulator does not start"
-
-    def __getattr__(self, name):
-        def ask(*arguments):
-            self._process.stdin.write(json.dumps([name, arguments]) + "\n")
-            self._process.stdin.flush()
-            answer = self._process.stdout.readline()
-            assert answer, f"the simulator died while it was asked for {name}{arguments}"
-            return json.loads(answer)
-
-        return ask
-
-    def close(self) -> None:
-        self._process.stdin.close()
-        processes.end(self._process, patience=5.0)
 
 
 class Station(GatedStation):
     def __init__(self, graph, until) -> None:
         self.graph = graph
-        self.robot = Robot(graph)
+        self.robot = Caller(graph.environment, FAULTY_PEPPER, f"--port={graph.robot_port}")
+        assert self.robot.process.stdout.readline(), "the simulator does not start"
         graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
         self.driver = graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
         super().__init__(graph.probe(), until, "", "x")

@@ -6,8 +6,9 @@ import time
 import numpy as np
 import pytest
 
-from gui.driving.floor_drive import ARRIVED, FloorDrive
+from gui.driving.floor_drive import FloorDrive
 from gui.ros.readings import BodyState, CameraView, Lens, Safety
+from telepresence.teleop.floor_goal import ARRIVED
 
 LENS = Lens(fx=525.0, fy=525.0, cx=320.0, cy=240.0, width=640, height=480)
 LEVEL = np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0)))
@@ -40,7 +41,7 @@ class Rig:
 
 @pytest.fixture
 def rig(qt, monkeypatch):
-    monkeypatch.setattr("gui.driving.floor_drive.HOLD", 0.0)
+    monkeypatch.setattr("telepresence.teleop.floor_goal.HOLD", 0.0)
     rig = Rig()
     yield rig
     rig.drive.release_all()
@@ -59,7 +60,7 @@ def test_drives_towards_the_floor_while_held_and_sends_one_zero_on_release(rig, 
 
 
 def test_a_short_click_moves_nothing(rig, monkeypatch, spin):
-    monkeypatch.setattr("gui.driving.floor_drive.HOLD", 0.3)
+    monkeypatch.setattr("telepresence.teleop.floor_goal.HOLD", 0.3)
     rig.drive.press(*AHEAD)
     assert rig.drive.target is not None and not rig.sent
     rig.drive.release()
@@ -136,7 +137,7 @@ def test_a_camera_without_calibration_is_refused_in_words(rig):
 
 
 def test_a_way_that_stays_blocked_is_told_once_and_asked_for_on(rig, spin, monkeypatch):
-    monkeypatch.setattr("gui.driving.floor_drive.BLOCKED_PATIENCE", 0.2)
+    monkeypatch.setattr("telepresence.teleop.floor_goal.BLOCKED_PATIENCE", 0.2)
     rig.drive.press(*AHEAD)
 
     def blocked():

@@ -2,7 +2,8 @@
 """Drives the robot: velocity commands and goals in, to its drive server out, and a stop whenever in doubt.
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
-            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link).
+            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link); the topics of
+            `naoqi_driver.head_topics`, by which a pilot turns the head.
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
             /diagnostics; with safety what `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
@@ -13,7 +14,8 @@ Parameters: ~drive_server (""): host or host:port, 8085 unless given, of the dri
             ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
             ~base_frame_id (base_footprint): frame of what the safety gate reports;
             ~wake_up (true): wake a sleeping robot at start;
-            ~look (0.15): HeadPitch at start [rad, positive down]; "none" leaves the head alone.
+            ~look (0.15): HeadPitch at start, and of looking straight ahead [rad, positive down]; "none" leaves the
+            head alone until a pilot turns it.
 """
 
 import math
@@ -29,6 +31,7 @@ from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.command_gate import CommandGate
 from naoqi_driver.connection import RobotError
 from naoqi_driver.gated_drive import GatedDrive
+from naoqi_driver.head_topics import HeadTopics
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.own_drive_server import OwnDriveServer
 from naoqi_driver.range_sensors import RangeSensorReader
@@ -40,7 +43,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
-from telepresence.geometry import yaw_of
+from telepresence.geometry import Velocity, yaw_of
 from telepresence.safety import PEPPER, SECTORS, Decision, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
@@ -55,6 +58,8 @@ LOOK_PERIOD = 0.5
 OFFER_AFTER = 3.0
 """Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
 time of a start, and on a busy machine the robot would wait for them."""
+LOOK = 0.15
+"""HeadPitch with which the pilot sees the floor ahead [rad]."""
 DRIVE_PORT = 8085
 """Of a drive server that is named without one."""
 STATE_PERIOD = 0.5
@@ -64,7 +69,7 @@ STATE_PERIOD = 0.5
 class MoveTo:
     def __init__(self) -> None:
         self._wake = threading.Event()
-        self._late = StaleCommandFilter()
+        self._late, self._late_looks = StaleCommandFilter(), StaleCommandFilter()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
         # First, as both take their time: the greeting, and the sensors' first readings.
         self._link = self._open_link()
@@ -74,7 +79,7 @@ class MoveTo:
             self._sensors = RangeSensorReader(
                 self._node.connection, lambda reading: gated.receive(reading, time.monotonic())
             ).start()
-        look = rospy.get_param("~look", 0.15)
+        look = rospy.get_param("~look", LOOK)
         self._base = BaseDriver(
             self._node.connection,
             self._link,
@@ -82,6 +87,9 @@ class MoveTo:
             wake_up=bool(rospy.get_param("~wake_up", True)),
             look=None if look == "none" else float(look),
         )
+        ahead = LOOK if look == "none" else float(look)
+        asleep = lambda: self._base.awake is False  # noqa: E731
+        self._head = HeadTopics(self._node, self._node.connection, ahead, asleep, self._late_looks)
         self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
         self._state = ""
         self._log = ChangeLog()
@@ -95,7 +103,7 @@ class MoveTo:
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
-        return self._node.run(self._loop, self._look_after)
+        return self._node.run(self._loop, self._look_after, self._head.loop)
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))
@@ -112,14 +120,17 @@ class MoveTo:
 
     def _on_master_lost(self) -> None:
         self._late.link_lost()
+        self._late_looks.link_lost()
         self._wake.set()
 
     def _on_velocity(self, twist: Twist) -> None:
         if self._late.is_stale(time.monotonic()):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
             return
-        self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
+        velocity, now = Velocity(twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
+        self._gate.command(*velocity, now)
         self._wake.set()
+        self._head.head.drives(velocity, now)
 
     def _on_goal(self, goal: PoseStamped) -> None:
         frame = goal.header.frame_id.lstrip("/")
@@ -171,6 +182,7 @@ class MoveTo:
                 continue
             try:
                 self._base.supervise(now)
+                self._head.head.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
             if not offered and now >= begun + OFFER_AFTER:

@@ -37,8 +37,9 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.2, 1.0
 """Seconds between two attempts to connect; doubled after every failure once `EAGER_TIME` is over."""
 EAGER_TIME = 10.0
 """Seconds of quick retries, so that a robot that starts together with us is reached as soon as it listens."""
-REPORT_AFTER = 2.0
-"""Seconds without a link before it is reported: robot and drivers are often started together."""
+REPORT_AFTER, LOSS_REPORT_AFTER = 10.0, 2.0
+"""Seconds without a link before it is reported: before the first one, as robot and drivers are often started together,
+on a machine that may be busy; and after one was lost."""
 CALL_TIMEOUT = 1.0
 
 
@@ -269,14 +270,14 @@ class Connection:
 
     def _run(self) -> None:
         pause, dropped, reported = FIRST_PAUSE, 0.0, None
-        failing_since = time.monotonic()
+        failing_since, patience = time.monotonic(), REPORT_AFTER
         while not self._stop.is_set():
             try:
                 session = self._connect()
             except (RuntimeError, OSError) as error:
                 cause = _first_line(error)
                 self._problem = cause
-                if cause != reported and time.monotonic() - failing_since >= REPORT_AFTER:
+                if cause != reported and time.monotonic() - failing_since >= patience:
                     log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
                     reported = cause
                 self._stop.wait(pause)
@@ -290,7 +291,7 @@ class Connection:
             dropped = 0.0 if lasted else min(max(1.0, 2.0 * dropped), LONGEST_PAUSE)
             self._stop.wait(dropped)
             pause, reported = FIRST_PAUSE, None
-            failing_since = time.monotonic()
+            failing_since, patience = time.monotonic(), LOSS_REPORT_AFTER
 
     def _connect(self) -> naoqi.Session:
         """A new session. Raises RuntimeError with the cause."""

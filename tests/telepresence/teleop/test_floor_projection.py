@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gui.driving.floor_projection import floor_place, pixel_of, scaled_to
-from gui.ros.readings import CameraView, Lens
+from telepresence.teleop.floor_projection import floor_place, pixel_of, scaled_to
+from telepresence.teleop.robot_readings import CameraView, Lens
 
 LENS = Lens(fx=525.0, fy=525.0, cx=320.0, cy=240.0, width=640, height=480)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gui.ros.readings import CameraView
+from telepresence.teleop.robot_readings import CameraView
 
 LOWEST_SLOPE = math.sin(math.radians(2.0))
 """Sine of the smallest slope of a usable ray: below 2 degrees an error of one degree in the head's angle would move the
