@@ -14,6 +14,7 @@ import dataclasses
 import getpass
 import hmac
 import os
+import re
 import secrets
 import sqlite3
 import sys
@@ -21,7 +22,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from telepresence.security import private_files
+from telepresence.security import private_database
 from telepresence.teleop import password_key
 from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
 from telepresence.teleop.key_agreement import Credential, public_key
@@ -53,6 +54,14 @@ each moves to `accounts` when its person signs in. `lease`: the private key by w
 
 class UserError(ValueError):
     """An account could not be used or changed; the text is for the person."""
+
+
+_GUEST = re.compile(r".+ \(guest( \d+)?\)")
+
+
+def is_guest_name(name: str) -> bool:
+    """Return whether a guest of an invitation is called so, see `telepresence.teleop.invitations`; no account is."""
+    return _GUEST.fullmatch(name) is not None
 
 
 def default_path() -> Path:
@@ -201,12 +210,7 @@ class Users:
             UserError: The file cannot be used.
         """
         try:
-            if not self.path.parent.exists():
-                private_files.make_folder(self.path.parent)
-            os.close(private_files.open_file(self.path, os.O_RDWR | os.O_CREAT))
-            with contextlib.closing(sqlite3.connect(self.path, timeout=5.0)) as database:
-                database.execute("PRAGMA secure_delete = ON")  # a removed hash is not to be found in the file's rest
-                database.executescript(_SCHEMA)
+            with private_database.opened(self.path, _SCHEMA) as database:
                 try:
                     yield database
                 finally:
@@ -295,4 +299,6 @@ def _clean(name: str) -> str:
     name = name.strip()
     if not name or len(name) > LONGEST_NAME or not name.isprintable():
         raise UserError(f"A name has 1 to {LONGEST_NAME} printable characters.")
+    if is_guest_name(name):
+        raise UserError(f"'{name}' is called as guests of an invitation are.")
     return name

@@ -34,6 +34,7 @@ from telepresence.teleop.lease_messages import (
     sign_reply,
 )
 from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, Window, Windows
+from telepresence.teleop.looking import Look, LookCommand, look_part
 
 __all__ = ["FORGOTTEN", "LEASE", "PILOT", "WATCHER", "ZERO", "Account", "Command", "DriveLease", "State", "Velocity"]
 
@@ -113,12 +114,16 @@ class DriveLease:
         """Return the sessions of all windows."""
         return {window.session for window in self._windows}
 
+    def names(self) -> set[str]:
+        """Return the names of everybody who has a window."""
+        return {window.account.name for window in self._windows}
+
     def revise(self, sessions: Collection[str], accounts: Mapping[str, Account], now: float) -> None:
         """End those of the sessions whose accounts are not any more what they were when their windows joined.
 
         Args:
             sessions: Those that had joined when the accounts were read.
-            accounts: All accounts, by name.
+            accounts: Those of everybody who had a window then, by name.
         """
         for window in self._windows.outdated(sessions, accounts, now):
             self._leave(window, now)
@@ -126,7 +131,11 @@ class DriveLease:
     def receive(self, session: str, command: Command, now: float) -> Velocity | None:
         """Take a window's command; return the velocity to send to the robot at once, or None."""
         window = self._windows.get(session)
-        if window is None or not self._is_genuine(window, command, now):
+        if (
+            window is None
+            or not _is_sound(command)
+            or not self._is_genuine(window, command, now, "command", *command_parts(command))
+        ):
             self.refused += 1
             return None
         window.hold = command.hold
@@ -140,6 +149,17 @@ class DriveLease:
             return None
         self._zeros_until = -math.inf
         return self._give(command.velocity, now)
+
+    def look(self, session: str, command: LookCommand, now: float) -> Look | None:
+        """Take where a window wants to look; return it if the head is to turn there. Whoever may drive may look."""
+        window = self._windows.get(session)
+        if window is None or not self._is_genuine(window, command, now, "look", look_part(command)):
+            self.refused += 1
+            return None
+        if window is not self._pilot or self._hold_reason() or not all(map(math.isfinite, command.look)):
+            self.refused += 1
+            return None
+        return command.look
 
     def ask(self, session: str, number: int, action: str, to: str, proof: bytes, now: float) -> Reply:
         """Carry out a signed request.
@@ -299,12 +319,13 @@ class DriveLease:
 
     # --- checks and transitions ---
 
-    def _is_genuine(self, window: Window, command: Command, now: float) -> bool:
-        if window.received.check(command.proof, "command", command.number, *command_parts(command)) is not Check.GOOD:
+    def _is_genuine(
+        self, window: Window, command: Command | LookCommand, now: float, purpose: str, *parts: bytes
+    ) -> bool:
+        """Whether a message is signed by this window, new and not late; it renews the window's lease, too."""
+        if window.received.check(command.proof, purpose, command.number, *parts) is not Check.GOOD:
             return False
-        if not all(map(math.isfinite, (command.sent, *(command.velocity or ZERO)))):
-            return False
-        if len(command.hold) > MOST_TEXT or not command.hold.isprintable():
+        if not math.isfinite(command.sent):
             return False
         drift = DRIFT * max(0.0, now - window.measured)
         window.offset, window.measured = min(window.offset + drift, now - command.sent), now
@@ -327,3 +348,10 @@ class DriveLease:
         if self._stopper is not None:
             return f"{self._stopper.name} has pressed the red stop."
         return self._pilot.hold if self._pilot is not None else ""
+
+
+def _is_sound(command: Command) -> bool:
+    """Whether a command says something that can be done and shown."""
+    if not all(map(math.isfinite, command.velocity or ZERO)):
+        return False
+    return len(command.hold) <= MOST_TEXT and command.hold.isprintable()

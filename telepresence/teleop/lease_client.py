@@ -31,6 +31,7 @@ from telepresence.teleop.lease_messages import (
 )
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.lease_windows import LEASE
+from telepresence.teleop.looking import Look, LookCommand, sign_look
 
 LIFE_PERIOD = 0.25
 """[s] between two renewals; a lease lasts four of them."""
@@ -70,6 +71,8 @@ class LeaseLink(Protocol):
 
     def send(self, session: str, command: Command) -> None: ...
 
+    def send_look(self, session: str, command: LookCommand) -> None: ...
+
     def join(self, claim: Claim, session: str, proof: bytes, then: Callable[[Any], None]) -> None:
         """Call drive/join; the first time with neither session nor proof."""
 
@@ -105,7 +108,7 @@ class LeaseClient:
         self.account: Account | None = None
         self.state: LeaseState | None = None
         self._session, self._key, self._epoch = "", b"", ""
-        self._number = self._asked = 0
+        self._number = self._asked = self._looked = 0
         self._hold = ""
         self._wants = False
         self._joining = ""
@@ -183,6 +186,15 @@ class LeaseClient:
         """Send what somebody else's controls say, dated by their clock [s]; it renews the lease, too."""
         self._hold = hold
         self._send(velocity, sent)
+
+    def look(self, look: Look, sent: float | None = None) -> None:
+        """Send where this window wants to look; to be repeated, see `telepresence.teleop.looking`. `sent` [s]: by the
+        clock that dates the commands, if that is somebody else's."""
+        if not self._session or (sent is None and not self._own_clock):
+            return
+        self._looked += 1
+        unsigned = LookCommand(self._looked, time.monotonic() if sent is None else sent, look)
+        self._link.send_look(self._session, dataclasses.replace(unsigned, proof=sign_look(self._key, unsigned)))
 
     def take(self) -> None:
         """Take the robot, or ask the pilot for it."""
@@ -313,7 +325,7 @@ class LeaseClient:
             else:
                 self._join_at, self._missed_at = -math.inf, math.inf
                 self._session, self._key, self._epoch = session, key, epoch
-                self._number = self._asked = 0
+                self._number = self._asked = self._looked = 0
                 finish("")
                 self._send(None)
 

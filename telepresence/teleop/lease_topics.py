@@ -10,6 +10,7 @@ from telepresence.security.outside_text import clean, clean_name
 from telepresence.security.signing import PROOF
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_messages import Command
+from telepresence.teleop.looking import LookCommand
 
 MOST_PRESENT = 32
 """People that are shown."""
@@ -69,6 +70,13 @@ def fill_command(message: Any, session: str, command: Command) -> None:
     message.driving = command.velocity is not None
     message.vx, message.vy, message.wz = command.velocity or (0.0, 0.0, 0.0)
     message.hold, message.proof = command.hold, command.proof
+
+
+def fill_look(message: Any, session: str, command: LookCommand) -> None:
+    """Fill in where this window wants to look, signed."""
+    message.session, message.number, message.sent = session, command.number, command.sent
+    message.manner, message.yaw, message.pitch = command.look
+    message.proof = command.proof
 
 
 @dataclass(frozen=True)

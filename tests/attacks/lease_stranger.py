@@ -88,6 +88,7 @@ class Stranger:
     def __init__(self, accounts):
         self.accounts = Path(accounts)
         self.count = itertools.count()
+        self.states = 0
         self.windows = {}
         self.velocity, self.newest, self.heard, self.worst = [0.0] * 3, None, 0.0, ""
         rospy.init_node("stranger", disable_signals=True)
@@ -104,6 +105,7 @@ class Stranger:
 
     def on_state(self, message):
         self.newest, self.heard = message, time.monotonic()
+        self.states += 1
         if len(message.hold) > 1000 or not message.hold.isprintable():
             self.worst = message.hold[:20]
 
@@ -163,7 +165,17 @@ class Stranger:
     def do_garble(self, who):
         window = self.windows[who]
         for window.hold in ("\x1b]0;x\x07", "x" * 1_000_000, ""):
-            time.sleep(0.3)  # `repeat` sends it
+            number = window.number
+            self.wait(lambda number=number: window.number > number + 1, "`repeat` sends it")
+            self.states = 0
+            self.wait(lambda: self.states > 1, "what was shown of it came")
+
+    def wait(self, condition, what):
+        deadline = time.monotonic() + 20.0
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(what)
+            time.sleep(0.01)
 
     def do_moved(self):
         return self.velocity

@@ -2,37 +2,23 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
+from talker import REMOTE_WINDOW, Talker
 
-from telepresence.station import processes
 from telepresence.teleop.accounts import Users
 
 pytestmark = pytest.mark.ros
 
-REMOTE = Path(__file__).resolve().parents[2] / "gui" / "remote_window.py"
 PASSWORD = "correct horse"
 AHEAD = [0.2, 0.0, 0.0]
 ZERO = [0.0, 0.0, 0.0]
 
 
-class Remote:
-    """See remote_window.py."""
+class Remote(Talker):
+    """Another window."""
 
     def __init__(self, graph, accounts, name):
-        self.process = processes.start(
-            [sys.executable, str(REMOTE), str(accounts), name, PASSWORD],
-            env=graph.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-
-    def ask(self, *words):
-        self.process.stdin.write(json.dumps(words) + "\n")
-        self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
+        super().__init__(graph.environment, REMOTE_WINDOW, accounts, name, PASSWORD)
 
     def state(self, name):
         return self.ask("state")[name]
@@ -64,8 +50,7 @@ def anna(graph, accounts, probe, until_true):
     window = Remote(graph, accounts, "anna")
     until_true(lambda: window.state("mine"), "a free robot is taken")
     yield window
-    window.process.stdin.close()
-    processes.end(window.process, patience=5.0)
+    window.close()
 
 
 def heard(probe):
@@ -90,8 +75,7 @@ def test_a_watcher_moves_nothing(anna, graph, accounts, probe, until_true):
     will.ask("ask", "stop", "")
     until_true(lambda: "not signed by" in str(will.state("refused")), "another's name is of no use")
     assert AHEAD not in heard(probe)
-    will.process.stdin.close()
-    processes.end(will.process, patience=5.0)
+    will.close()
 
 
 def test_the_red_stop_holds_and_is_told_to_keyboards(anna, probe, until_true):
@@ -116,8 +100,7 @@ def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, p
     until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stop")
     again = Remote(graph, accounts, "anna")
     until_true(lambda: again.state("mine"), "and is free for the next")
-    again.process.stdin.close()
-    processes.end(again.process, patience=5.0)
+    again.close()
 
 
 def test_a_removed_accounts_window_loses_the_robot_and_learns_why(graph, accounts, probe, until_true):
@@ -131,5 +114,4 @@ def test_a_removed_accounts_window_loses_the_robot_and_learns_why(graph, account
     until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
     until_true(lambda: window.state("ended") == ["The account of mallory was removed from this robot."], "and says why")
     assert not window.state("session") and window.state("obstacle") == "Sign in to drive."
-    window.process.stdin.close()
-    processes.end(window.process, patience=5.0)
+    window.close()

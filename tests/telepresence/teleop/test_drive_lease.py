@@ -24,8 +24,10 @@ from telepresence.teleop.drive_lease import (
 from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
 from telepresence.teleop.lease_messages import Reply, sign_command, sign_join, sign_reply, sign_request
 from telepresence.teleop.lease_windows import MOST_OF_ONE, MOST_WINDOWS, NOT_ACCEPTED, OFFER
+from telepresence.teleop.looking import Look, LookCommand, Manner, read_look, sign_look
 
 AHEAD = Velocity(0.2, 0.0, 0.0)
+LEFT = Look(Manner.RATE, 0.5, 0.0)
 LEASE_KEY = bytes(range(32))
 
 
@@ -50,7 +52,7 @@ class Window:
         self.lease, self.session, self.claim = lease, offer.session, side.claim
         self.key = side.session_key(offer.session, offer.key)
         self.reason = self.join(now).reason
-        self.number = self.asked = 0
+        self.number = self.asked = self.looked = 0
 
     def join(self, now, key=None):
         proven = self.lease.prove(self.claim, self.session, sign_join(key or self.key), now)
@@ -63,6 +65,12 @@ class Window:
 
     def send(self, now, velocity=None, hold="", sent=None):
         return self.lease.receive(self.session, self.command(now, velocity, hold, sent), now)
+
+    def look(self, now, look=LEFT, sent=None):
+        self.looked += 1
+        unsigned = LookCommand(self.looked, 1000.0 + now if sent is None else sent, look)
+        self.newest_look = dataclasses.replace(unsigned, proof=sign_look(self.key, unsigned))
+        return self.lease.look(self.session, self.newest_look, now)
 
     def ask(self, action, now=0.0, to=""):
         self.asked += 1
@@ -396,3 +404,41 @@ def test_without_accounts_everybody_is_a_pilot():
     ACCOUNTS["guest"] = Account("guest", PILOT)
     guest = Window(lease, "guest")
     assert guest.ask("take").ok and guest.send(0.1, AHEAD) == AHEAD
+
+
+def test_only_who_has_the_robot_turns_its_head(lease, anna):
+    ben, will = Window(lease, "ben"), Window(lease, "will")
+    assert anna.look(0.1) == LEFT
+    assert ben.look(0.1) is None and will.look(0.1) is None
+    assert lease.refused == 2
+
+
+def test_a_look_is_signed_numbered_and_not_late(lease, anna):
+    assert anna.look(0.1) == LEFT
+    again = anna.newest_look
+    assert lease.look(anna.session, again, 0.15) is None
+    assert lease.look(anna.session, dataclasses.replace(again, number=9), 0.2) is None
+    assert lease.look(anna.session, dataclasses.replace(again, number=9, look=Look(Manner.AHEAD)), 0.2) is None
+    assert anna.look(0.3 + LATE + 0.1, sent=1000.3) is None
+    assert anna.look(2.0, Look(Manner.RATE, math.nan, 0.0)) is None
+    assert anna.look(2.1) == LEFT
+
+
+def test_nobody_looks_around_while_the_robot_is_stopped_or_its_picture_is_lost(lease, anna):
+    anna.send(0.1, hold="The picture is lost.")
+    assert anna.look(0.2) is None
+    anna.send(0.3)
+    assert anna.look(0.4) == LEFT
+    assert anna.ask("stop", 0.5).ok and anna.look(0.6) is None
+
+
+def test_looking_renews_the_lease(lease, anna):
+    anna.look(0.9 * LEASE)
+    lease.tick(1.8 * LEASE)
+    assert lease.state(1.8 * LEASE).pilot == "anna"
+
+
+@pytest.mark.parametrize("numbers", [(9, 0.0, 0.0), (1, math.inf, 0.0), (0, 0.0, 0.0)])
+def test_what_is_no_look_is_refused(numbers):
+    with pytest.raises(ValueError):
+        read_look(*numbers)

@@ -1,14 +1,16 @@
 """The node drive_lease: one pilot at a time. All operator's windows drive through it.
 
-Subscribes: drive/command (telepresence_msgs/DriveCommand) of the windows; cmd_vel (geometry_msgs/Twist), to know when
-            another program drives past the lease.
+Subscribes: drive/command and drive/look (telepresence_msgs/DriveCommand, DriveLook) of the windows; cmd_vel
+            (geometry_msgs/Twist), to know when another program drives past the lease.
 Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
-            stops or falls silent; drive/state (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String,
-            latched): why nobody may drive now, for keyboard programs; empty when they may.
+            stops or falls silent; head/look (telepresence_msgs/HeadLook), where that window looks; drive/state
+            (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String, latched): why nobody may drive now,
+            for keyboard programs; empty when they may.
 Services:   drive/join (telepresence_msgs/DriveJoin), drive/ask (telepresence_msgs/DriveAsk).
 Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety gate, with the red stop.
 Arguments:  --sign-in true: check names against the accounts of telepresence.teleop.accounts; false: everybody who asks
-            is a pilot. --users FILE: the accounts; default TELEPRESENCE_USERS, else gui/users.db. Also _sign_in:= and
+            is a pilot. --users FILE: the accounts; default TELEPRESENCE_USERS, else gui/users.db; guests are in the
+            file of invitations beside it (telepresence.teleop.invitations). Also _sign_in:= and
             _users:=, but only from the command line: anybody on the graph can set parameters.
 """
 
@@ -20,13 +22,14 @@ import secrets
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from telepresence_msgs.msg import DriveCommand, DriveState
+from telepresence_msgs.msg import DriveCommand, DriveLook, DriveState, HeadLook
 from telepresence_msgs.srv import (
     DriveAsk,
     DriveAskRequest,
@@ -40,9 +43,12 @@ from telepresence_ros.node import Node
 from telepresence.security.signing import PROOF
 from telepresence.station import priority
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import PILOT, ZERO, Account, Command, DriveLease, State, Velocity
-from telepresence.teleop.key_agreement import EVERYBODY, KEY, Claim
+from telepresence.teleop.drive_lease import ZERO, Account, Command, DriveLease, State, Velocity
+from telepresence.teleop.invitations import Invitations, beside
+from telepresence.teleop.key_agreement import KEY, Claim
+from telepresence.teleop.known_accounts import KnownAccounts
 from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.looking import LookCommand, read_look
 
 PERIOD = 0.05
 STATE_PERIOD = 0.2
@@ -64,14 +70,15 @@ class LeaseNode:
     """Joins the lease, which decides who drives, and the topics.
 
     Args:
-        sign_in: Whether names are checked; otherwise everybody is a pilot.
-        users: The accounts.
+        sign_in: Whether names are checked; otherwise everybody but a guest is a pilot.
+        users: The accounts; the invitations of guests are beside them.
     """
 
     def __init__(self, sign_in: bool, users: Users) -> None:
         self._node = Node("drive_lease")
-        self._sign_in, self._users = sign_in, users
-        self._lease = DriveLease(self._find_account, self._users.of_lease()[0] if self._sign_in else EVERYBODY)
+        self._sign_in = sign_in
+        self._known = KnownAccounts(users if sign_in else None, Invitations(beside(users.path)))
+        self._lease = DriveLease(self._find_account, self._known.of_lease(())[0])
         self._epoch = secrets.token_hex(4)
         self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
         self._state, self._state_due = DriveState(), 0.0
@@ -83,6 +90,8 @@ class LeaseNode:
         self._commands = rospy.Subscriber(
             "drive/command", DriveCommand, self._on_command, queue_size=20, tcp_nodelay=True
         )
+        self._looks = rospy.Publisher("head/look", HeadLook, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("drive/look", DriveLook, self._on_look, queue_size=20, tcp_nodelay=True)
         self._connected: set[str] = set()
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
         rospy.Service("drive/join", DriveJoin, self._on_join)
@@ -90,8 +99,7 @@ class LeaseNode:
 
     def run(self) -> int:
         """Run until the node is shut down, then send a zero; return the exit code."""
-        if self._sign_in:
-            threading.Thread(target=self._watch_accounts, name="accounts", daemon=True).start()
+        threading.Thread(target=self._watch_accounts, name="accounts", daemon=True).start()
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
@@ -121,11 +129,11 @@ class LeaseNode:
         read_at = time.monotonic()
         while not self._node.stop.wait(ACCOUNTS_PERIOD):
             with self._lock:
-                sessions = self._lease.sessions()
+                sessions, names = self._lease.sessions(), self._lease.names()
             now = time.monotonic()
-            accounts: dict[str, Account] = {}
+            accounts: Mapping[str, Account] = {}
             try:
-                key, accounts = self._users.of_lease()
+                key, accounts = self._known.of_lease(names)
                 self._lease.set_private(key)
                 read_at = now
             except UserError as error:
@@ -136,10 +144,8 @@ class LeaseNode:
                 self._lease.revise(sessions, accounts, time.monotonic())
 
     def _find_account(self, name: str) -> Account | None:
-        if not self._sign_in:
-            return Account(name, PILOT)
         try:
-            return self._users.find(name)
+            return self._known.find(name)
         except UserError as error:
             rospy.logerr("%s", error)
             return None
@@ -150,6 +156,18 @@ class LeaseNode:
         with self._lock:
             answer = self._lease.receive(message.session, command, time.monotonic())
         self._publish(answer)
+
+    def _on_look(self, message: DriveLook) -> None:
+        try:
+            look = read_look(message.manner, message.yaw, message.pitch)
+        except ValueError as error:
+            rospy.logwarn_throttle(10.0, "drive/look: %s", error)  # no window of ours sends such
+            return
+        command = LookCommand(message.number, message.sent, look, message.proof)
+        with self._lock:
+            wanted = self._lease.look(message.session, command, time.monotonic())
+        if wanted is not None:
+            self._looks.publish(HeadLook(*wanted))
 
     def _on_other(self, message: Twist) -> None:
         caller = message._connection_header.get("callerid", "")
