@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from telepresence.audio.pipeline import Gst, SoundError
+from telepresence.audio.pipeline import Gst, NoSoundDevice, SoundError
 
 ALIGNMENT, ALIGNMENT_WAIT = 10_000_000, 200_000_000
 """Sound that has been off its time by the first for as long as the second is realigned [ns]."""
@@ -59,7 +59,7 @@ def sink(choice: str, patience: float = 0.0) -> str:
 def _element(kind: str, choice: str, what: str) -> str:
     choice = choice or "auto"
     if choice == "none":
-        raise SoundError(f"no {what}, as chosen")
+        raise NoSoundDevice(f"no {what}, as chosen")
     device = choice.removeprefix("alsa:")
     if not _NAME.fullmatch(device):
         raise SoundError(f"'{choice}' is no {what}: choose auto, none, test, alsa:DEVICE or a sound server's device")
@@ -69,10 +69,10 @@ def _element(kind: str, choice: str, what: str) -> str:
         return f"pulse{kind}" if choice == "auto" else f'pulse{kind} device="{device}"'
     if choice == "auto" and _has_card():
         return f"alsa{kind}"
-    raise SoundError(
-        f"no {what}: no sound server (PulseAudio, PipeWire) answers"
-        + ("" if choice != "auto" else " and there is no sound card")
-    )
+    problem = f"no {what}: no sound server (PulseAudio, PipeWire) answers"
+    if choice == "auto":
+        raise NoSoundDevice(f"{problem} and there is no sound card")
+    raise SoundError(problem)
 
 
 def _server_answers() -> bool:

@@ -44,6 +44,10 @@ class SoundError(RuntimeError):
     """Sound cannot be captured or played; the text says why and what to do."""
 
 
+class NoSoundDevice(SoundError):
+    """There is nothing to capture or to play with, or nothing is wanted: no fault, and windows and pages show it."""
+
+
 class KeptPipeline:
     """One pipeline, on a thread of its own.
 
@@ -108,7 +112,7 @@ class KeptPipeline:
             try:
                 ran = self._once()
             except SoundError as error:
-                self._report(str(error))
+                self._report(str(error), logging.INFO if isinstance(error, NoSoundDevice) else logging.WARNING)
                 self._again.wait(RETRY_PERIOD)
                 continue
             except Exception:  # the top of a thread that has to go on: callbacks are other people's code
@@ -165,11 +169,11 @@ class KeptPipeline:
                 self._on_level(_loudest(message.get_structure()))
         return None
 
-    def _report(self, problem: str) -> None:
+    def _report(self, problem: str, level: int = logging.WARNING) -> None:
         self.problem = problem
         self._on_state(problem)
         if problem != self._reported and not self._stop.is_set():
-            log.warning("%s: %s; trying again until it works", self.name, problem)
+            log.log(level, "%s: %s; trying again until it works", self.name, problem)
             self._reported = problem
 
 

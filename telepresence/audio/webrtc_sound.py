@@ -33,13 +33,12 @@ nothing comes for lost, and a pilot without a microphone may listen."""
 
 
 class MicrophoneTrack(MediaStreamTrack):
-    """Sends what `put` is given. While it is not `open` it sends silence, which keeps the connection alive."""
+    """Sends what `put` is given, and now and then silence while there is nothing, which keeps the connection alive."""
 
     kind = "audio"
 
     def __init__(self) -> None:
         super().__init__()
-        self.open = True
         self._event_loop = asyncio.get_running_loop()
         self._news = asyncio.Event()
         self._rest = b""
@@ -55,7 +54,7 @@ class MicrophoneTrack(MediaStreamTrack):
         self._rest += data
         while len(self._rest) >= _BYTES:
             frame, self._rest = self._rest[:_BYTES], self._rest[_BYTES:]
-            self._frames.append((self._count, frame if self.open else _SILENCE))
+            self._frames.append((self._count, frame))
             self._count += 1
         self._news.set()
 

@@ -37,6 +37,9 @@ KNOWN_VERSION = "1.16.0"
 """The version of aiortc that `PromptJitterBuffer` was written for."""
 _own_address: contextvars.ContextVar[str | None] = contextvars.ContextVar("own_address", default=None)
 _host_addresses = aioice.ice.get_host_addresses
+_candidates = aioice.ice.Connection.get_component_candidates
+SERVER_PATIENCE = 0.5
+"""[s] for which a STUN server may keep a connection waiting; aioice would wait ten times as long for a dead one."""
 
 
 class PromptJitterBuffer(JitterBuffer):
@@ -97,7 +100,12 @@ def _addresses_to_offer(use_ipv4: bool, use_ipv6: bool) -> list[str]:
     return _host_addresses(use_ipv4=use_ipv4, use_ipv6=use_ipv6) if address is None else [address]
 
 
+async def _candidates_soon(connection: Any, component: int, addresses: list[str], timeout: float = 5.0) -> list[Any]:
+    return await _candidates(connection, component, addresses, min(timeout, SERVER_PATIENCE))  # type: ignore[arg-type]
+
+
 aioice.ice.get_host_addresses = _addresses_to_offer
+aioice.ice.Connection.get_component_candidates = _candidates_soon  # type: ignore[method-assign, assignment]
 bound_receivers()
 
 

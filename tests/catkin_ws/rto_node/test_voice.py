@@ -24,6 +24,27 @@ ATTEMPTS = 10
 LIVE = "you: live; robot: live"
 
 
+ELSEWHERE = """
+import sys, numpy as np, rospy
+from telepresence_msgs.msg import Sound
+rospy.init_node("elsewhere")
+heard = []
+rospy.Subscriber("voice/from_robot", Sound, heard.append, queue_size=100)
+voice = rospy.Publisher("voice/from_pilot", Sound, queue_size=100)
+while not (voice.get_num_connections() and heard):
+    rospy.sleep(0.05)
+rate, count, loudest = rospy.Rate(50), 0, 0
+while not rospy.is_shutdown() and loudest < 3000:
+    at = (count * 960 + np.arange(960)) / 48000
+    voice.publish(Sound(48000, 1, (9000 * np.sin(2 * np.pi * 500 * at)).astype("<i2").tobytes()))
+    count += 1
+    loudest = max(int(abs(np.frombuffer(piece.data, "<i2").astype(int)).max()) for piece in heard[-20:])
+    rate.sleep()
+print("heard", heard[-1].rate, heard[-1].channels, flush=True)
+"""
+"""Speaks by the topics until it hears the robot."""
+
+
 class Rig:
     def __init__(self, graph, folder: Path) -> None:
         self.graph = graph
@@ -108,6 +129,15 @@ def test_a_robot_that_died_is_found_again(rig: Rig, until_true: Callable) -> Non
     rig.robot = rig.start_robot()
     until_true(lambda: rig.state() == LIVE, "connected again")
     until_true(lambda: rig.hears_noise(), "sound again")
+
+
+def test_a_pilot_elsewhere_speaks_and_listens_by_topics(rig: Rig, until_true: Callable) -> None:
+    elsewhere = rig.graph.run(sys.executable, "-c", ELSEWHERE)
+    until_true(lambda: rig.ears["robot_speaker"].level(1.0) > 0.05, "the robot plays what is said elsewhere")
+    assert rig.state() == "you: elsewhere; robot: live"
+    until_true(lambda: rig.mouths["robot_mic"].say(sentence("Yes.")) or elsewhere.process.poll() == 0, "it is answered")
+    assert "heard 48000 2" in elsewhere.output
+    until_true(lambda: rig.state() == LIVE, "the microphone here is the pilot's again")
 
 
 def test_a_second_pilot_and_nonsense_are_refused(rig: Rig) -> None:

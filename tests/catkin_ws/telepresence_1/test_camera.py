@@ -66,6 +66,24 @@ def test_a_video_is_repeated_for_ever(video: str) -> None:
         assert camera.status.state is State.LIVE and camera.status.losses == 0
 
 
+def test_a_picture_from_elsewhere_is_shown_in_place_of_the_source_s(monkeypatch: pytest.MonkeyPatch, jpeg) -> None:
+    monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 0.3)
+    with Camera("test", rate=50.0) as camera:
+        assert eventually(lambda: camera.status.state is State.LIVE)
+        camera.show(jpeg((0, 200, 0), 320, 240), 1.0)
+        assert shows(camera, (0, 200, 0)) and camera.image.peek().stamp == 1.0
+        assert (camera.status.source, camera.status.width) == ("elsewhere", 320)
+        camera.show(b"", 2.0)
+        covered = decoded(camera)
+        assert not shows(camera, (0, 200, 0)) and camera.status.state is State.LOST
+        for nonsense in (b"no picture", jpeg((0, 0, 0))[:-300], bytes(200_000)):
+            with pytest.raises(ValueError, match="no picture"):
+                camera.show(nonsense, 3.0)
+        assert (decoded(camera) == covered).all()
+        assert eventually(lambda: camera.status.source == "test" and decoded(camera).shape == (480, 640, 3))
+        assert eventually(lambda: camera.image.peek().stamp > 3.0)
+
+
 def test_a_still_picture_is_a_source(tmp_path, caplog: pytest.LogCaptureFixture) -> None:
     path = str(tmp_path / "still.png")
     cv2.imwrite(path, np.full((1000, 2000, 3), (0, 200, 0), np.uint8))

@@ -68,6 +68,13 @@ def key(graph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(graph.environment, KEY_VARIABLE, KEY)
 
 
+@pytest.fixture(autouse=True)
+def own_parameters(graph) -> None:
+    """The nodes of one test do not find those of another."""
+    for node in ("/com_cam", "/rob_cam"):
+        graph.forget_parameters(node)
+
+
 def test_com_cam_brings_the_pilot_to_the_tablet(
     graph, naoqi, tablet: Tablet, add_life: Callable, source: str, wait_until: Callable
 ) -> None:
@@ -99,6 +106,19 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
     assert "Traceback" not in node.output and node.output.endswith("Exit\n")
+
+
+def test_com_cam_names_who_looks_by_the_pilots_page_until_that_dies(graph, wait_until: Callable) -> None:
+    node = graph.run(program(graph, "com_cam.py"), "_source:=test", "_port:=0", "_show_on_tablet:=false")
+    url = node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+/)")[1]
+
+    def looking() -> list[str]:
+        return json.loads(get(url, f"/status?k={KEY}"))["looking"]
+
+    page = graph.run("rostopic", "pub", "/looking", "std_msgs/String", 'data: "anna\\nben\\e[31m"')
+    wait_until(lambda: looking() == ["anna", "ben\ufffd[31m"], "both are named, and no more than their names")
+    page.kill()
+    wait_until(lambda: looking() == [], "nobody says so any more")
 
 
 def test_only_the_tablet_has_the_key(graph, naoqi, tablet: Tablet, source: str, wait_until: Callable) -> None:

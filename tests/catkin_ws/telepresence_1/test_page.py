@@ -71,6 +71,7 @@ def test_status_tells_what_the_page_needs_to_know(open_page: Callable, jpeg: Cal
         "name": "Anna",
         "state": "lost",
         "text": "There is no camera at /dev/video0.",
+        "looking": [],
         "sequence": 1,
         "viewers": 0,
         "stalled": None,

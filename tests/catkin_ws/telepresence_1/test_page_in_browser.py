@@ -215,6 +215,28 @@ def test_the_page_says_when_the_camera_is_lost(
     assert "camera" in str(browser.evaluate("document.getElementById('words').textContent"))
 
 
+def test_the_page_names_who_looks_through_the_robot(
+    browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
+) -> None:
+    looking: list[str] = []
+    page = open_page(looking=lambda: looking)
+    page.image.put(jpeg(BLUE))
+    browser.open(page.server.url)
+
+    def shown() -> object:
+        return browser.evaluate("document.getElementById('looking').innerText")
+
+    for names, words in (
+        (["<b>anna"], "<b>anna is looking through my eyes"),
+        (["anna", "ben"], "anna and ben are looking through my eyes"),
+        (["anna", "ben", "eve", "ida", "will"], "anna, ben, eve and 2 others are looking through my eyes"),
+    ):
+        looking[:] = names
+        wait_until(lambda words=words: shown() == words, words)
+    looking.clear()
+    wait_until(lambda: browser.evaluate("document.getElementById('looking').offsetHeight") == 0, "nobody looks")
+
+
 def test_a_server_that_dies_is_missed_and_found_again(
     browser: Browser, open_page: Callable, jpeg: Callable, wait_until: Callable
 ) -> None:

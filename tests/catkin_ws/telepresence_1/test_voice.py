@@ -182,7 +182,7 @@ def test_another_program_speaks_to_the_pilot(rig: Rig) -> None:
             stranger.sendto(header + stereo[number * 352 : (number + 1) * 352].tobytes(), ("127.0.0.1", rig.rtp_port))
             if number % 40 == 0:  # in bursts, so that they are more than the robot's packets for a moment
                 time.sleep(0.3)
-    time.sleep(0.5)
+    time.sleep(0.5)  # in which none of it may be played
     assert _tone(rig.at_pilot.between(begin, time.monotonic()), 900.0) < 0.005
 
 

@@ -27,6 +27,7 @@ from telepresence_ros.node import Node
 
 from rto_node.link import REMINDER_PERIOD
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
+from telepresence.start_patience import StartPatience
 from telepresence.station import heartbeat
 from telepresence.video.copy_paste_signaling import CopyPasteSignaling
 from telepresence.video.images import fill_image_message
@@ -50,6 +51,7 @@ class CameraReceiver:
         self._state = rospy.Publisher("camera_state", String, queue_size=1, latch=True)
         self._age = rospy.Publisher("picture_age", Float32, queue_size=1) if self._measure else None
         self._reported, self._reported_due, self._reminder = "", 0.0, 0.0
+        self._patience = StartPatience()
         signaling = rospy.get_param("~signaling", SIGNALING[0])
         if signaling not in SIGNALING:
             raise SystemExit(f"{rospy.get_name()}: ~signaling is {signaling!r}; it can be {' or '.join(SIGNALING)}")
@@ -128,7 +130,11 @@ class CameraReceiver:
         if state == self._reported and now < self._reported_due:
             return
         lost = state.startswith("no picture")
-        if lost and (not self._reported.startswith("no picture") or now > self._reminder):
+        if state == "live":
+            self._patience.works()
+        elif state == "idle":  # the next connection begins anew
+            self._patience = StartPatience()
+        if lost and self._patience.over and (not self._reported.startswith("no picture") or now > self._reminder):
             self._reminder = now + REMINDER_PERIOD
             rospy.logerr(
                 "%s; trying again. Does `rto_bringup.onboard camera` run on the robot? Its own pictures are on %s",

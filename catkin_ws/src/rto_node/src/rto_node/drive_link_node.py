@@ -32,6 +32,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 from telepresence.drive.datagram import Report
 from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
+from telepresence.start_patience import StartPatience
 from telepresence.station import heartbeat, priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -62,6 +63,7 @@ class DriveLinkNode:
         CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
         subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM)
+        self._lost, self._patience = False, StartPatience()
         self._hold = ""
         self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
         subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM)
@@ -122,10 +124,14 @@ class DriveLinkNode:
         if state == self._state and now < self._state_due:
             return
         lost = state.startswith(f"{SafetyState.FAULT}: The drive server")
-        if lost and not self._state.startswith(f"{SafetyState.FAULT}: The drive server"):
+        if not lost:
+            self._patience.works()
+        if lost and not self._lost and self._patience.over:
             rospy.logerr("%s", state)
+            self._lost = True
         elif not lost and self._state.startswith(f"{SafetyState.FAULT}: The drive server"):
             rospy.loginfo("the drive server on the robot answers")
+            self._lost = False
         self._state, self._state_due = state, now + STATE_PERIOD
         self._states.publish(state)
 

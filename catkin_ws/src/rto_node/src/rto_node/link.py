@@ -15,6 +15,7 @@ import rospy
 
 from rto_node.client import RobotinoClient, RobotinoError, RobotinoUnreachable
 from telepresence.security.change_log import ChangeLog
+from telepresence.start_patience import StartPatience
 
 REMINDER_PERIOD = 30.0
 """Seconds after which a robot that still does not answer is named again."""
@@ -29,6 +30,7 @@ class Link:
         """Why the robot does not answer; empty while it does."""
         self._log = ChangeLog(self._answers)
         self._reminder = 0.0
+        self._patience = StartPatience()
 
     @property
     def _answers(self) -> str:
@@ -42,6 +44,8 @@ class Link:
         except RobotinoError as error:
             lost = isinstance(error, RobotinoUnreachable)
             self.problem = str(error)
+            if lost and not self._patience.over:
+                return False
             if now >= self._reminder:
                 self._log.repeat()
             if self._log.note(
@@ -49,6 +53,7 @@ class Link:
             ):
                 self._reminder = now + REMINDER_PERIOD
             return False
+        self._patience.works()
         self._log.note(now, self._answers, rospy.loginfo)
         self.problem = ""
         return True

@@ -17,6 +17,7 @@ import aiohttp
 
 from rto_node.signaling_client import Refused, SignalingClient
 from telepresence.audio.webrtc_sound import MicrophoneTrack, listen
+from telepresence.start_patience import StartPatience
 from telepresence.video.webrtc import peer_connection, release_early
 
 log = logging.getLogger(__name__)
@@ -37,7 +38,6 @@ class RobotSound:
         on_sound: Receives the sound of the robot's microphone: int16 stereo interleaved, 48 kHz.
     Attributes:
         problem: Why there is no conversation; "" while there is one.
-        open: Whether the pilot's voice may leave this machine.
     """
 
     def __init__(self, address: str, on_sound: Callable[[bytes], None]) -> None:
@@ -49,8 +49,8 @@ class RobotSound:
         self.url = f"http://{named}:{parts.port or DEFAULT_PORT}/sound"
         self._signaling = SignalingClient(self.url, "sound server", ANSWER_TIMEOUT)
         self.problem = "not connected yet"
+        self._warned, self._patience = "", StartPatience()
         self.frames = self.connections = 0
-        self._open = True
         self._on_sound = on_sound
         self._track: MicrophoneTrack | None = None
         self._last = 0.0
@@ -66,16 +66,6 @@ class RobotSound:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(lambda: self._work.cancel() if self._work else None)
             self._thread.join(timeout=4.0)
-
-    @property
-    def open(self) -> bool:
-        return self._open
-
-    @open.setter
-    def open(self, opened: bool) -> None:
-        self._open = opened
-        if self._track is not None:
-            self._track.open = opened
 
     def put(self, frames: bytes) -> None:
         """The pilot's voice: int16 stereo interleaved, 48 kHz; from one thread."""
@@ -109,7 +99,6 @@ class RobotSound:
         """One connection, until it is lost: raises ValueError with the reason."""
         peer, location, hearing = peer_connection(), None, None
         track = MicrophoneTrack()
-        track.open = self._open
         try:
             peer.addTrack(track)
             location = await self._signaling.exchange(session, peer)
@@ -117,7 +106,7 @@ class RobotSound:
             self.connections += 1
             hearing = asyncio.ensure_future(listen(peer.getTransceivers()[0].receiver.track, self._take))
             log.info("sound both ways with %s", self.url)
-            self.problem = ""
+            self.problem = self._warned = ""
             while True:
                 await asyncio.sleep(0.2)
                 if peer.connectionState in ("closed", "failed") or hearing.done():
@@ -135,9 +124,11 @@ class RobotSound:
     def _take(self, frames: bytes) -> None:
         self._last = time.monotonic()
         self.frames += 1
+        self._patience.works()
         self._on_sound(frames)
 
     def _say(self, problem: str) -> None:
-        if problem != self.problem:
-            log.warning("%s", problem)
         self.problem = problem
+        if problem != self._warned and self._patience.over:
+            log.warning("%s", problem)
+            self._warned = problem

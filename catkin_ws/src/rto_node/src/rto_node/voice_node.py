@@ -20,6 +20,7 @@ from rto_node.robot_sound import RobotSound
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
+from telepresence.audio.voice_input import VoiceInput
 from telepresence.audio.webrtc_sound import RATE
 
 
@@ -38,7 +39,8 @@ class Voice:
         self._echo: EchoCancellation | None = None
         if rospy.get_param("~echo_cancellation", False):
             microphone, speaker, self._echo = without_echo(microphone, speaker, "robotino")
-        self._microphone = Microphone(microphone, lambda: RATE, self._robot.put, self._levels[0].put)
+        self._input = VoiceInput(lambda: RATE, self._robot.put, self._levels[0].put)
+        self._microphone = Microphone(microphone, lambda: RATE, self._input.put, self._levels[0].put)
         patience = float(rospy.get_param("~patience", 0.0))
         self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
         self._topics = VoiceTopics(
@@ -63,6 +65,7 @@ class Voice:
 
     def _received(self, frames: bytes) -> None:
         self._loudspeaker.push(frames)
+        self._topics.pass_on(frames, RATE, 2)
 
     # --- for the topics -----------------------------------------------------------------------------------------------
 
@@ -72,6 +75,8 @@ class Voice:
     def describe(self) -> tuple[str, str]:
         problem = self._robot.problem
         robot = self._loudspeaker.pipeline.problem or problem or ("muted" if self._loudspeaker.muted else "live")
+        if self._input.elsewhere:
+            return problem or "elsewhere", robot
         return self._microphone.pipeline.problem or problem or "live", robot
 
     def figures(self) -> dict[str, object]:
@@ -81,10 +86,16 @@ class Voice:
         return self._microphone.device, self._loudspeaker.device
 
     def open_microphone(self, opened: bool) -> None:
-        self._robot.open = opened
+        self._input.open = opened
 
     def mute_speaker(self, muted: bool) -> None:
         self._loudspeaker.muted = muted
+
+    def speak(self, frames: bytes, rate: int, channels: int) -> None:
+        self._input.put_from_elsewhere(frames, rate, channels)
+
+    def listen(self, wanted: bool) -> None:
+        """The robot's microphone is sent anyway."""
 
     def choose_microphone(self, device: str) -> None:
         self._microphone.choose(device)

@@ -2,7 +2,7 @@
 
 One thread opens the source, reads, and encodes once, unless the camera has encoded its pictures itself. When the source
 is missing or lost, the stream goes on with a picture that says so in words, and the source is tried again until it is
-back.
+back. While pictures come from elsewhere, they are shown in place of the source's.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from telepresence.video.images import LatestImage
 from telepresence.video.jpeg import decode_jpeg
 from telepresence_1.camera_sources import Source, SourceError, open_source
-from telepresence_1.jpeg import Jpeg
+from telepresence_1.jpeg import Jpeg, completed
 from telepresence_1.placeholder_images import draw_notice
 
 log = logging.getLogger(__name__)
@@ -33,6 +33,8 @@ NOTICE_PERIOD = 0.5
 LARGEST_PASSED = 100_000
 """A picture that the camera has encoded itself goes to the viewers as it is unless it has more bytes than this: at 30
 pictures/s that is 24 Mbit/s a viewer, more than Wi-Fi of the tablet's time carries."""
+ELSEWHERE_LIFE = 2.0
+"""[s] after the last picture from elsewhere until the source's own are shown again."""
 
 
 class State(enum.Enum):
@@ -79,10 +81,12 @@ class Camera:
         if not (16 <= width <= 8192 and 16 <= height <= 8192 and 0.1 <= rate <= 240 and 1 <= quality <= 100):
             raise ValueError(f"a camera of {width}x{height} at {rate} pictures/s, quality {quality}, is out of range")
         self.image = LatestImage()
-        self.status = CameraStatus(State.OPENING, f"Opening {source}", source)
+        self._status = CameraStatus(State.OPENING, f"Opening {source}", source)
         self._size = (width, height)
         self._rate = rate
         self._quality = quality
+        self._elsewhere_until = 0.0
+        self._elsewhere = CameraStatus(State.OPENING, "", "elsewhere")
         self._on_change = on_change or (lambda _status: None)
         self._losses = 0
         self._stop = threading.Event()
@@ -98,6 +102,36 @@ class Camera:
         if self._thread.ident is not None:
             self._thread.join(timeout=0.8)
 
+    @property
+    def status(self) -> CameraStatus:
+        """What the pictures show and why, now."""
+        return self._elsewhere if self._shows_elsewhere() else self._status
+
+    def show(self, data: bytes, stamp: float) -> None:
+        """Show a picture from elsewhere, from any one thread, for at most `ELSEWHERE_LIFE`.
+
+        Args:
+            data: A JPEG file; empty where the camera there is covered for the moment.
+            stamp: When it was taken [s since 1970].
+        Raises:
+            ValueError: It is no picture that is shown.
+        """
+        whole = completed(data) if data else None
+        if data and (whole is None or len(data) > LARGEST_PASSED):
+            raise ValueError(f"{len(data)} bytes are no picture of at most {LARGEST_PASSED}")
+        if whole is None:
+            text = "The camera is covered."
+            self._elsewhere = CameraStatus(State.LOST, text, "elsewhere")
+            self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
+            self.image.put(self._encode(draw_notice(*self._size, "Camera paused", text, stamp)), stamp)
+        else:
+            self._elsewhere = CameraStatus(State.LIVE, "Live", "elsewhere", 0.0, whole.width, whole.height)
+            self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
+            self.image.put(whole.data, stamp)
+
+    def _shows_elsewhere(self) -> bool:
+        return time.monotonic() < self._elsewhere_until
+
     def __enter__(self) -> Camera:
         return self.start()
 
@@ -106,7 +140,7 @@ class Camera:
 
     def _run(self) -> None:
         pause = FIRST_PAUSE
-        self._put_notice("One moment", self.status.text, missing=False)
+        self._put_notice("One moment", self._status.text, missing=False)
         while not self._stop.is_set():
             try:
                 self._read_until_lost()
@@ -117,7 +151,7 @@ class Camera:
                 title, text = "Camera failed", "The program's log says why."
             else:
                 return
-            if self.status.state is State.LIVE:
+            if self._status.state is State.LIVE:
                 pause = FIRST_PAUSE
                 self._losses += 1
             self._change(State.LOST, text)
@@ -126,7 +160,7 @@ class Camera:
 
     def _read_until_lost(self) -> None:
         """Returns when the camera is closed. Raises SourceError."""
-        source = open_source(self.status.source, *self._size, self._rate)
+        source = open_source(self._status.source, *self._size, self._rate)
         try:
             self._publish(source)
         finally:
@@ -138,13 +172,13 @@ class Camera:
             picture = source.read()
             stamp = time.time()
             width, height = self._publish_one(picture, stamp)
-            if self.status.state is not State.LIVE:
+            if self._status.state is not State.LIVE:
                 self._change(State.LIVE, "Live", 0.0, width, height)
             count += 1
             elapsed = time.monotonic() - since
             if elapsed >= 1.0:
-                source_name = self.status.source
-                self.status = CameraStatus(
+                source_name = self._status.source
+                self._status = CameraStatus(
                     State.LIVE, "Live", source_name, count / elapsed, width, height, self._losses
                 )
                 count, since = 0, time.monotonic()
@@ -154,7 +188,8 @@ class Camera:
         if isinstance(picture, Jpeg):
             fits = picture.width <= self._size[0] and picture.height <= self._size[1]
             if fits and len(picture.data) <= LARGEST_PASSED:
-                self.image.put(picture.data, stamp)
+                if not self._shows_elsewhere():
+                    self.image.put(picture.data, stamp)
                 return picture.width, picture.height
             try:
                 pixels = decode_jpeg(picture.data)
@@ -179,20 +214,24 @@ class Camera:
         self._put(draw_notice(*self._size, title, text, now, missing), now)
 
     def _put(self, picture: np.ndarray, stamp: float) -> None:
+        if not self._shows_elsewhere():
+            self.image.put(self._encode(picture), stamp)
+
+    def _encode(self, picture: np.ndarray) -> bytes:
         encoded, data = cv2.imencode(".jpg", picture, (cv2.IMWRITE_JPEG_QUALITY, self._quality))
         if not encoded:
             raise SourceError("Bad picture", f"OpenCV cannot encode {picture.shape} {picture.dtype} as JPEG.")
-        self.image.put(data.tobytes(), stamp)
+        return data.tobytes()
 
     def _change(self, state: State, text: str, rate: float = 0.0, width: int = 0, height: int = 0) -> None:
-        before = self.status
-        self.status = CameraStatus(state, text, before.source, rate, width, height, self._losses)
+        before = self._status
+        self._status = CameraStatus(state, text, before.source, rate, width, height, self._losses)
         if state is State.LIVE:
             log.info("camera %s is live, %dx%d", before.source, width, height)
         elif text != before.text:
             log.warning("camera %s: %s", before.source, text)
         if state is not before.state:
-            self._on_change(self.status)
+            self._on_change(self._status)
 
 
 def _fit(picture: np.ndarray, width: int, height: int) -> np.ndarray:

@@ -1,6 +1,10 @@
 """ROS node com_cam: the pilot's camera, the page with its picture, and the robot's tablet, on which it is kept.
 
+Subscribes: looking (std_msgs/String): who looks through the robot by the pilot's page, a name each line; the tablet
+           names them.
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
+Subscribes: ~face (sensor_msgs/CompressedImage, jpeg): somebody elsewhere is the pilot; shown in place of the camera
+           while it comes. Empty data: that camera is covered.
 Services:  ~show_on_tablet (std_srvs/SetBool): show the page from now on, or take it away; answers at once
            with how things stand.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
@@ -35,11 +39,14 @@ import urllib.parse
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from naoqi_driver.connection import Address, Connection
+from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 
+from telepresence.security.outside_text import clean
 from telepresence.video.mjpeg import MjpegStream
-from telepresence.web.page_auth import page_key
+from telepresence.web.page_auth import page_key, was_announced
 from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, choose_address
@@ -52,6 +59,8 @@ VISIT_PATIENCE = 10.0
 """Seconds after which a tablet that should show the page and has not asked for the picture is a problem."""
 STATUS_PERIOD = 1.0
 """Seconds between two reports."""
+LONGEST_NAME, MOST_NAMES = 64, 16
+"""Of those whom the tablet names."""
 SHUTDOWN_TIMEOUT = 6.0
 """Seconds allowed for `ComCam.close`, twice what it takes."""
 
@@ -85,7 +94,8 @@ class ComCam:
             token = page_key(KEY_VARIABLE)
         key = None if token in ("none", "") else token
         self.stream = MjpegStream(self.camera.image, max_viewers=int(rospy.get_param("~max_viewers", 64)))
-        app = create_app(self.stream, name=name, describe=self._describe, token=key)
+        self._looking: tuple[str, ...] = ()
+        app = create_app(self.stream, name=name, describe=self._describe, looking=self._who_looks, token=key)
         self.server = WebServer(app, address, int(rospy.get_param("~port", 10002)))
         page_url = str(rospy.get_param("~page_url", ""))
         if not page_url and self.server.address in ("0.0.0.0", "::"):  # no address that anybody could ask for
@@ -103,6 +113,7 @@ class ComCam:
             activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
         )
         self._linked = False
+        self._pilot_page = rospy.Subscriber("looking", String, self._on_looking, queue_size=1)
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self._visited = time.monotonic()  # when the tablet had last no reason to ask for the picture, or asked
@@ -125,13 +136,14 @@ class ComCam:
         self.camera.start()
         self.server.start()
         rospy.loginfo("the page is at %s", public(self.page_url))
-        if public(self.page_url) != self.page_url:
-            # To the terminal only: everybody on the ROS network can read /rosout.
-            print(f"with its key, for another browser: {self.page_url}", flush=True)
+        if public(self.page_url) != self.page_url and not was_announced(self.page_url):
+            # To the terminal only: everybody on the ROS network can read /rosout, and standard output may be a file.
+            print(f"with its key, for another browser: {self.page_url}", file=sys.stderr, flush=True)
         if self.link.wanted:
             self._start_link()
         self._record()
         rospy.Service("~show_on_tablet", SetBool, self._switch)
+        rospy.Subscriber("~face", CompressedImage, self._on_face, queue_size=1, buff_size=2**20, tcp_nodelay=True)
 
     def close(self) -> None:
         """End everything within three seconds, whatever the robot and the camera do."""
@@ -172,6 +184,14 @@ class ComCam:
         status = self.camera.status
         return status.state.value, status.text
 
+    def _who_looks(self) -> tuple[str, ...]:
+        # A page that has died says nothing more.
+        return self._looking if self._pilot_page.get_num_connections() else ()
+
+    def _on_looking(self, message: String) -> None:
+        names = (clean(line)[:LONGEST_NAME] for line in message.data.split("\n"))
+        self._looking = tuple(filter(None, names))[:MOST_NAMES]
+
     def _describe_tablet(self) -> str:
         link, now = self.link, time.monotonic()
         if link.shown_since is None:
@@ -202,6 +222,12 @@ class ComCam:
             PageRecord(self.page_url, self.link.wanted, os.getpid()).write(self.connection.address)
         except OSError as error:
             rospy.logwarn("main.py will not find this page: %s", error)
+
+    def _on_face(self, message: CompressedImage) -> None:
+        try:
+            self.camera.show(message.data, message.header.stamp.to_sec())
+        except ValueError as error:
+            rospy.logwarn_throttle(10.0, "~face: %s", error)
 
     def _switch(self, request: SetBoolRequest) -> SetBoolResponse:
         self.link.show(request.data)

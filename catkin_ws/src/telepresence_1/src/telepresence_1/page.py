@@ -5,8 +5,8 @@
                              ?v=NAME gives the stream a name for /status
     GET /frame.jpg?after=N   the newest picture as soon as its number is not N, or after a second the same again;
                              its number is in the header X-Sequence
-    GET /status              JSON: name, state, text, sequence, age [s], viewers, run; with ?v=NAME also stalled [s],
-                             null when there is no such stream
+    GET /status              JSON: name, state, text, looking, sequence, age [s], viewers, run; with ?v=NAME also
+                             stalled [s], null when there is no such stream
 
 Every address takes ?k=KEY as well; what else keeps others out is in `telepresence.web.page_auth`.
 """
@@ -14,7 +14,7 @@ Every address takes ?k=KEY as well; what else keeps others out is in `telepresen
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from flask import Flask, Response, jsonify, render_template, request
 
@@ -37,6 +37,7 @@ def create_app(
     *,
     name: str,
     describe: Callable[[], tuple[str, str]],
+    looking: Callable[[], Sequence[str]] = tuple,
     token: str | None = None,
     hosts: Iterable[str] = (),
 ) -> Application:
@@ -45,6 +46,7 @@ def create_app(
     Args:
         name: Whom the pictures show.
         describe: The state of their source ("live", "opening", "lost") and the same for people.
+        looking: Who looks through the robot besides: by the pilot's page.
         token: Who has it may see them; None for everybody.
         hosts: Further names under which clients reach this machine.
     """
@@ -84,6 +86,7 @@ def create_app(
             "name": name,
             "state": state,
             "text": text,
+            "looking": list(looking()),
             "sequence": picture.sequence if picture else 0,
             "age": round(stream.image.age(), 3) if picture else None,
             "viewers": stream.viewers,

@@ -31,7 +31,7 @@ def draw_test_card(width: int, height: int, now: float) -> np.ndarray:
     Returns:
         (height, width, 3) uint8 BGR.
     """
-    card = _test_card_ground(width, height).copy()
+    card = _test_card_of_a_second(width, height, time.strftime("%H:%M:%S", time.localtime(now))).copy()
     unit = height / 480
     centre, radius = (width / 2, height / 2), 128 * unit
     angle = (now % 60.0) / 60.0 * 2 * math.pi
@@ -39,14 +39,21 @@ def draw_test_card(width: int, height: int, now: float) -> np.ndarray:
     sweep = (now % 60.0) * 6.0
     _arc(card, centre, radius, sweep, _AMBER, round(5 * unit))
     cv2.circle(card, _fixed(tip), round(9 * unit * 2**_SHIFT), _PAPER, -1, cv2.LINE_AA, _SHIFT)
-    clock = time.strftime("%H:%M:%S", time.localtime(now))
-    _write_clock(card, clock, centre[0], centre[1] - 34 * unit, 27 * unit)
-    write(card, "test picture", round(centre[0]), round(centre[1] + 22 * unit), 15 * unit, _MUTED, align=0.5)
     tenth = int(now * 10) % 10
     for index in range(10):
         lit = _AMBER if index <= tenth else (92, 76, 62)
         place = (centre[0] + (index - 4.5) * 14 * unit, centre[1] + 62 * unit)
         cv2.circle(card, _fixed(place), round(3.5 * unit * 2**_SHIFT), lit, -1, cv2.LINE_AA, _SHIFT)
+    return card
+
+
+@functools.lru_cache(maxsize=1)
+def _test_card_of_a_second(width: int, height: int, clock: str) -> np.ndarray:
+    """With all that is written on it: the letters are most of the work."""
+    card = _test_card_ground(width, height).copy()
+    unit = height / 480
+    _write_clock(card, clock, width / 2, height / 2 - 34 * unit, 27 * unit)
+    write(card, "test picture", round(width / 2), round(height / 2 + 22 * unit), 15 * unit, _MUTED, align=0.5)
     return card
 
 

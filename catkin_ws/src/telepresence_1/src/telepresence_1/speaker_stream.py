@@ -47,7 +47,7 @@ _DEVICE = "ALAudioDevice"
 
 
 class SpeakerStream:
-    """Sends what it is given while `open`; from `start` to `close`.
+    """Sends what it is given, from `start` to `close`.
 
     Args:
         rate: What the robot shall play [Hz]; 0 takes what it plays now, which is safest: older robots ignore a change.
@@ -68,8 +68,6 @@ class SpeakerStream:
         """Samples per second that `put` expects; the robot has the last word."""
         self.on_rate: Callable[[], None] = lambda: None
         """Called when `rate` has changed."""
-        self.open = True
-        """Whether the pilot's voice may leave this machine."""
         self.problem: str | None = None
         """Why the robot plays nothing; None when nothing is wrong."""
         self.pieces = 0
@@ -183,12 +181,9 @@ class SpeakerStream:
             return  # of the rate before
         if level(piece) > QUIET:
             self._loud_until = now + HANGOVER
-        if not self.open or now > self._loud_until or not self._connection.connected:
+        if now > self._loud_until or not self._connection.connected:
             self._talking = False
-            if self.open:
-                self._before.append(piece)
-            else:
-                self._before.clear()
+            self._before.append(piece)
             return
         if self._still_stalled(now):
             self._before.append(piece)
@@ -198,11 +193,16 @@ class SpeakerStream:
         if self._talking:
             self._send(piece, now)
             return
+        recent = [*self._before, piece]
         if self._stalled:
             self._flush()
+            now = self._clock()
+            with self._arrived:  # of what came meanwhile a cushion too: more would stay a delay
+                recent = [*recent, *self._queue][-1 - (self._before.maxlen or 0) :]
+                self._queue.clear()
         self._talking, self._since, self._sent = True, now, 0.0
         # In one call: a robot may serve calls that wait side by side in any order.
-        self._send(b"".join((*self._before, piece)), now)
+        self._send(b"".join(recent), now)
         self._before.clear()
 
     def _still_stalled(self, now: float) -> bool:
@@ -227,7 +227,15 @@ class SpeakerStream:
         self._talking, self._stalled = False, True
 
     def _flush(self) -> None:
-        self._connection.call_async(_DEVICE, "flushAudioOutputs")
+        """Empty the robot's queue, before the next word is under way: served side by side it could be dropped, too.
+
+        Raises:
+            RobotUnreachable: No answer.
+        """
+        try:
+            self._connection.call(_DEVICE, "flushAudioOutputs")
+        except CallRefused as error:
+            log.debug("the loudspeaker is not emptied: %s", error)
         self.flushes += 1
         self._stalled = False
 

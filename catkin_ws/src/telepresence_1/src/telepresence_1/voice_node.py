@@ -21,12 +21,14 @@ Parameters:
 
 from __future__ import annotations
 
+import numpy as np
 import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
+from telepresence.audio.voice_input import VoiceInput
 from telepresence_1.microphone_stream import MicrophoneStream
 from telepresence_1.network import NoRoute, is_loopback
 from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
@@ -57,18 +59,20 @@ class Voice:
         self._levels = (Level(), Level())
         connection = self._node.connection
         self._speaker_stream = SpeakerStream(connection, int(rospy.get_param("~robot_rate", 0)), patience)
+        self._input = VoiceInput(lambda: self._speaker_stream.rate, self._speaker_stream.put, self._levels[0].put)
         self._microphone = Microphone(
-            microphone, lambda: self._speaker_stream.rate, self._speaker_stream.put, self._levels[0].put
+            microphone, lambda: self._speaker_stream.rate, self._input.put, self._levels[0].put
         )
         self._speaker_stream.on_rate = self._microphone.pipeline.reopen
         self._microphone_stream = MicrophoneStream(
             connection,
-            lambda block, _rate, arrival: self._sender.push(block, arrival),
+            self._received,
             str(rospy.get_param("~robot_microphones", "stereo")),
         )
         channels = (self._microphone_stream.rate, self._microphone_stream.channels)
         self._sender = RtpSender(*channels, host, port, codec, self._levels[1].put, patience)
         self._player: RtpPlayer | None = None
+        self._playable, self._listeners = not is_loopback(host), False
         if is_loopback(host):
             self._microphone_stream.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.01))
@@ -101,7 +105,12 @@ class Voice:
                     part.close()
 
     def _speaker_changed(self, problem: str | None) -> None:
-        self._microphone_stream.wanted = problem is None
+        self._playable = problem is None
+        self._microphone_stream.wanted = self._playable or self._listeners
+
+    def _received(self, block: np.ndarray, rate: int, arrival: float) -> None:
+        self._sender.push(block, arrival)
+        self._topics.pass_on(block.astype("<i2").tobytes(), rate, block.shape[1])
 
     # --- for the topics -----------------------------------------------------------------------------------------------
 
@@ -109,7 +118,7 @@ class Voice:
         return self._levels[0].now, self._levels[1].now
 
     def describe(self) -> tuple[str, str]:
-        pilot = self._microphone.pipeline.problem
+        pilot = None if self._input.elsewhere else self._microphone.pipeline.problem
         if not pilot and not self._node.connection.connected:
             pilot = "the robot is not connected"
         if not pilot and self._speaker_stream.problem:
@@ -118,7 +127,7 @@ class Voice:
         robot = robot or self._sender.pipeline.problem or self._microphone_stream.problem
         if not robot and self._player and self._player.muted:
             robot = "muted"
-        return pilot or "live", robot or "live"
+        return pilot or ("elsewhere" if self._input.elsewhere else "live"), robot or "live"
 
     def figures(self) -> dict[str, object]:
         played, lost = self._player.packets() if self._player else (0, 0)
@@ -135,11 +144,18 @@ class Voice:
         return self._microphone.device, self._player.device if self._player else "none"
 
     def open_microphone(self, opened: bool) -> None:
-        self._speaker_stream.open = opened
+        self._input.open = opened
 
     def mute_speaker(self, muted: bool) -> None:
         if self._player is not None:
             self._player.muted = muted
+
+    def speak(self, frames: bytes, rate: int, channels: int) -> None:
+        self._input.put_from_elsewhere(frames, rate, channels)
+
+    def listen(self, wanted: bool) -> None:
+        self._listeners = wanted
+        self._microphone_stream.wanted = self._playable or wanted
 
     def choose_microphone(self, device: str) -> None:
         self._microphone.choose(device)
