@@ -1,0 +1,186 @@
+// @ts-check
+/** What the parts of the page share: link, hands, the newest state, reasons not to drive. Each part is a module with
+ * start(page), which makes its own elements, listens to what it needs, and sends by `page.ask` and `page.held`. */
+
+import { DelayLimit } from "./delay.js";
+import { Held } from "./held.js";
+import { text } from "./language.js";
+import { section } from "./layout.js";
+import { Link, post } from "./link.js";
+
+const TICK = 50; // ms: 20 commands a second while something is held
+const LIFE = 250; // ms between two signs of life
+const STALLED = 500; // ms between two ticks after which the page was asleep: what was held then is held no more
+const ZEROS = 3; // a lost zero would cost 0.3 s of driving
+
+/** @param {string} id @returns {any} */
+export const part = (id) => document.getElementById(id);
+
+export class Page extends EventTarget {
+  // Events:
+  //   "entered"  somebody has signed in: page.me is set          "left"    nobody is signed in any more
+  //   "robot"    another robot is looked at: page.robot          "state"   page.state is new, ten times a second
+  //   "tick"     twenty times a second while signed in           "letgo"   whatever is held must be let go, at once
+  //   "said"     {detail: text} the station has refused something or has something to say
+  constructor() {
+    super();
+    this.held = new Held();
+    /** @type {any} what the station says of the robot: see docs/page.md */
+    this.state = null;
+    /** @type {{name: string, role: string, robots: string[]} | null} */
+    this.me = null;
+    this.robot = "";
+    /** @type {Map<string, () => string>} reasons why nobody should drive by this page now, as functions; "" for none */
+    this.reasons = new Map();
+    /** @type {Map<string, () => string>} the same for what passes by itself: what is held drives on afterwards */
+    this.pauses = new Map();
+    this.delay = new DelayLimit();
+    /** @type {Gamepad | null} the one in use */
+    this.pad = null;
+    /** Who has the pointer that is down on the picture: it shows where to drive, or turns the head. @type {"" | "floor" | "look"} */
+    this.pictureHand = "";
+    /** @type {import("./floor.js").Point | null} where on the floor somebody holds */
+    this.floorPoint = null;
+    /** When the picture on the screen was taken, by the station's clock [s since 1970]. @type {() => number | null} */
+    this.pictureStamp = () => null;
+    /** How old the picture on the screen was when it was shown [s], or null. @type {() => number | null} */
+    this.pictureAge = () => null;
+    this.zeros = 0;
+    this.sentAt = this.tickedAt = -Infinity;
+    this.ticks = 0;
+    this.link = new Link(part("picture"), {
+      onState: (state) => { this.state = { ...seldom(this.state), ...state }; this.emit("state"); },
+      onSaid: (text) => this.emit("said", text),
+      onSignedOut: () => this.leave(),
+      onSent: (number) => this.delay.sent(number, performance.now()),
+      onEcho: (number) => this.delay.answered(number, performance.now()),
+    });
+  }
+
+  /** @param {string} name @param {any} [detail] */
+  emit(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  /** @param {string} name @param {(event: CustomEvent) => void} listener */
+  on(name, listener) {
+    this.addEventListener(name, /** @type {EventListener} */ (listener));
+  }
+
+  /** Why nobody should drive by this page now; "" if nothing is wrong. */
+  obstacle() {
+    return first(this.reasons) || first(this.pauses);
+  }
+
+  /** Why nothing would drive that were pressed now; "" if something would. */
+  refusal() {
+    return this.obstacle() || (this.state ? this.state.obstacle : "");
+  }
+
+  /** Whether anything is held. */
+  get holds() {
+    return Boolean(this.held.velocity() || this.floorPoint);
+  }
+
+  /** @param {string} name @param {string} title @returns {HTMLElement} a section of the sheet, to fill */
+  section(name, title) {
+    return section(name, title);
+  }
+
+  /**
+   * Ask the station for something; what it refuses is said.
+   * @param {string} action a row of REQUESTS in commands.py @param {any} [value] @returns {Promise<boolean>} whether it is done
+   */
+  async ask(action, value = null) {
+    if (action === "stop") this.letGo();
+    const problem = await this.link.ask(action, value);
+    if (problem) this.emit("said", problem);
+    return !problem;
+  }
+
+  /** Hold nothing any more, and say so to the robot. */
+  letGo() {
+    this.held.letGo();
+    this.emit("letgo");
+    this.send();
+  }
+
+  /** Somebody has signed in. @param {{name: string, role: string, robots: string[]}} me */
+  enter(me) {
+    this.me = me;
+    clearInterval(this.ticks);
+    this.tickedAt = performance.now();
+    this.ticks = setInterval(() => this.tick(), TICK);
+    this.emit("entered");
+    this.look(me.robots.includes(this.robot) ? this.robot : me.robots[0]);
+  }
+
+  /** Nobody is signed in any more. */
+  leave() {
+    clearInterval(this.ticks);
+    this.held.letGo();
+    this.link.hangUp();
+    this.me = null;
+    this.emit("left");
+  }
+
+  /** Look at another robot. @param {string} robot */
+  look(robot) {
+    this.letGo();
+    this.robot = this.link.robot = robot;
+    this.state = null;
+    this.link.redial();
+    this.emit("robot");
+  }
+
+  tick() {
+    this.link.keep();
+    const now = performance.now();
+    const slept = now - this.tickedAt > STALLED;
+    this.tickedAt = now;
+    const reason = slept ? text("driving.slept") : first(this.reasons) || (this.state ? this.state.obstacle : "");
+    const held = this.holds;
+    if (slept || (reason && held)) this.letGo();
+    if (reason && held) this.emit("said", reason);
+    this.emit("tick");
+    this.send();
+  }
+
+  /** Send what is held, three zeros after it, or a sign of life. */
+  send() {
+    const now = performance.now();
+    const hold = this.obstacle();
+    const share = this.delay.share(now);
+    const velocity = hold ? null : this.held.velocity();
+    if (this.floorPoint) {
+      this.link.point(this.floorPoint, this.held.speed * share, hold);
+      this.zeros = ZEROS;
+      this.sentAt = now;
+    } else if (velocity || this.zeros > 0 || now - this.sentAt > LIFE) {
+      if (velocity) this.zeros = ZEROS;
+      this.link.drive(velocity?.map((part) => part * share) ?? (this.zeros > 0 ? [0, 0, 0] : null), hold);
+      if (!velocity && this.zeros > 0) this.zeros -= 1;
+      this.sentAt = now;
+    }
+  }
+
+  /** Sign out. */
+  async signOut() {
+    await post("leave");
+    this.leave();
+  }
+}
+
+/** What the station leaves out while it is the same: SELDOM in browser_messages.py. @param {any} state */
+function seldom(state) {
+  return { people: state?.people, ring: state?.ring };
+}
+
+/** @param {Map<string, () => string>} reasons @returns {string} the first that holds, or "" */
+function first(reasons) {
+  for (const reason of reasons.values()) {
+    const words = reason();
+    if (words) return words;
+  }
+  return "";
+}
