@@ -1,11 +1,15 @@
 """The pilot's page as an aiohttp application.
 
     GET /               the page; GET /static/NAME: its parts
-    POST /enter         {"name": ..., "password": ...}     200 and a cookie; 403 with a sentence
-    POST /leave         ends the sign-in
-    GET /me             who has signed in, and which robot this is; 401 for nobody
-    POST /offer         {"sdp": ...}                       {"sdp": ...}: WebRTC's answer
-    POST /stop          the red stop, when no channel is open
+    POST /enter, ...    coming in: see `entering`
+    GET /servers        {"servers"}: JavaScript's iceServers, for the first offer
+    POST /offer         {"robot", "page", "attempt", "sdp"}    {"sdp", "servers"}: WebRTC's answer; for the next offer
+    GET /ws?robot&page&attempt                                     a websocket without WebRTC: see `browser_socket.py`
+    POST /stop          {"robot", "page"}                  the red stop, when no channel is open
+
+`page` names one loading of the page: 16 hexadecimal digits that it has thrown. Two tabs share a cookie, and a page that
+is loaded anew counts from one again; each is a window of drive_lease of its own. `attempt` counts up, as one that a cut
+has held up must not end the connection of a later one.
 
 Every request names this machine, comes from our own page or from no page at all, and is small; but for the page itself
 and `enter` it shows the cookie of a sign-in.
@@ -14,24 +18,31 @@ and `enter` it shows the cookie of a sign-in.
 from __future__ import annotations
 
 import asyncio
-import itertools
 import logging
+import re
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection, Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from aiohttp import web
 
+from telepresence.page.attempts import Attempts
+from telepresence.page.audit import Audit
+from telepresence.page.browser_conversation import RobotConversation
 from telepresence.page.browser_link import BrowserLink
+from telepresence.page.browser_messages import StationEnd
+from telepresence.page.browser_socket import BrowserSocket
 from telepresence.page.browser_window import BrowserWindow
-from telepresence.page.commands import AskMessage
-from telepresence.page.shared_video import SharedVideo
-from telepresence.page.sign_ins import COOKIE, LIFE, SignIn, SignIns
-from telepresence.teleop.lease_client import LeaseLink
-from telepresence.teleop.lease_messages import Account
+from telepresence.page.entering import Entering, read_fields, refuse
+from telepresence.page.people import PeopleReport, people_of
+from telepresence.page.pictures import Pictures
+from telepresence.page.relays import Relays
+from telepresence.page.sign_ins import SignIn, SignIns
+from telepresence.page.station import Station, Stations
+from telepresence.teleop.accounts import is_guest_name
 from telepresence.teleop.lease_topics import LeaseState
-from telepresence.video.images import LatestImage
 from telepresence.web.origin import foreign, own_names
 
 log = logging.getLogger(__name__)
@@ -40,12 +51,16 @@ STATIC = Path(__file__).parent / "static"
 MOST_BODY = 64 * 1024
 """Bytes of a request."""
 CHECK_PERIOD = 0.05
-MOST_AT_ONCE = 2
-"""Passwords that are checked at the same time: each takes 0.1 s of a core and some memory."""
-MOST_WAITING = 16
-"""Further ones that wait for that."""
 BROWSER_KEPT = 10.0
-"""[s] for which a browser without a connection stays a window of drive_lease: it may dial again."""
+"""[s] for which a page without a connection stays a window of drive_lease: it may dial again."""
+MOST_TABS = 4
+"""Pages of one sign-in: the one that was heard last longest ago ends."""
+_TAB = re.compile("[0-9a-f]{16}")
+_MOST_DIGITS = 15
+DIALS = (40, 10.0)
+"""Connections of one sign-in in so many seconds, of all its pages. Each costs keys and sockets."""
+NEW_TABS = (20, 10.0)
+"""Pages that one sign-in opens in so many seconds. Each is a window of drive_lease, which proves itself."""
 MOST_LINKS = 16
 """Browsers that are connected at the same time."""
 _HEADERS = {
@@ -62,25 +77,60 @@ _HEADERS = {
 }
 
 
-class Station(Protocol):
-    """What the page needs of the robot's station."""
+@dataclass(eq=False)
+class Tab:
+    """One page of a browser.
 
-    robot: str
-    """What the robot is called."""
-    picture: LatestImage
-    """Its newest picture, as `telepresence.video.webrtc.planes_of` makes them."""
+    Attributes:
+        name: Names it, as a node does a window: for others to see, and no secret.
+        used: When it was last connected [monotonic s].
+        refused: How many of its messages were, as far as that is in the audit.
+        attempt: Number of its newest offer, or websocket.
+    """
 
-    def watch(self, wanted: bool) -> None:
-        """Take pictures, or take none: nobody looks."""
+    sign_in: SignIn
+    number: str
+    used: float
+    refused: int = 0
+    attempt: float = 0.0
 
-    def admit(self, name: str, password: str) -> Account:
-        """Return the account; runs on a thread. Raises UserError with a sentence."""
+    @property
+    def name(self) -> str:
+        return f"{self.sign_in.name}_{self.number}"
 
-    def lease_link(self, name: str) -> LeaseLink:
-        """Return a way to drive_lease for a window of this name."""
 
-    def state(self) -> dict[str, Any]:
-        """Return what the page shows of the robot besides who drives, as JSON's types."""
+class RobotOnPage:
+    """One robot: its pictures, and the browsers that are windows of its drive_lease."""
+
+    def __init__(self, station: Station) -> None:
+        self.station = station
+        self.pictures = Pictures(station.picture, station.watch)
+        self.conversation = RobotConversation(station.conversation)
+        self.windows: dict[Tab, BrowserWindow] = {}
+        self.lease: LeaseState | None = None
+        self._looking: list[str] = []
+
+    def note_who_looks(self, connected: Collection[Tab]) -> None:
+        """Say who looks at the robot, when that has changed."""
+        looking = sorted({tab.sign_in.account.name for tab in self.windows if tab in connected})
+        if looking != self._looking:
+            self._looking = looking
+            self.station.show_who_looks(looking)
+
+    def window(self, tab: Tab, say: Callable[[str], None]) -> BrowserWindow:
+        """Return this page's way to drive; it outlives connections."""
+        if tab not in self.windows:
+            link, account = self.station.lease_link(tab.name), tab.sign_in.account
+            window = BrowserWindow(link, account, say, self.station.floor)
+            self.windows[tab] = window
+            if self.lease is not None:
+                window.receive(self.lease)
+        return self.windows[tab]
+
+    def leave(self, tab: Tab) -> None:
+        """This page does not look at the robot any more."""
+        if tab in self.windows:
+            self.windows.pop(tab).end()
 
 
 class PilotPage:
@@ -88,19 +138,28 @@ class PilotPage:
 
     Args:
         address: Of this machine, where browsers are to find the pictures; None for all.
+        relays: Servers that help through the internet.
+        names: Of this machine, besides its addresses: what browsers may call it.
+        folder: For the sign-ins and the audit; None to keep neither.
     """
 
-    def __init__(self, station: Station, address: str | None = None) -> None:
-        self._station, self._address = station, address
-        self._video = SharedVideo(station.picture, station.watch)
-        self._sign_ins = SignIns()
-        self._windows: dict[SignIn, BrowserWindow] = {}
-        self._links: dict[SignIn, BrowserLink] = {}
-        self._asked = itertools.count(1)
-        self._checking = asyncio.Semaphore(MOST_AT_ONCE)
-        self._waiting = 0
-        self._names = own_names()
-        self._lease: LeaseState | None = None
+    def __init__(
+        self,
+        stations: Stations,
+        address: str | None = None,
+        relays: Relays | None = None,
+        names: Iterable[str] = (),
+        folder: Path | None = None,
+    ) -> None:
+        self._address, self._relays = address, relays or Relays()
+        self._robots = {name: RobotOnPage(station) for name, station in stations.robots.items()}
+        self._audit = Audit(folder / "audit.log" if folder else None)
+        sign_ins = SignIns(folder / "sign_ins" if folder else None)
+        self._entering = Entering(stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left)
+        self._tabs: dict[tuple[SignIn, str], Tab] = {}
+        self._links: dict[Tab, BrowserLink | BrowserSocket] = {}
+        self._dials, self._new_tabs = Attempts(*DIALS), Attempts(*NEW_TABS)
+        self._names = own_names() | {name.lower() for name in names}
 
     def application(self) -> web.Application:
         """Return what aiohttp serves."""
@@ -108,40 +167,62 @@ class PilotPage:
         application.add_routes(
             [
                 web.get("/", self._page),
-                web.get(r"/static/{name:[a-z_]{1,40}\.(js|css|svg)}", self._static),
-                web.post("/enter", self._enter),
-                web.post("/leave", self._leave),
-                web.get("/me", self._me),
+                web.get(r"/static/{name:[a-z_]{1,40}\.(js|css|svg|json)}", self._static),
+                *self._entering.routes(),
+                web.get("/servers", self._servers),
                 web.post("/offer", self._offer),
+                web.get("/ws", self._websocket),
                 web.post("/stop", self._stop),
             ]
         )
         application.cleanup_ctx.append(self._running)
         return application
 
-    def receive(self, state: LeaseState) -> None:
-        """Take what drive_lease says."""
-        self._lease = state
-        for window in self._windows.values():
+    def receive(self, robot: str, state: LeaseState) -> None:
+        """Take what the drive_lease of a robot says."""
+        page = self._robots[robot]
+        self._note_changes(robot, page.lease, state)
+        page.lease = state
+        for window in page.windows.values():
             window.receive(state)
 
+    def _note_changes(self, robot: str, before: LeaseState | None, state: LeaseState) -> None:
+        if before is None or (before.window, before.pilot) != (state.window, state.pilot):
+            if state.pilot or before is not None:
+                self._audit.note("drives" if state.pilot else "nobody drives", robot=robot, name=state.pilot)
+        if (before.stopped_by if before else "") != state.stopped_by:
+            self._audit.note("stop" if state.stopped_by else "stop is over", robot=robot, name=state.stopped_by)
+
     async def _running(self, _application: web.Application):
-        checks = asyncio.ensure_future(self._check())
+        checks = [asyncio.ensure_future(task) for task in (self._check(), self._entering.revise())]
         yield
-        checks.cancel()
+        for check in checks:
+            check.cancel()
         await asyncio.gather(*(link.close() for link in list(self._links.values())))
-        for window in self._windows.values():
-            window.end()
+        for robot in self._robots.values():
+            for tab in list(robot.windows):
+                robot.leave(tab)
+        self._entering.close()
 
     async def _check(self) -> None:
         while True:
-            now = time.monotonic()
-            for sign_in, window in list(self._windows.items()):
-                window.check(now)
-                if sign_in not in self._links and now - sign_in.used > BROWSER_KEPT:
-                    window.end()
-                    del self._windows[sign_in]
+            try:
+                await self._check_once(time.monotonic())
+            except Exception:  # whatever it was: silent browsers must be stopped, and those that have gone forgotten
+                log.exception("a look at the browsers failed")
             await asyncio.sleep(CHECK_PERIOD)
+
+    async def _check_once(self, now: float) -> None:
+        for robot in self._robots.values():
+            for tab, window in robot.windows.items():
+                window.check(now)
+                if window.refused > tab.refused:
+                    tab.refused = window.refused
+                    self._audit.sample("refused messages", name=tab.sign_in.account.name, browser=tab.name)
+            robot.note_who_looks(self._links.keys())
+        for tab in list(self._tabs.values()):
+            if tab not in self._links and now - tab.used > BROWSER_KEPT:
+                await self._forget(tab)
 
     @web.middleware
     async def _checked(
@@ -150,10 +231,13 @@ class PilotPage:
         headers = {f"HTTP_{name.upper().replace('-', '_')}": value for name, value in request.headers.items()}
         reason = foreign(headers, self._names, scheme="https")
         try:
-            response = _refuse(403, reason) if reason else await handler(request)
+            if not reason:
+                await self._entering.recognize(request)
+            response = refuse(403, reason) if reason else await handler(request)
         except web.HTTPException as error:
-            response = _refuse(error.status, error.reason)
-        response.headers.update(_HEADERS)
+            response = refuse(error.status, error.reason)
+        if not response.prepared:  # a websocket is, and is over
+            response.headers.update(_HEADERS)
         return response
 
     async def _page(self, _request: web.Request) -> web.StreamResponse:
@@ -161,99 +245,134 @@ class PilotPage:
 
     async def _static(self, request: web.Request) -> web.StreamResponse:
         file = STATIC / request.match_info["name"]
-        return web.FileResponse(file) if file.is_file() else _refuse(404, "There is no such file.")
+        return web.FileResponse(file) if file.is_file() else refuse(404, "There is no such file.")
 
-    async def _enter(self, request: web.Request) -> web.StreamResponse:
-        fields = await _fields(request, {"name", "password"})
-        if self._waiting >= MOST_WAITING:
-            return _refuse(429, "Too many people try to come in. Wait a moment.")
-        self._waiting += 1
-        try:
-            async with self._checking:
-                account = await asyncio.to_thread(self._station.admit, fields["name"], fields["password"])
-        except ValueError as error:
-            return _refuse(403, str(error))
-        finally:
-            self._waiting -= 1
-        cookie, _ = self._sign_ins.begin(account, time.monotonic())
-        response = web.json_response(self._about(account))
-        response.set_cookie(
-            COOKIE, cookie, max_age=round(LIFE), path="/", secure=True, httponly=True, samesite="Strict"
-        )
-        return response
-
-    async def _leave(self, request: web.Request) -> web.StreamResponse:
+    async def _servers(self, request: web.Request) -> web.StreamResponse:
         sign_in = self._who(request)
-        self._sign_ins.end(request.cookies.get(COOKIE, ""))
-        if sign_in in self._links:
-            await self._links[sign_in].close()
-        if sign_in in self._windows:
-            self._windows.pop(sign_in).end()
-        response = web.json_response({})
-        response.del_cookie(COOKIE, path="/", secure=True, httponly=True, samesite="Strict")
-        return response
-
-    async def _me(self, request: web.Request) -> web.StreamResponse:
-        return web.json_response(self._about(self._who(request).account))
+        return web.json_response({"servers": self._relays.for_browser(sign_in.name, time.time())})
 
     async def _offer(self, request: web.Request) -> web.StreamResponse:
         sign_in = self._who(request)
-        fields = await _fields(request, {"sdp"})
-        before = self._links.pop(sign_in, None)
-        if before is not None:  # it dials again: what the old connection still delivers is late
-            await before.close()
-        if len(self._links) >= MOST_LINKS:
-            return _refuse(503, f"{MOST_LINKS} browsers are connected, which is the limit.")
-        window = self._window(sign_in)
-        link = BrowserLink(window, self._video, lambda: self._state(sign_in, window), self._on_link_ended)
-        self._links[sign_in] = link
+        fields = await read_fields(request, {"robot": str, "page": str, "attempt": float, "sdp": str})
+        robot = self._robot(fields["robot"])
+        tab = await self._tab(sign_in, fields["page"])
+        await self._make_room(tab, robot, fields["attempt"])
+        end = self._station_end(tab, robot)
+        link = BrowserLink(robot.pictures, end, self._on_link_ended, self._relays, robot.conversation)
+        self._links[tab] = link
         try:
             answer = await link.answer(fields["sdp"], self._address)
         except ValueError as error:
-            return _refuse(400, str(error))
-        return web.json_response({"sdp": answer})
+            return refuse(400, str(error))
+        return web.json_response({"sdp": answer, "servers": self._relays.for_browser(sign_in.name, time.time())})
+
+    async def _websocket(self, request: web.Request) -> web.StreamResponse:
+        tab = await self._tab(self._who(request), request.query.get("page", ""))
+        robot = self._robot(request.query.get("robot", ""))
+        await self._make_room(tab, robot, _attempt(request.query.get("attempt", "")))
+        socket = BrowserSocket(robot.pictures, self._station_end(tab, robot), self._on_link_ended)
+        self._links[tab] = socket
+        return await socket.serve(request)
+
+    async def _make_room(self, tab: Tab, robot: RobotOnPage, attempt: float) -> None:
+        """End what this page has had before: it dials again, or looks at another robot. Raises HTTPException."""
+        if self._dials.wait(tab.sign_in.name, time.monotonic()):
+            raise web.HTTPTooManyRequests(reason="This page dials too often.")
+        self._dials.note(tab.sign_in.name, time.monotonic())
+        if not attempt > tab.attempt:  # after a cut, what was sent in it comes late
+            raise web.HTTPConflict(reason="A later attempt was here first.")
+        tab.attempt = attempt
+        if tab in self._links:  # what the old connection still delivers is late
+            await self._end_link(tab, tab, attempt)
+        while len(self._links) >= MOST_LINKS:
+            guests = [other for other in self._links if is_guest_name(other.sign_in.account.name)]
+            if is_guest_name(tab.sign_in.account.name) or not guests:
+                raise web.HTTPServiceUnavailable(reason=f"{MOST_LINKS} browsers are connected, which is the limit.")
+            await self._end_link(guests[0], tab, attempt)  # guests of one link keep nobody out who has an account
+        for other in self._robots.values():
+            if other is not robot:  # who looks at one robot drives no other
+                other.leave(tab)
+
+    async def _end_link(self, ended: Tab, tab: Tab, attempt: float) -> None:
+        """Make room for this attempt of a page, unless it is over by the time. Raises HTTPConflict."""
+        await self._links.pop(ended).close()
+        if tab.attempt != attempt:
+            raise web.HTTPConflict(reason="A later attempt was here first.")
+        if self._tabs.get((tab.sign_in, tab.number)) is not tab:
+            raise web.HTTPConflict(reason="This page was closed while it dialled.")
+
+    def _station_end(self, tab: Tab, robot: RobotOnPage) -> StationEnd:
+        window, people = robot.window(tab, lambda text: self._say(tab, text)), PeopleReport()
+        return StationEnd(
+            window,
+            lambda: self._state(tab, robot, window) | people.add(people_of(robot.lease, window.node), time.monotonic()),
+            lambda action, value: robot.station.request(action, value, tab.sign_in.account),
+        )
 
     async def _stop(self, request: web.Request) -> web.StreamResponse:
-        self._window(self._who(request)).ask(AskMessage(next(self._asked), "stop", ""))
+        sign_in = self._who(request)
+        fields = await read_fields(request, {"robot": str, "page": str})
+        robot, tab = self._robot(fields["robot"]), await self._tab(sign_in, fields["page"])
+        window = robot.window(tab, lambda text: self._say(tab, text))
+        window.press_stop(time.monotonic())
         return web.json_response({})
 
+    async def _on_left(self, sign_in: SignIn) -> None:
+        for tab in self._tabs_of(sign_in):
+            await self._forget(tab)
+
     def _who(self, request: web.Request) -> SignIn:
-        sign_in = self._sign_ins.find(request.cookies.get(COOKIE, ""), time.monotonic())
-        if sign_in is None:
+        return self._entering.who(request)
+
+    async def _tab(self, sign_in: SignIn, number: str) -> Tab:
+        if not _TAB.fullmatch(number):
+            raise web.HTTPBadRequest(reason="A page's name has 16 hexadecimal digits.")
+        if not self._entering.holds(sign_in):  # it has ended while the body came
             raise web.HTTPUnauthorized(reason="Sign in first.")
-        return sign_in
+        now = time.monotonic()
+        if (sign_in, number) not in self._tabs:
+            if self._new_tabs.wait(sign_in.name, now):
+                raise web.HTTPTooManyRequests(reason="Too many pages are opened.")
+            self._new_tabs.note(sign_in.name, now)
+            others = sorted(self._tabs_of(sign_in), key=lambda tab: tab.used)
+            for tab in others[: max(0, len(others) - MOST_TABS + 1)]:
+                await self._forget(tab)
+        tab = self._tabs.setdefault((sign_in, number), Tab(sign_in, number, now))
+        tab.used = now
+        return tab
 
-    def _window(self, sign_in: SignIn) -> BrowserWindow:
-        if sign_in not in self._windows:
-            window = BrowserWindow(self._station.lease_link(sign_in.name), sign_in.account, lambda text: None)
-            self._windows[sign_in] = window
-            if self._lease is not None:
-                window.receive(self._lease)
-        return self._windows[sign_in]
+    def _tabs_of(self, sign_in: SignIn) -> list[Tab]:
+        return [tab for tab in self._tabs.values() if tab.sign_in is sign_in]
 
-    def _state(self, sign_in: SignIn, window: BrowserWindow) -> dict[str, Any]:
-        sign_in.used = time.monotonic()
-        return self._station.state() | window.describe()
+    async def _forget(self, tab: Tab) -> None:
+        self._tabs.pop((tab.sign_in, tab.number), None)
+        link = self._links.pop(tab, None)
+        if link is not None:
+            await link.close()
+        for robot in self._robots.values():
+            robot.leave(tab)
 
-    def _on_link_ended(self, link: BrowserLink) -> None:
-        for sign_in, one in list(self._links.items()):
+    def _robot(self, name: str) -> RobotOnPage:
+        if name not in self._robots:
+            raise web.HTTPNotFound(reason="There is no such robot.")
+        return self._robots[name]
+
+    def _say(self, tab: Tab, text: str) -> None:
+        if tab in self._links:
+            self._links[tab].messages.say(text)
+
+    def _state(self, tab: Tab, robot: RobotOnPage, window: BrowserWindow) -> dict[str, Any]:
+        tab.used, tab.sign_in.used = time.monotonic(), time.time()
+        return robot.station.state() | window.describe()
+
+    def _on_link_ended(self, link: BrowserLink | BrowserSocket) -> None:
+        for tab, one in list(self._links.items()):
             if one is link:
-                del self._links[sign_in]
-
-    def _about(self, account: Account) -> dict[str, Any]:
-        return {"name": account.name, "role": account.role, "robot": self._station.robot}
+                del self._links[tab]
 
 
-async def _fields(request: web.Request, names: set[str]) -> dict[str, str]:
-    """Return the texts of a body. Raises HTTPBadRequest."""
-    try:
-        fields = await request.json()
-    except (ValueError, RecursionError):
-        fields = None
-    if not isinstance(fields, dict) or set(fields) != names or not all(isinstance(v, str) for v in fields.values()):
-        raise web.HTTPBadRequest(reason=f"The body must be JSON with the texts {', '.join(sorted(names))}.")
-    return fields
-
-
-def _refuse(status: int, reason: str) -> web.Response:
-    return web.json_response({"reason": reason}, status=status)
+def _attempt(word: str) -> int:
+    """Return the number of an attempt. Raises HTTPBadRequest."""
+    if not word.isdecimal() or len(word) > _MOST_DIGITS:
+        raise web.HTTPBadRequest(reason="An attempt has a number.")
+    return int(word)

@@ -7,19 +7,45 @@ nothing is sent to the lease that does not come from the page, signs of life nei
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from telepresence.geometry import ZERO_VELOCITY
-from telepresence.page.commands import AskMessage, DriveMessage
+from telepresence.page.attempts import Attempts
+from telepresence.page.commands import AskMessage, DriveMessage, FloorMessage, LookMessage
+from telepresence.page.floor import BrowserFloor, Floor
 from telepresence.teleop.lease_client import LeaseClient, LeaseLink
-from telepresence.teleop.lease_messages import Account
+from telepresence.teleop.lease_messages import PILOT, Account
 from telepresence.teleop.lease_topics import LeaseState
 
 SILENCE = 0.25
 """[s] without a message after which a browser that drove is stopped here; the lease would, 0.05 s later."""
 MOST_PER_SECOND = 40
-"""Messages of the channel `drive`: twice what the page sends."""
+"""Messages of the channel `drive`, and of `look`: twice what the page sends."""
+ASKS, STOPS = (10, 2.0), (4, 2.0)
+"""Requests, and presses of the red stop, in so many seconds; each is a call of drive_lease."""
+STOP_KEPT = 3.0
+"""[s] for which a press of the red stop waits until the window has joined drive_lease."""
+
+
+class Numbered:
+    """The messages of one channel: each newer than the one before, and not too many."""
+
+    def __init__(self) -> None:
+        self._newest = 0
+        self._second, self._in_second = -math.inf, 0
+
+    def admit(self, number: int, now: float) -> bool:
+        """Whether a message counts that comes `now` [s]."""
+        if now - self._second >= 1.0:
+            self._second, self._in_second = now, 0
+        self._in_second += 1
+        if number <= self._newest or self._in_second > MOST_PER_SECOND:
+            return False
+        self._newest = number
+        return True
 
 
 class BrowserWindow:
@@ -28,16 +54,24 @@ class BrowserWindow:
     Args:
         link: To drive_lease, under a node name of its own.
         say: Sends the browser a sentence: a request was refused, or the account has ended.
+        floor: What the robot sees of it; None where it cannot be driven to a place.
     """
 
-    def __init__(self, link: LeaseLink, account: Account, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, link: LeaseLink, account: Account, say: Callable[[str], None], floor: Floor | None = None
+    ) -> None:
+        self._floor = BrowserFloor(floor) if floor is not None else None
         self._client = LeaseClient(link, lambda: None, say, self._on_ended, own_clock=False)
-        self._say = say
-        self._number = 0
+        self._account, self._say = account, say
+        self.node = link.node_name
+        """By which drive_lease knows this window."""
+        self._asks = {False: Attempts(*ASKS), True: Attempts(*STOPS)}
+        self._commands, self._looks = Numbered(), Numbered()
         self._newest: tuple[DriveMessage, float] | None = None
-        self._second, self._in_second = -math.inf, 0
+        self._stop_until: float | None = None
+        """How long a press of the red stop waits [s]; None for none."""
         self.refused = 0
-        """Messages that were not passed on: repeated, too many."""
+        """Messages that were not passed on: repeated, too many, a watcher's."""
         self.over = ""
         """Why this account acts no more; empty while it does."""
         self._client.sign_in(account)
@@ -56,25 +90,37 @@ class BrowserWindow:
         state = self._client.state
         return {
             "mine": self.mine,
+            "joined": bool(self._client.session),
             "obstacle": self.obstacle(),
             "pilot": state.pilot if state else "",
             "asking": state.asking if state else "",
             "stopped_by": state.stopped_by if state else "",
             "hold": state.hold if state else "",
+            "way": self._floor.way() if self._floor else None,
         }
 
     def receive(self, state: LeaseState) -> None:
         """Take what drive_lease says."""
         self._client.receive(state)
+        if self._floor is not None and self.obstacle():
+            self._floor.let_go()
 
     def check(self, now: float) -> None:
         """Stop what a silent browser drives, and look whether drive_lease is silent; twenty times a second."""
         self._client.check()
+        if self._stop_until is not None and (self._client.session or now > self._stop_until):
+            self._stop_until = None
+            self._client.ask("stop")
         if self._newest is not None and now - self._newest[1] > SILENCE:
-            self.let_go(now)
+            self._stand(now)  # a place on the floor stays held: the page ends that itself when it cannot know any more
 
     def let_go(self, now: float) -> None:
         """Nobody holds anything any more: the connection has ended."""
+        if self._floor is not None:
+            self._floor.let_go()
+        self._stand(now)
+
+    def _stand(self, now: float) -> None:
         newest, self._newest = self._newest, None
         if newest is not None and newest[0].velocity is not None:
             message, came = newest
@@ -82,25 +128,70 @@ class BrowserWindow:
 
     def drive(self, message: DriveMessage, now: float) -> bool:
         """Pass a command on; whether it was. `now` [s]: our clock."""
-        if now - self._second >= 1.0:
-            self._second, self._in_second = now, 0
-        self._in_second += 1
-        if message.number <= self._number or self._in_second > MOST_PER_SECOND:
-            self.refused += 1
+        if not self._is_next(message.number, now):
             return False
-        self._number = message.number
-        self._newest = message, now
-        self._client.command(message.velocity, message.hold, message.sent)
+        if self._floor is not None:
+            self._floor.let_go()
+        self._pass_on(message, now)
         return True
 
+    def point(self, message: FloorMessage, now: float) -> bool:
+        """Drive to the place in the picture that is held; whether the message was taken. `now` [s]: our clock."""
+        if self._floor is None or not self._is_next(message.number, now):
+            return False
+        step = self._floor.step(message, now, self.obstacle())
+        if step.refused:
+            self._say(step.refused)
+        self._pass_on(DriveMessage(message.number, message.sent, step.velocity, message.hold), now)
+        return True
+
+    def _is_next(self, number: int, now: float) -> bool:
+        if self._commands.admit(number, now):
+            return True
+        self.refused += 1
+        return False
+
+    def _pass_on(self, message: DriveMessage, now: float) -> None:
+        if self._account.role != PILOT and message.velocity is not None:
+            self.refused += 1
+            message = replace(message, velocity=None)
+        self._newest = message, now
+        self._client.command(message.velocity, message.hold, message.sent)
+
+    def look(self, message: LookMessage, now: float) -> None:
+        """Pass on where somebody wants to look. `now` [s]: our clock."""
+        if self.mine and self._looks.admit(message.number, now):
+            self._client.look(message.look, message.sent)
+        else:
+            self.refused += 1
+
     def ask(self, message: AskMessage) -> None:
-        """Make a request."""
+        """Make a request; whoever watches may press the red stop, and nothing else."""
+        stop, now = message.action == "stop", time.monotonic()
+        if self._account.role != PILOT and not stop:
+            self.refused += 1
+            self._say(f"{self._account.name} may watch, not drive.")
+            return
+        state = self._client.state
+        stops_a_free_robot = stop and state is not None and not state.stopped_by  # which nobody can do often
+        if self._asks[stop].wait("", now) and not stops_a_free_robot:
+            self.refused += 1
+            return
+        self._asks[stop].note("", now)
         if message.action == "take":
             self._client.take()
         elif message.action == "release":
             self._client.release()
         else:
-            self._client.ask(message.action, message.to)
+            self._client.ask(message.action, message.value or "")
+
+    def press_stop(self, now: float) -> None:
+        """Press the red stop, or do it as soon as the window has joined: its page may have no connection, and have been
+        forgotten. `now` [s]: our clock."""
+        if self._client.session:
+            self.ask(AskMessage(1, "stop", None))
+        else:
+            self._stop_until = now + STOP_KEPT
 
     def end(self) -> None:
         """The browser has gone."""

@@ -10,11 +10,13 @@ import asyncio
 import contextlib
 import fractions
 import logging
+import math
 import time
 from collections import deque
 from collections.abc import Callable
 
 import av
+import numpy as np
 from aiortc import MediaStreamTrack
 from aiortc.mediastreams import MediaStreamError
 from av.video.frame import PictureType
@@ -41,6 +43,11 @@ _OPTIONS = {
 }
 
 
+def rtp_time(stamp: float) -> int:
+    """Return RTP's time of a picture, before a sender's own offset: all encoders of a source have the same."""
+    return round(stamp / TIME_BASE) & 0xFFFFFFFF
+
+
 class SharedVideo:
     """Encodes the newest pictures of a source while somebody looks. All of it belongs to one event loop.
 
@@ -48,15 +55,25 @@ class SharedVideo:
         source: Pictures as `telepresence.video.webrtc.planes_of` makes them, stamped with the time they were taken.
         watch: Told whether anybody looks.
         bit_rate: [bits/s].
+        shrink: The part of the width and of the height that is left out of the pictures: 2 halves them.
+        rate: Most pictures per second.
     """
 
-    def __init__(self, source: LatestImage, watch: Callable[[bool], None], bit_rate: int = BIT_RATE) -> None:
+    def __init__(
+        self,
+        source: LatestImage,
+        watch: Callable[[bool], None],
+        bit_rate: int = BIT_RATE,
+        shrink: int = 1,
+        rate: float = math.inf,
+    ) -> None:
         self._source, self._watch, self._bit_rate = source, watch, bit_rate
+        self._shrink, self._period = shrink, 1.0 / rate
         self._viewers: set[ViewerTrack] = set()
         self._news = asyncio.Event()
         self._task: asyncio.Task | None = None
         self._key_wanted, self._key_at = True, 0.0
-        self._origin: float | None = None
+        self._odd = ""
 
     @property
     def viewers(self) -> int:
@@ -65,13 +82,15 @@ class SharedVideo:
 
     def track(self) -> ViewerTrack:
         """Return a track for one more viewer."""
-        track = ViewerTrack(self)
+        return ViewerTrack(self)
+
+    def come(self, track: ViewerTrack) -> None:
+        """Send this viewer what is encoded from now on, beginning with a key picture."""
         self._viewers.add(track)
         if self._task is None:
             self._watch(True)
             self._task = asyncio.ensure_future(self._encode())
         self.ask_for_key_picture()
-        return track
 
     def ask_for_key_picture(self) -> None:
         """Let a decoder that has lost a picture begin again."""
@@ -94,7 +113,7 @@ class SharedVideo:
 
         self._source.add_listener(notify)
         encoder: av.VideoCodecContext | None = None
-        sequence = 0
+        sequence, due, began = 0, 0.0, time.monotonic()
         try:
             while True:
                 self._news.clear()
@@ -102,23 +121,48 @@ class SharedVideo:
                 if picture is None or picture.sequence == sequence:
                     await self._news.wait()
                     continue
-                sequence = picture.sequence
-                height, width = picture.pixels.shape[0] * 2 // 3, picture.pixels.shape[1]
-                if encoder is None or (encoder.width, encoder.height) != (width, height):
-                    encoder = self._open(width, height)
-                if self._origin is None:
-                    self._origin = picture.stamp
-                frame = av.VideoFrame.from_ndarray(picture.pixels, format="yuv420p")
-                frame.pts, frame.time_base = round((picture.stamp - self._origin) / TIME_BASE), TIME_BASE
-                if self._key_wanted and time.monotonic() - self._key_at >= KEY_PERIOD:
-                    frame.pict_type = PictureType.I
-                    self._key_wanted, self._key_at = False, time.monotonic()
-                packets = await loop.run_in_executor(None, encoder.encode, frame)
+                sequence, now = picture.sequence, time.monotonic()
+                if now < due:
+                    continue
+                due = max(due + self._period, now - self._period)
+                width, height = self._size(picture.pixels)
+                try:
+                    if encoder is None or (encoder.width, encoder.height) != (width, height):
+                        encoder = self._open(width, height)
+                    frame = av.VideoFrame.from_ndarray(picture.pixels, format="yuv420p")
+                    # Its own clock, as the one of the pictures may be set back.
+                    frame.pts, frame.time_base = round((now - began) / TIME_BASE), TIME_BASE
+                    if self._key_wanted and time.monotonic() - self._key_at >= KEY_PERIOD:
+                        frame.pict_type = PictureType.I
+                        self._key_wanted, self._key_at = False, time.monotonic()
+                    packets = await loop.run_in_executor(None, self._encoded, encoder, frame)
+                except (av.FFmpegError, ValueError) as error:  # a camera's; its next picture may be another
+                    self._note_odd(f"{width}x{height}: {error}")
+                    encoder = None
+                    continue
                 for packet in packets:
+                    packet.pts = rtp_time(picture.stamp)
                     for viewer in tuple(self._viewers):
                         viewer.put(packet, picture.stamp)
         finally:
             self._source.remove_listener(notify)
+
+    def _note_odd(self, problem: str) -> None:
+        if problem != self._odd:
+            self._odd = problem
+            log.warning("a picture cannot be encoded, and is left out: %s", problem)
+
+    def _size(self, planes: np.ndarray) -> tuple[int, int]:
+        height, width = planes.shape[0] * 2 // 3, planes.shape[1]
+        return width // self._shrink // 2 * 2, height // self._shrink // 2 * 2
+
+    def _encoded(self, encoder: av.VideoCodecContext, frame: av.VideoFrame) -> list[av.Packet]:
+        """Encode a picture; on a thread."""
+        if (frame.width, frame.height) != (encoder.width, encoder.height):
+            kind, pts = frame.pict_type, frame.pts
+            frame = frame.reformat(encoder.width, encoder.height)
+            frame.pict_type, frame.pts, frame.time_base = kind, pts, TIME_BASE
+        return encoder.encode(frame)
 
     def _open(self, width: int, height: int) -> av.VideoCodecContext:
         encoder = av.VideoCodecContext.create("libvpx", "w")
@@ -134,8 +178,8 @@ class ViewerTrack(MediaStreamTrack):
     """What one viewer gets: encoded pictures, at most `MOST_WAITING` of them waiting.
 
     Attributes:
-        sent: RTP time of the newest picture handed over, before the sender's own offset, and when it was taken [s since
-            1970]; None before the first.
+        sent: When the newest picture that was handed over was taken [s since 1970]; None before the first.
+        waits: Whether all of it has been sent.
     """
 
     kind = "video"
@@ -146,7 +190,28 @@ class ViewerTrack(MediaStreamTrack):
         self._packets: deque[tuple[av.Packet, float]] = deque()
         self._news = asyncio.Event()
         self._needs_key = True
-        self.sent: tuple[int, float] | None = None
+        self.sent: float | None = None
+        self.waits = False
+        video.come(self)
+
+    @property
+    def video(self) -> SharedVideo:
+        """What it shows."""
+        return self._video
+
+    def look_at(self, video: SharedVideo) -> None:
+        """Show another form of the same pictures, from its next key picture on."""
+        if video is self._video or self.readyState != "live":
+            return
+        before, self._video = self._video, video
+        video.come(self)  # first, so that the source goes on
+        before.leave(self)
+        self._packets.clear()
+        self._needs_key = True
+
+    def ask_for_key_picture(self) -> None:
+        """Let the viewer's decoder begin again."""
+        self._video.ask_for_key_picture()
 
     def put(self, packet: av.Packet, stamp: float) -> None:
         """Queue an encoded picture, unless the viewer cannot use it."""
@@ -163,13 +228,14 @@ class ViewerTrack(MediaStreamTrack):
         self._news.set()
 
     async def recv(self) -> av.Packet:
+        self.waits = True
         while not self._packets:
             if self.readyState != "live":
                 raise MediaStreamError
             self._news.clear()
             await self._news.wait()
-        packet, stamp = self._packets.popleft()
-        self.sent = packet.pts or 0, stamp
+        self.waits = False
+        packet, self.sent = self._packets.popleft()
         return packet
 
     def stop(self) -> None:

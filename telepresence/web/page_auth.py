@@ -20,11 +20,16 @@ import secrets
 import time
 import urllib.parse
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
-from telepresence.web.json_app import Environ, StartResponse
 from telepresence.web.origin import foreign, is_own_name, own_names
 
+if TYPE_CHECKING:  # `./stack up` needs keys only, and no web server
+    from telepresence.web.json_app import Environ, StartResponse
+
 COOKIE = "tp"
+ANNOUNCED = "TELEPRESENCE_ANNOUNCED"
+"""Environment variable with the links that `./stack up` has shown, with blanks between them."""
 TRIES = 10
 """Wrong keys that one address may send at once."""
 SECONDS_PER_TRY = 2.0
@@ -70,6 +75,11 @@ def make_token() -> str:
 def page_key(variable: str) -> str:
     """Return the key that the environment holds, which others cannot read as they can command lines; else a new one."""
     return os.environ.get(variable) or make_token()
+
+
+def was_announced(link: str) -> bool:
+    """Return whether `./stack up`, which has started this program, has shown the person at the terminal this link."""
+    return link in os.environ.get(ANNOUNCED, "").split()
 
 
 class Refused(Exception):

@@ -8,6 +8,7 @@ import fuzz_media
 import fuzz_naoqi
 import fuzz_naoqi_ends
 import fuzz_naoqi_wire
+import fuzz_page
 import fuzz_wires
 from fuzz_harness import Target
 
@@ -20,6 +21,10 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "rest-http": fuzz_wires.rest_http,
     "robotino-sim": fuzz_wires.robotino_sim,
     "page-request": fuzz_wires.page_request,
+    "page-drive": fuzz_page.page_drive,
+    "page-floor": fuzz_page.page_floor,
+    "page-look": fuzz_page.page_look,
+    "page-ask": fuzz_page.page_ask,
     "lease-message": fuzz_wires.lease_message,
     "account-name": fuzz_wires.account_name,
     "sdp": fuzz_media.sdp,

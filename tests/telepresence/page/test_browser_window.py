@@ -1,13 +1,18 @@
 """A browser as a window of a real drive_lease, in one program. Both clocks are invented."""
 
+import time
+
+import numpy as np
 import pytest
 
-from telepresence.page.browser_window import MOST_PER_SECOND, SILENCE, BrowserWindow
-from telepresence.page.commands import AskMessage, DriveMessage
+from telepresence.page.browser_window import MOST_PER_SECOND, SILENCE, STOP_KEPT, BrowserWindow
+from telepresence.page.commands import AskMessage, DriveMessage, FloorMessage, LookMessage
 from telepresence.teleop import lease_client
 from telepresence.teleop.drive_lease import LATE, PILOT, WATCHER, Account, DriveLease
 from telepresence.teleop.lease_messages import Reply, sign_joined
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
+from telepresence.teleop.looking import Look, Manner
+from telepresence.teleop.robot_readings import BodyState, CameraView, Lens
 
 FORWARD = (0.2, 0.0, 0.0)
 ZERO = (0.0, 0.0, 0.0)
@@ -25,14 +30,17 @@ class Robot:
         self.now = 1000.0
         self.lease = DriveLease(lambda name: Account(name, WATCHER if name == "will" else PILOT))
         self.given = []
+        self.looks = []
         self.windows = []
+        self.held_up = None
+        """What waits for an answer to joining; None while all are answered at once."""
         monkeypatch.setattr(lease_client.time, "monotonic", lambda: self.now)
 
     def open(self, name):
         self.node_name = f"/pilot_page/{name}"
         said = []
         account = Account(name, WATCHER if name == "will" else PILOT)
-        window = BrowserWindow(Link(self, self.node_name), account, said.append)
+        window = BrowserWindow(Link(self, self.node_name), account, said.append, Floor(self))
         window.said = said
         self.windows.append(window)
         self.tell()
@@ -50,6 +58,11 @@ class Robot:
     def give(self, velocity):
         if velocity is not None:
             self.given.append(tuple(velocity))
+
+    def go_on(self):
+        held_up, self.held_up = self.held_up, None
+        for join in held_up:
+            join()
 
     def take(self, name, clock=0.0):
         """A browser that has the robot, and its hand."""
@@ -69,6 +82,26 @@ class Robot:
         self.tell()
 
 
+class Floor:
+    """A camera that looks straight down from 2 m, 1 m ahead of the robot: the floor there is what it shows."""
+
+    farthest, radius, top_speed, top_turn, safety = 3.0, 0.3, 0.35, 1.0, None
+
+    def __init__(self, robot):
+        self.robot = robot
+
+    @property
+    def body(self):
+        return BodyState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "odom", self.robot.now)
+
+    def newest(self):
+        return time.time()
+
+    def view(self, stamp):
+        down = np.array(((0.0, -1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+        return CameraView(Lens(100.0, 100.0, 50.0, 50.0, 100, 100), down, np.array((1.0, 0.0, 2.0)))
+
+
 class Link:
     def __init__(self, robot, node_name):
         self.robot, self.node_name = robot, node_name
@@ -76,8 +109,14 @@ class Link:
     def send(self, session, command):
         self.robot.give(self.robot.lease.receive(session, command, self.robot.now))
 
+    def send_look(self, session, command):
+        self.robot.looks.append(self.robot.lease.look(session, command, self.robot.now))
+
     def join(self, claim, session, proof, then):
         robot = self.robot
+        if robot.held_up is not None:
+            robot.held_up.append(lambda: self.join(claim, session, proof, then))
+            return
         if not session:
             offer = robot.lease.offer(claim, robot.now)
             then(Answer(True, "", Joined(offer.session, offer.key, b"")))
@@ -110,6 +149,11 @@ class Hand:
         self.number += 1
         sent = self.robot.now + self.clock - late
         return self.window.drive(DriveMessage(self.number, sent, velocity, hold), self.robot.now)
+
+    def point(self, late=0.0, press=1):
+        self.number += 1
+        sent = self.robot.now + self.clock - late
+        return self.window.point(FloorMessage(self.number, sent, (0.5, 0.5), press, None, 0.2, ""), self.robot.now)
 
 
 @pytest.mark.parametrize("clock", [0.0, -999.0, 86400.0, -86400.0])
@@ -153,6 +197,22 @@ def test_repeated_old_and_too_many_messages_are_not_passed_on(robot):
     assert window.drive(DriveMessage(200, 2.0, FORWARD, ""), robot.now)
 
 
+def test_a_watcher_s_commands_end_here_where_the_lease_takes_everybody_for_a_pilot(robot):
+    robot.lease = DriveLease(lambda name: Account(name, PILOT))  # names are not checked there
+    watcher = robot.open("will")
+    hand = Hand(robot, watcher, 3.0)
+    hand.send(FORWARD)
+    watcher.ask(AskMessage(1, "take", None))
+    robot.pass_time(0.05)
+    robot.lease._take(next(iter(robot.lease._windows)), robot.now)  # and had it the robot
+    robot.tell()
+    assert watcher.mine
+    for _ in range(3):
+        hand.send(FORWARD)
+        robot.pass_time(0.05)
+    assert FORWARD not in robot.given and watcher.refused > 3 and "may watch, not drive" in watcher.said[0]
+
+
 def test_a_watcher_stops_the_robot_and_cannot_drive_it(robot):
     pilot, hand = robot.take("anna")
     watcher = robot.open("will")
@@ -160,12 +220,37 @@ def test_a_watcher_stops_the_robot_and_cannot_drive_it(robot):
     robot.given.clear()
     hand = Hand(robot, watcher, 3.0)
     hand.send(FORWARD)
-    watcher.ask(AskMessage(1, "take", ""))
+    watcher.ask(AskMessage(1, "take", None))
     hand.send(FORWARD)
     assert robot.given == [] and "may watch, not drive" in watcher.obstacle()
-    watcher.ask(AskMessage(2, "stop", ""))
+    watcher.ask(AskMessage(2, "stop", None))
     robot.pass_time(0.05)
     assert robot.given[-1] == ZERO and "will has pressed the red stop" in pilot.obstacle()
+
+
+def test_a_red_stop_waits_until_the_window_has_joined(robot):
+    _, hand = robot.take("anna")
+    hand.send(FORWARD)
+    robot.held_up = []
+    other = robot.open("ben")
+    assert not other.describe()["joined"]
+    other.press_stop(robot.now)
+    robot.pass_time(0.1)
+    assert not other.describe()["stopped_by"] and other.said == []
+    robot.go_on()
+    robot.pass_time(0.1)
+    assert robot.given[-1] == ZERO and other.describe()["stopped_by"] == "ben"
+
+
+def test_a_red_stop_is_not_made_long_after_it_was_pressed(robot):
+    robot.held_up = []
+    window = robot.open("anna")
+    window.press_stop(robot.now)
+    robot.pass_time(STOP_KEPT + 0.1)
+    assert len(window.said) == 1, "the person learns that it was not"
+    robot.go_on()
+    robot.pass_time(0.1)
+    assert not window.describe()["stopped_by"]
 
 
 def test_a_reason_not_to_drive_holds_the_robot(robot):
@@ -204,9 +289,87 @@ def test_two_browsers_hand_the_robot_over(robot):
     hand = Hand(robot, ben, -7.0)
     hand.send(None)
     assert not ben.mine
-    ben.ask(AskMessage(1, "take", ""))
+    ben.ask(AskMessage(1, "take", None))
     assert anna.describe()["asking"] == "ben"
-    anna.ask(AskMessage(1, "give", ""))
+    anna.ask(AskMessage(1, "give", None))
     assert ben.mine and anna.describe()["pilot"] == "ben"
     hand.send(FORWARD)
     assert robot.given[-1] == FORWARD
+
+
+def test_a_look_is_passed_on_once_and_by_the_browsers_clock(robot):
+    window, hand = robot.take("anna", clock=500.0)
+    look = Look(Manner.GOAL, 0.5, 0.1)
+    message = LookMessage(1, robot.now + hand.clock, look)
+    window.look(message, robot.now)
+    window.look(message, robot.now)
+    assert robot.looks == [look]
+    robot.pass_time(LATE + 0.1)
+    hand.send(None)
+    window.look(LookMessage(2, message.sent, look), robot.now)
+    assert robot.looks == [look, None]  # it was under way for too long
+
+
+def test_who_does_not_have_the_robot_turns_nothing(robot):
+    robot.take("anna")
+    watcher = robot.open("will")
+    watcher.look(LookMessage(1, 0.0, Look(Manner.AHEAD)), robot.now)
+    assert robot.looks == [] and watcher.refused == 1
+
+
+def test_a_place_on_the_floor_is_driven_to_like_by_keys(robot):
+    window, hand = robot.take("anna", -50.0)
+    assert hand.point() and robot.given[-1] == pytest.approx(FORWARD)
+    robot.given.clear()
+    hand.point(late=LATE + 0.05)
+    assert robot.given == [], "a late hand moves nothing"
+    hand.number -= 1
+    assert not hand.point() and robot.given == [], "nor does a repeated one"
+    hand.point()
+    robot.pass_time(SILENCE + 0.1)
+    assert robot.given[-1] == ZERO, "who is silent stands"
+    hand.point()
+    assert robot.given[-1] == pytest.approx(FORWARD), "who still holds it drives on, as with a key"
+    window.let_go(robot.now)
+    assert robot.given[-1] == ZERO and window.describe()["way"] is None
+    robot.given.clear()
+    hand.point()
+    assert not any(any(given) for given in robot.given), "on another connection one presses again"
+    hand.point(press=2)
+    assert robot.given[-1] == pytest.approx(FORWARD) and window.describe()["way"]
+    hand.send(None)
+    assert window.describe()["way"] is None
+
+
+def test_a_watcher_s_hand_on_the_floor_moves_nothing(robot):
+    robot.take("anna")
+    watcher = robot.open("will")
+    robot.given.clear()
+    Hand(robot, watcher, 3.0).point()
+    assert robot.given == [] and "may watch, not drive" in watcher.said[-1]
+
+
+def test_who_pressed_in_a_panic_can_stop_again_at_once(robot):
+    window, _ = robot.take("anna")
+    for number in range(1, 20):
+        window.ask(AskMessage(number, "stop", None))
+        robot.tell()
+    robot.pass_time(0.05)
+    window.ask(AskMessage(20, "reset_stop", None))
+    robot.tell()
+    assert window.describe()["stopped_by"] == ""
+    window.ask(AskMessage(21, "stop", None))
+    robot.tell()
+    assert window.describe()["stopped_by"] == "anna" and window.refused > 10
+
+
+def test_the_red_stop_ends_the_way_to_a_place(robot):
+    _, hand = robot.take("anna")
+    hand.point()
+    robot.windows[0].ask(AskMessage(1, "stop", None))
+    robot.pass_time(0.05)
+    robot.windows[0].ask(AskMessage(2, "reset_stop", None))
+    robot.tell()
+    robot.given.clear()
+    hand.point()
+    assert not any(any(given) for given in robot.given)

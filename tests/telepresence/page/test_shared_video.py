@@ -127,3 +127,23 @@ def test_a_viewer_that_ends_waits_for_nothing():
             await asyncio.wait_for(waiting, 5.0)
 
     asyncio.run(run())
+
+
+@pytest.mark.parametrize("shape", [(3, 2), (3 * 8200, 2), (5, 3)], ids=["too small", "too high", "no planes"])
+def test_a_picture_that_cannot_be_encoded_is_left_out(shape, caplog):
+    async def run():
+        source = LatestImage()
+        video = SharedVideo(source, lambda _: None, shrink=2)
+        viewer = video.track()
+        source.put(np.zeros(shape, np.uint8))
+        async with asyncio.timeout(5.0):
+            while not caplog.records:
+                await asyncio.sleep(0.001)
+        source.put(np.zeros(shape, np.uint8))
+        await asyncio.sleep(0.02)
+        source.put(planes(100))
+        assert (await asyncio.wait_for(viewer.recv(), 5.0)).is_keyframe
+        viewer.stop()
+
+    asyncio.run(run())
+    assert len(caplog.records) == 1 and "left out" in caplog.text

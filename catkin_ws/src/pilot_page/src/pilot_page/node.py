@@ -1,8 +1,11 @@
-"""The node pilot_page: the page by which any browser sees through the robot and drives it.
+"""The node pilot_page: the page by which any browser sees through the robots and drives them.
 
-Subscribes: the robot's pictures (sensor_msgs/Image) while somebody looks; drive/state (telepresence_msgs/DriveState);
-            safety (telepresence_msgs/SafetyState).
+For each robot, in its namespace:
+Subscribes: its pictures (sensor_msgs/Image) while somebody looks; drive/state (telepresence_msgs/DriveState);
+            safety (telepresence_msgs/SafetyState); its battery (sensor_msgs/BatteryState).
+And /station/faults (telepresence_msgs/Fault).
 Publishes:  drive/command (telepresence_msgs/DriveCommand): one window of drive_lease for every browser.
+            looking (std_msgs/String, latched): who looks through the robot by the page, a name each line.
 Calls:      drive/join, drive/ask.
 Listens:    HTTPS on one tcp port; WebRTC on udp ports that the kernel gives.
 """
@@ -11,32 +14,27 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 import sys
 import threading
-import time
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-import cv2
 import rospy
 from aiohttp import web
-from sensor_msgs.msg import Image
-from telepresence_msgs.msg import DriveState, SafetyState
 from telepresence_ros.node import Node
 
-from pilot_page.lease_services import LeaseLink, LeaseServices
+from pilot_page.lease_services import LeaseServices
+from pilot_page.robot_station import KINDS, RobotStation, robot_kind
 from telepresence.page.app import PilotPage
-from telepresence.page.certificate import fingerprint, server_context
-from telepresence.security.outside_text import clean
+from telepresence.page.certificate import fingerprint, names_of, own_context, server_context
+from telepresence.page.entrance import Entrance
+from telepresence.page.relays import Relays
+from telepresence.station.image import page_host
+from telepresence.station.pilot_page import PILOT_PAGE_KEY
 from telepresence.teleop.accounts import Users
-from telepresence.teleop.drive_lease import PILOT, Account
-from telepresence.teleop.lease_topics import read_lease_state
-from telepresence.video.displayable import as_bgr
-from telepresence.video.images import LatestImage, read_image_message
-
-GATE_LIFE = 0.5
-"""[s] for which what the gate said is shown."""
-_NAME = 64
+from telepresence.teleop.invitations import Invitations, beside
+from telepresence.teleop.lease_topics import LeaseState
 
 
 class PageNode:
@@ -49,81 +47,32 @@ class PageNode:
     def __init__(self, options: argparse.Namespace) -> None:
         self._node = Node("pilot_page")
         self._options = options
-        self._users = Users(Path(options.users) if options.users else None)
-        self.robot: str = options.robot
-        self.picture = LatestImage()
-        self._gate: tuple[SafetyState, float] | None = None
+        users = Users(Path(options.users) if options.users else None)
+        self.entrance = Entrance(
+            users, Invitations(beside(users.path)), options.sign_in, os.environ.get(PILOT_PAGE_KEY, "")
+        )
         self._loop = asyncio.new_event_loop()
-        self._services = LeaseServices(self._loop)
-        self._page = PilotPage(self, options.address)
-        self._subscription: rospy.Subscriber | None = None
-        rospy.Subscriber("drive/state", DriveState, self._on_lease, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("safety", SafetyState, self._on_gate, queue_size=1, tcp_nodelay=True)
+        self.robots: dict[str, RobotStation] = {}
+        for word in options.robots:
+            kind = robot_kind(word)
+            services = LeaseServices(self._loop, kind.namespace)
+            self.robots[kind.title] = RobotStation(kind, services, partial(self._on_lease, kind.title))
+        folder = Path(options.certificates)
+        secret = Path(options.turn_secret) if options.turn_secret else None
+        self._certificate = Path(options.certificate) if options.certificate else None
+        names = names_of(self._certificate) if self._certificate else []
+        relays = Relays.read(options.servers, secret)
+        self._name = names[0] if names else page_host(options.address, "").partition(":")[0]
+        self._page = PilotPage(self, options.address, relays, names=[*names, self._name], folder=folder)
+        for station in self.robots.values():
+            station.start()
 
     def run(self) -> int:
         """Serve until the node is shut down; return the exit code."""
         return self._node.run(self._serve)
 
-    # --- what the page needs ---
-
-    def admit(self, name: str, password: str) -> Account:
-        """Return the account; where nobody signs in, everybody is a pilot."""
-        if not self._options.sign_in:
-            return Account(clean(name)[:_NAME] or "Pilot", PILOT)
-        return self._users.check(name, password)
-
-    def lease_link(self, name: str) -> LeaseLink:
-        return self._services.link(name)
-
-    def watch(self, wanted: bool) -> None:
-        """Take pictures only while somebody looks."""
-        if wanted and self._subscription is None:
-            self._subscription = rospy.Subscriber(
-                self._options.picture, Image, self._on_picture, queue_size=1, buff_size=2**24, tcp_nodelay=True
-            )
-        elif not wanted and self._subscription is not None:
-            self._subscription.unregister()
-            self._subscription = None
-
-    def state(self) -> dict[str, Any]:
-        gate = self._gate
-        if gate is None or time.monotonic() - gate[1] > GATE_LIFE:
-            return {"gate": None}
-        message = gate[0]
-        return {
-            "gate": {
-                "state": clean(message.state),
-                "reason": clean(message.reason),
-                "allowed": [round(speed, 2) for speed in message.allowed],
-            }
-        }
-
-    # --- ROS ---
-
-    def _on_picture(self, message: Image) -> None:
-        try:
-            bgr = as_bgr(read_image_message(message), message.encoding)
-        except ValueError as error:
-            rospy.logwarn_throttle(10.0, "the picture cannot be shown: %s", error)
-            return
-        height, width = bgr.shape[0] // 2 * 2, bgr.shape[1] // 2 * 2
-        if bgr.ndim == 2:
-            bgr = cv2.cvtColor(bgr, cv2.COLOR_GRAY2BGR)
-        planes = cv2.cvtColor(bgr[:height, :width], cv2.COLOR_BGR2YUV_I420)
-        self.picture.put(planes, message.header.stamp.to_sec())
-
-    def _on_lease(self, message: DriveState) -> None:
-        try:
-            state = read_lease_state(message, time.monotonic())
-        except ValueError as error:
-            rospy.logwarn_throttle(10.0, "drive/state cannot be read: %s", error)
-            return
-        self._loop.call_soon_threadsafe(self._page.receive, state)
-
-    def _on_gate(self, message: SafetyState) -> None:
-        self._gate = message, time.monotonic()
-
-    # --- the page ---
+    def _on_lease(self, robot: str, state: LeaseState) -> None:
+        self._loop.call_soon_threadsafe(self._page.receive, robot, state)
 
     def _serve(self) -> None:
         asyncio.set_event_loop(self._loop)
@@ -134,7 +83,11 @@ class PageNode:
         folder = Path(options.certificates)
         runner = web.AppRunner(self._page.application(), access_log=None, handle_signals=False)
         await runner.setup()
-        site = web.TCPSite(runner, options.address, options.port, ssl_context=server_context(folder, {options.address}))
+        if self._certificate is not None:
+            context = own_context(self._certificate, Path(options.key) if options.key else None)
+        else:
+            context = server_context(folder, {options.address, self._name})
+        site = web.TCPSite(runner, options.address, options.port, ssl_context=context)
         try:
             await site.start()
         except OSError as error:
@@ -142,8 +95,10 @@ class PageNode:
             await runner.cleanup()
             return
         port = runner.addresses[0][1]
-        rospy.loginfo("the pilot's page: https://%s:%d/  certificate SHA-256 %s", options.address, port,
-                      fingerprint(folder))  # fmt: skip
+        place = f"{self._name}:{port}" if self._certificate else page_host(options.address, str(port))
+        self.entrance.invitations.set_page(f"https://{place}/")
+        rospy.loginfo("the pilot's page: https://%s/  certificate SHA-256 %s", place,
+                      fingerprint(self._certificate or folder / "page.crt"))  # fmt: skip
         beats = threading.Thread(target=self._beat, daemon=True)
         beats.start()
         while not self._node.stop.is_set():
@@ -159,16 +114,34 @@ class PageNode:
 def parse(argv: list[str]) -> argparse.Namespace:
     """Return what a command line says."""
     parser = argparse.ArgumentParser(prog="pilot_page", description="The pilot's page.")
-    parser.add_argument("--robot", default="Pepper", help="what the page calls it")
-    parser.add_argument("--picture", default="pepper_robot/camera/front/image_raw", metavar="TOPIC")
+    parser.add_argument(
+        "--robots",
+        nargs="+",
+        default=["pepper"],
+        type=_robot,
+        metavar="KIND[:NAMESPACE[:TOPIC]]",
+        help=f"what can be driven, where its topics and where its pictures are: {', '.join(KINDS)}",
+    )
     parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is")
     parser.add_argument("--port", type=int, default=8443)
     parser.add_argument(
         "--sign-in", type=lambda word: word.lower() in ("true", "1"), default=True, metavar="true|false"
     )
     parser.add_argument("--users", default="", metavar="FILE")
+    parser.add_argument("--servers", nargs="*", default=[], metavar="URI", help="stun:, turn: and turns:HOST[:PORT]")
+    parser.add_argument("--turn-secret", default="", metavar="FILE", help="the relay's static-auth-secret")
+    parser.add_argument("--certificate", default="", metavar="FILE", help="PEM with its chain; default: one of our own")
+    parser.add_argument("--key", default="", metavar="FILE", help="of --certificate, where it is not in that file")
     parser.add_argument("--certificates", default=str(Path.home() / ".config/telepresence/page"), metavar="FOLDER")
     return parser.parse_args([word for word in argv if ":=" not in word])
+
+
+def _robot(word: str) -> str:
+    try:
+        robot_kind(word)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return word
 
 
 def main() -> int:

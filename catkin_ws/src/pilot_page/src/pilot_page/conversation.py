@@ -1,0 +1,95 @@
+"""Sound both ways with one robot, the pilot's face on its tablet, and what it says: topics of its namespace.
+
+Publishes:  voice/from_pilot (telepresence_msgs/Sound), com_cam/face (sensor_msgs/CompressedImage), speech
+            (std_msgs/String).
+Subscribes: voice/from_robot (telepresence_msgs/Sound), while somebody listens.
+Calls:      com_cam/show_on_tablet when a face appears.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import rospy
+from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+from telepresence_msgs.msg import Sound
+
+from telepresence.page.shared_sound import Take
+from telepresence.teleop.lease_messages import Account
+
+TIMEOUT = 3.0
+"""[s] for which a service is looked for."""
+
+
+class Conversation:
+    """See `telepresence.page.station.Conversation`. What no program of the robot takes cannot be had.
+
+    Args:
+        topic: Returns the full name of one of the robot's topics.
+    """
+
+    def __init__(self, topic: Callable[[str], str]) -> None:
+        self._topic = topic
+        self._voice = rospy.Publisher(topic("voice/from_pilot"), Sound, queue_size=20, tcp_nodelay=True)
+        self._face = rospy.Publisher(topic("com_cam/face"), CompressedImage, queue_size=1, tcp_nodelay=True)
+        self._speech = rospy.Publisher(topic("speech"), String, queue_size=10)
+        self._state = rospy.Subscriber(topic("voice/state"), String, lambda _message: None, queue_size=1)
+        self._robot: rospy.Subscriber | None = None
+        self._on_tablet = False
+        self._show_on_tablet = rospy.ServiceProxy(topic("com_cam/show_on_tablet"), SetBool)
+
+    def listen(self, take: Take | None) -> None:
+        """Hand the robot's sound to `take`, or to nobody."""
+        if self._robot is not None:
+            self._robot.unregister()
+            self._robot = None
+        if take is not None:
+            self._robot = rospy.Subscriber(
+                self._topic("voice/from_robot"),
+                Sound,
+                lambda message: take(message.data, message.rate, message.channels),
+                queue_size=10,
+                tcp_nodelay=True,
+            )
+
+    def speak(self, frames: bytes, rate: int, channels: int) -> None:
+        """Let the robot play a piece of the pilot's voice."""
+        self._voice.publish(Sound(rate, channels, frames))
+
+    def show_face(self, jpeg: bytes | None) -> None:
+        """Show a picture on the tablet, and the tablet's page for it."""
+        if jpeg is None:
+            self._on_tablet = False
+            return
+        if not self._on_tablet:
+            self._on_tablet = True
+            threading.Thread(target=self._ask_for_tablet, name="show-on-tablet", daemon=True).start()
+        message = CompressedImage(format="jpeg", data=jpeg)
+        message.header.stamp = rospy.Time.now()
+        self._face.publish(message)
+
+    def state(self) -> dict[str, bool]:
+        """Return what can be had here now."""
+        return {
+            "speak": self._voice.get_num_connections() > 0,
+            "listen": self._state.get_num_connections() > 0,
+            "face": self._face.get_num_connections() > 0,
+            "say": self._speech.get_num_connections() > 0,
+        }
+
+    async def say(self, sentence: str, _account: Account) -> None:
+        """Let the robot say a sentence. Raises ValueError."""
+        if self._speech.get_num_connections() == 0:
+            raise ValueError("This robot does not speak.")
+        if sentence.strip():
+            self._speech.publish(sentence.strip())
+
+    def _ask_for_tablet(self) -> None:
+        try:
+            self._show_on_tablet.wait_for_service(TIMEOUT)
+            self._show_on_tablet(True)
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            rospy.logwarn("the tablet does not show the pilot: %s", error)

@@ -1,0 +1,269 @@
+"""Coming in and going out, over HTTP.
+
+    POST /enter         {"name": ..., "password": ...} or {"name": ..., "invitation": TOKEN}
+                                                       200 and a cookie; 403 with a sentence; 429 after too many tries
+    POST /leave         ends the sign-in
+    GET /me             who has signed in, and which robots there are; 401 for nobody, with a sentence, whether a
+                        password is needed, and why the sign-in has ended
+    POST /invite        {"role": "pilot" | "watcher", "hours": 2, "once": false}        the link, and its QR code
+    GET /invitations    those that hold
+    POST /withdraw      {"id": ...}
+
+Pilots with an account invite; guests and watchers do not. Tries are limited by address and by link, so that guessing
+takes for ever; whoever is in already notices nothing of it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import logging
+import time
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from aiohttp import web
+
+from telepresence.page import qr_code
+from telepresence.page.attempts import Attempts, network
+from telepresence.page.audit import Audit
+from telepresence.page.entrance import Entrance
+from telepresence.page.sign_ins import COOKIE, LIFE, SignIn, SignIns
+from telepresence.teleop.accounts import UserError, is_guest_name
+from telepresence.teleop.invitations import Invitation, may_invite
+from telepresence.teleop.lease_messages import Account
+
+log = logging.getLogger(__name__)
+
+MOST_AT_ONCE = 2
+"""Passwords that are checked at the same time: each takes 0.1 s of a core and some memory."""
+MOST_WAITING = 16
+"""Further ones that wait for that."""
+REVISED = 0.5
+"""[s] between two looks at whether those who are in still may be."""
+_COOKIE = {"path": "/", "secure": True, "httponly": True, "samesite": "Strict"}
+
+
+class Entering:
+    """Who is in. Belongs to one event loop.
+
+    Args:
+        left: Called when a sign-in has ended: closes what it has open.
+        robots: What there is to see, for whoever comes in.
+    """
+
+    def __init__(
+        self,
+        entrance: Entrance,
+        sign_ins: SignIns,
+        audit: Audit,
+        robots: list[str],
+        left: Callable[[SignIn], Awaitable[None]],
+    ) -> None:
+        self._entrance, self._sign_ins, self._audit = entrance, sign_ins, audit
+        self._robots, self._left = robots, left
+        self._attempts = Attempts()
+        # Threads of their own: some tries wait for seconds, and each thread keeps the memory of one check.
+        self._checkers = ThreadPoolExecutor(MOST_AT_ONCE, thread_name_prefix="passwords")
+        self._waiting = 0
+
+    def routes(self) -> list[web.RouteDef]:
+        """Return what aiohttp serves."""
+        return [
+            web.post("/enter", self._enter),
+            web.post("/leave", self._leave),
+            web.get("/me", self._me),
+            web.post("/invite", self._invite),
+            web.get("/invitations", self._invitations),
+            web.post("/withdraw", self._withdraw),
+        ]
+
+    async def recognize(self, request: web.Request) -> None:
+        """Look whether who comes back after a restart of this program still may be in."""
+        cookie = request.cookies.get(COOKIE, "")
+        if not cookie or not self._sign_ins.returns(cookie):
+            return
+        sign_in = self._sign_ins.find(cookie, time.time())
+        if sign_in is not None:
+            await self._send_away([sign_in])
+
+    def who(self, request: web.Request) -> SignIn:
+        """Return whose request this is. Raises HTTPUnauthorized."""
+        cookie = request.cookies.get(COOKIE, "")
+        sign_in = self._sign_ins.find(cookie, time.time())
+        if sign_in is None:
+            raise web.HTTPUnauthorized(reason=self._sign_ins.why_ended(cookie) or "Sign in first.")
+        return sign_in
+
+    def holds(self, sign_in: SignIn) -> bool:
+        """Return whether this sign-in has not ended."""
+        return self._sign_ins.holds(sign_in)
+
+    async def revise(self) -> None:
+        """Send those away who may not be in any more; for ever."""
+        while True:
+            await asyncio.sleep(REVISED)
+            try:
+                await self._send_away(self._sign_ins.all())
+            except UserError as error:
+                log.error("%s", error)
+            for sign_in in self._sign_ins.take_lapsed(time.time()):
+                await self._let_out(sign_in, "")  # what it has open ends with it
+            self._sign_ins.save_now_and_then(time.time())
+
+    async def _send_away(self, present: list[SignIn]) -> None:
+        outdated = await asyncio.to_thread(self._entrance.outdated, [one.account for one in present])
+        for sign_in in present:
+            if sign_in.account.name in outdated:
+                await self._end(sign_in, outdated[sign_in.account.name])
+
+    def close(self) -> None:
+        """The program ends; who is in stays so."""
+        self._checkers.shutdown(wait=False, cancel_futures=True)
+        self._sign_ins.save(time.time())
+        self._audit.close()
+
+    async def _enter(self, request: web.Request) -> web.StreamResponse:
+        fields = await read_fields(request, {"name": str, "password": str}, {"name": str, "invitation": str})
+        address = network(request.remote or "")
+        counted = [f"address {address}"]
+        if "invitation" in fields:
+            digest = hashlib.sha256(fields["invitation"].encode("utf-8", "surrogatepass")).hexdigest()
+            counted.append(f"link {digest[:16]}")
+        wait = max(self._attempts.wait(key, time.monotonic()) for key in counted)
+        if wait or self._waiting >= MOST_WAITING:
+            self._audit.sample("refused, too many tries", address=address)
+            return refuse(429, f"Too many tries. Wait {wait:.0f} s." if wait else "Too many people try to come in.")
+        for key in counted:
+            self._attempts.note(key, time.monotonic())
+        try:
+            account, invitation = await self._admit(fields, request.remote or "")
+        except UserError as error:
+            self._audit.sample("refused at the entrance", name=fields["name"][:64], address=address)
+            return refuse(403, str(error))
+        for key in counted:
+            self._attempts.forgive(key, time.monotonic())
+        cookie, sign_in = self._sign_ins.begin(account, time.time())
+        self._audit.note(
+            "came in", name=account.name, role=account.role, address=address, browser=sign_in.name,
+            invitation=invitation.id if invitation else "",
+        )  # fmt: skip
+        response = web.json_response(self._about(account))
+        response.set_cookie(COOKIE, cookie, max_age=round(LIFE), **_COOKIE)  # type: ignore[arg-type]
+        return response
+
+    async def _admit(self, fields: dict[str, str], address: str) -> tuple[Account, Invitation | None]:
+        if "invitation" in fields:
+            return await asyncio.to_thread(self._entrance.accept, fields["invitation"], fields["name"])
+        words = fields["name"], fields["password"], address
+        self._waiting += 1
+        try:
+            loop = asyncio.get_running_loop()
+            return await loop.run_in_executor(self._checkers, self._entrance.admit, *words), None
+        finally:
+            self._waiting -= 1
+
+    async def _leave(self, request: web.Request) -> web.StreamResponse:
+        sign_in = self.who(request)
+        await self._end(sign_in, "")
+        if is_guest_name(sign_in.account.name):
+            await asyncio.to_thread(self._entrance.invitations.leave, sign_in.account.name)
+        response = web.json_response({})
+        response.del_cookie(COOKIE, **_COOKIE)  # type: ignore[arg-type]
+        return response
+
+    async def _end(self, sign_in: SignIn, reason: str) -> None:
+        if self._sign_ins.end(sign_in, time.time(), reason):  # not by two at once: who leaves, and who looks after them
+            await self._let_out(sign_in, reason)
+
+    async def _let_out(self, sign_in: SignIn, reason: str) -> None:
+        self._audit.note("left", name=sign_in.account.name, browser=sign_in.name, reason=reason)
+        await self._left(sign_in)
+
+    async def _me(self, request: web.Request) -> web.StreamResponse:
+        try:
+            return web.json_response(self._about(self.who(request).account))
+        except web.HTTPUnauthorized as error:
+            fields = {"reason": error.reason, "password": self._entrance.asks(request.remote or "")}
+            ended = self._sign_ins.why_ended(request.cookies.get(COOKIE, ""))
+            return web.json_response(fields | ({"ended": ended} if ended else {}), status=error.status)
+
+    async def _invite(self, request: web.Request) -> web.StreamResponse:
+        host = self._host(request)
+        fields = await read_fields(request, {"role": str, "hours": float, "once": bool})
+        invitations = self._entrance.invitations
+        try:
+            made, link = await asyncio.to_thread(
+                invitations.invite, fields["role"], 3600.0 * fields["hours"], fields["once"], host.account.name
+            )
+        except UserError as error:
+            return refuse(400, str(error))
+        self._audit.note("invited", name=host.account.name, invitation=made.id, role=made.role, once=made.once)
+        rows = await asyncio.to_thread(qr_code.rows, link)
+        return web.json_response({"link": link, "qr": rows} | _shown(made))
+
+    async def _invitations(self, request: web.Request) -> web.StreamResponse:
+        self._host(request)
+        found = await asyncio.to_thread(self._entrance.invitations.all)
+        return web.json_response({"invitations": [_shown(invitation) for invitation in found]})
+
+    async def _withdraw(self, request: web.Request) -> web.StreamResponse:
+        host = self._host(request)
+        fields = await read_fields(request, {"id": str})
+        try:
+            invitation = await asyncio.to_thread(self._entrance.invitations.withdraw, fields["id"])
+        except UserError as error:
+            return refuse(404, str(error))
+        self._audit.note("withdrew", name=host.account.name, invitation=invitation.id)
+        return web.json_response({})
+
+    def _host(self, request: web.Request) -> SignIn:
+        """Return who invites. Raises HTTPForbidden."""
+        sign_in = self.who(request)
+        if not may_invite(sign_in.account):
+            self._audit.sample("refused to invite", name=sign_in.account.name)
+            raise web.HTTPForbidden(reason="Only pilots with an account invite.")
+        return sign_in
+
+    def _about(self, account: Account) -> dict[str, Any]:
+        return {
+            "name": account.name,
+            "role": account.role,
+            "robots": self._robots,
+            "invites": may_invite(account),
+        }
+
+
+def _shown(invitation: Invitation) -> dict[str, Any]:
+    return {
+        "id": invitation.id,
+        "role": invitation.role,
+        "once": invitation.once,
+        "left": round(invitation.ends - time.time()),
+        "maker": invitation.maker,
+        "used": invitation.used,
+    }
+
+
+async def read_fields(request: web.Request, *shapes: dict[str, type]) -> dict[str, Any]:
+    """Return the fields of a body that has one of these shapes: a name and a type each; float takes whole numbers, too.
+
+    Raises:
+        HTTPBadRequest: It has none of them.
+    """
+    try:
+        fields = await request.json()
+    except (ValueError, RecursionError):
+        fields = None
+    for shape in shapes:
+        if isinstance(fields, dict) and set(fields) == set(shape):
+            if all(type(fields[name]) in ((int, float) if kind is float else (kind,)) for name, kind in shape.items()):
+                return fields
+    names = " or ".join(", ".join(sorted(shape)) for shape in shapes)
+    raise web.HTTPBadRequest(reason=f"The body must be JSON with {names}.")
+
+
+def refuse(status: int, reason: str) -> web.Response:
+    """Return an answer that says why not."""
+    return web.json_response({"reason": reason}, status=status)

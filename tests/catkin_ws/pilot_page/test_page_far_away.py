@@ -1,0 +1,122 @@
+"""The page through the internet: a pilot at home and the station behind routers that translate addresses, with a relay.
+
+The routers and the relay (coturn) are real, in network namespaces; see internet.py. The tests go on from one another,
+as a long evening of one pilot would.
+"""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from internet import GATEWAY, RELAY, RELAY_PORT, STATION, Internet
+from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
+
+pytestmark = [pytest.mark.ros, pytest.mark.browser]
+
+REST, BACK = 0.5, 3.0
+"""[s], see test_page_faults.py."""
+CUT = 10.0
+SURE = 0.5
+
+
+@pytest.fixture(scope="module")
+def internet(tmp_path_factory):
+    made = Internet(tmp_path_factory.mktemp("internet"))
+    made.start_relay()
+    with made.station.entered():
+        yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def graph(internet, graph):
+    """The graph of the station, on its machine."""
+    return graph
+
+
+@pytest.fixture(scope="module")
+def url(internet, page):
+    words = ["--address", STATION, "--servers", f"turn:{RELAY}:{RELAY_PORT}", "--turn-secret", str(internet.secret)]
+    port = int(page(*words).wait_for(r"https://192\.168\.1\.2:(\d+)/").group(1))
+    internet.translate(port, strict=False)
+    return f"https://{GATEWAY}:{port}/"
+
+
+@pytest.fixture(scope="module")
+def browser(internet, url):
+    with internet.home.entered():
+        browser = Browser(url)
+    yield browser
+    browser.tools.close()
+
+
+@pytest.fixture
+def pilot(browser, until_true):
+    until_true(lambda: browser.is_there() or browser.asks(), "the page is there")
+    return browser if browser.is_there() else enter(browser, until_true)
+
+
+def stands(probe, until_true) -> None:
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
+    last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
+    assert min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last) - last <= REST
+
+
+def comes_back(probe, until_true, browser, *ways: str) -> None:
+    began = time.monotonic()
+    probe.forget("/cmd_vel")
+    until_true(browser.is_there, "the page shows pictures and has the robot")
+    assert time.monotonic() - began <= BACK
+    time.sleep(SURE)
+    assert FORWARD not in heard(probe)
+    until_true(lambda: browser.way() not in ("", "dialling"), "the page says which way it takes")
+    assert browser.way() in ways
+    drives(probe, until_true, browser)
+
+
+def lets_go(probe, until_true, browser) -> None:
+    browser.key("KeyW", False)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the release stops")
+
+
+def test_both_behind_routers_find_a_direct_way(pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    until_true(lambda: pilot.way() not in ("", "dialling"), "the page says which way it takes")
+    assert pilot.way() == "direct"
+    assert pilot.errors == []
+
+
+def test_the_network_is_cut_for_ten_seconds(internet, pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    with internet.cut():
+        stands(probe, until_true)
+        time.sleep(CUT)
+        assert FORWARD not in heard(probe)[-5:]
+    comes_back(probe, until_true, pilot, "direct", "relay")
+
+
+def test_behind_strict_routers_a_relay_carries_everything(internet, url, pilot, probe, until_true):
+    lets_go(probe, until_true, pilot)
+    internet.translate(int(url.rstrip("/").rpartition(":")[2]), strict=True)
+    pilot.tools.call("Page.reload")
+    comes_back(probe, until_true, pilot, "relay")
+
+
+def test_the_relay_is_killed_and_started_again(internet, pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    internet.kill_relay()
+    stands(probe, until_true)
+    time.sleep(SURE)
+    internet.start_relay()
+    comes_back(probe, until_true, pilot, "relay")
+
+
+def test_without_a_relay_the_slower_way_is_taken_and_left_again(internet, pilot, probe, until_true):
+    internet.kill_relay()
+    stands(probe, until_true)
+    until_true(lambda: pilot.is_there() and pilot.way() == "slower", "the page works by the slower way")
+    drives(probe, until_true, pilot)
+    lets_go(probe, until_true, pilot)
+    internet.start_relay()
+    until_true(lambda: pilot.is_there() and pilot.way() == "relay", "the page finds the relay again")

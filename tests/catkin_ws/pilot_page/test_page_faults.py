@@ -1,0 +1,168 @@
+"""What goes wrong while somebody drives by the page: the robot stands, nothing late moves it, the page comes back.
+
+The network's own faults are in test_page_far_away.py.
+"""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
+
+pytestmark = [pytest.mark.ros, pytest.mark.browser]
+
+REST = 0.5
+"""[s] after the last valid command within which the robot is told to stand."""
+BACK = 3.0
+"""[s] after the end of a fault within which the page shows pictures and has the robot."""
+SURE = 0.5
+"""[s] in which a page that drove would have sent ten commands."""
+CLOCK = """
+{
+  const RightDate = Date;
+  globalThis.wrong = 86400e3;
+  globalThis.Date = class extends RightDate {
+    constructor(...words) { words.length ? super(...words) : super(RightDate.now() + wrong); }
+    static now() { return RightDate.now() + wrong; }
+  };
+  const origin = performance.timeOrigin;
+  Object.defineProperty(performance, "timeOrigin", { get: () => origin + wrong });
+}
+"""
+"""The browser's clock, `wrong` by so many milliseconds; what only counts on is right, as in a real one."""
+
+
+@pytest.fixture(scope="module")
+def browser(running):
+    browser = Browser(running[1], CLOCK.replace("86400e3", "0"))
+    yield browser
+    browser.tools.close()
+
+
+@pytest.fixture
+def pilot(browser, until_true):
+    """The browser of somebody who has the robot; a test that failed may have left it to another page."""
+    browser.evaluate("if (!document.getElementById('take')?.hidden) document.getElementById('take')?.click()")
+    until_true(lambda: browser.is_there() or browser.asks(), "the page is there")
+    return browser if browser.is_there() else enter(browser, until_true)
+
+
+def stands(probe, until_true) -> None:
+    """Wait until the robot is told to stand, and look how soon after the last command that was."""
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
+    last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
+    stood = min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last)
+    assert stood - last <= REST
+
+
+def comes_back(probe, until_true, browser) -> None:
+    """Wait for the page; what was held before moves nothing, and a new press does."""
+    began = time.monotonic()
+    probe.forget("/cmd_vel")
+    until_true(browser.is_there, "the page shows pictures and has the robot")
+    assert time.monotonic() - began <= BACK
+    time.sleep(SURE)
+    assert FORWARD not in heard(probe)
+    browser.key("KeyW", False)
+    drives(probe, until_true, browser)
+    browser.key("KeyW", False)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the release stops")
+
+
+def test_another_tab_is_looked_at(pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=False)
+    pilot.evaluate("globalThis.other = open('about:blank'); 0", userGesture=True)
+    stands(probe, until_true)
+    assert pilot.evaluate("document.hidden")
+    time.sleep(2 * SURE)  # until pictures would count as lost
+    pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
+    pilot.evaluate("other.close()")
+    comes_back(probe, until_true, pilot)
+
+
+def test_the_page_is_killed(pilot, running, probe, until_true):
+    drives(probe, until_true, pilot)
+    pilot.tools.post("Page.crash")
+    stands(probe, until_true)
+    pilot.tools.call("Page.navigate", url=running[1])
+    comes_back(probe, until_true, pilot)
+
+
+def test_the_lid_is_closed(pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    pilot.tools.signal(signal.SIGSTOP)
+    try:
+        stands(probe, until_true)
+        time.sleep(3 * SURE)  # longer than a lease
+    finally:
+        pilot.tools.signal(signal.SIGCONT)
+    comes_back(probe, until_true, pilot)
+
+
+def test_the_browser_is_killed(open_page, pilot, probe, until_true):
+    pilot.evaluate("document.getElementById('leave').click()")
+    other = enter(open_page(), until_true)
+    drives(probe, until_true, other)
+    other.tools.signal(signal.SIGKILL)
+    stands(probe, until_true)
+    enter(pilot, until_true)  # somebody takes another one
+    comes_back(probe, until_true, pilot)
+
+
+def test_the_page_s_program_is_killed(page, running, pilot, probe, until_true):
+    drives(probe, until_true, pilot)
+    running[0].kill()
+    stands(probe, until_true)
+    page().wait_for("https://")
+    comes_back(probe, until_true, pilot)
+
+
+def test_one_person_has_two_pages(open_page, pilot, probe, until_true):
+    """Whoever comes by another page drives there, and the first page says so; neither drives past the other."""
+    drives(probe, until_true, pilot)
+    pilot.evaluate(
+        "globalThis.said = ''; new MutationObserver(() => said += document.getElementById('alert').textContent)"
+        ".observe(document.getElementById('alert'), { childList: true, characterData: true, subtree: true })"
+    )
+    other = enter(open_page(), until_true)
+    until_true(lambda: "drives now" in pilot.evaluate("said"), "the first page says who has it")
+    stands(probe, until_true)
+    until_true(lambda: "anna drives" in pilot.text("status"), "and goes on saying so")
+    assert not pilot.is_there() and not pilot.evaluate("document.getElementById('take').hidden")
+    probe.forget("/cmd_vel")
+    time.sleep(SURE)
+    assert FORWARD not in heard(probe)  # although the key is held there
+    drives(probe, until_true, other)
+    pilot.evaluate("document.getElementById('take').click()")
+    stands(probe, until_true)
+    until_true(lambda: "anna drives" in other.text("status"), "the other page says so")
+    comes_back(probe, until_true, pilot)
+
+
+def test_two_tabs_share_a_sign_in(pilot, probe, until_true):
+    pilot.evaluate("globalThis.other = open('/'); 0", userGesture=True)
+    until_true(
+        lambda: pilot.evaluate("other.document.getElementById('picture')?.videoWidth > 0"), "the second tab sees"
+    )
+    until_true(lambda: pilot.evaluate("other.document.getElementById('take').hidden"), "the second tab has the robot")
+    pilot.evaluate("other.close()")
+    until_true(lambda: not pilot.evaluate("document.getElementById('picture').classList.contains('stale')"), "it sees")
+    pilot.evaluate("document.getElementById('take').click()")
+    comes_back(probe, until_true, pilot)
+
+
+def test_the_browser_s_clock_is_wrong_by_a_day(pilot, probe, until_true):
+    """It is set while somebody drives, to either side; then the page is loaded with it."""
+    drives(probe, until_true, pilot)
+    for wrong in ("86400e3", "-86400e3"):
+        pilot.evaluate(f"wrong = {wrong}")
+        drives(probe, until_true, pilot)
+    pilot.key("KeyW", False)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the release stops")
+    pilot.tools.call("Page.addScriptToEvaluateOnNewDocument", source=CLOCK)
+    pilot.tools.call("Page.reload")
+    comes_back(probe, until_true, pilot)
+    assert pilot.evaluate("Date.now()") / 1000 - time.time() > 80_000

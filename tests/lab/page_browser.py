@@ -1,0 +1,120 @@
+"""The pilot's page in Chromium, as people use it, and a camera for it to show."""
+
+from __future__ import annotations
+
+import base64
+import math
+import time
+from collections.abc import Callable, Sequence
+
+from open_page import OpenPage
+
+from pepper_sim.tablet.devtools import DevTools
+
+FORWARD = [0.2, 0.0, 0.0]
+"""What the key W drives."""
+ZERO = [0.0, 0.0, 0.0]
+PATIENCE = 2.0
+"""[s] from one press of a key to the next, while nothing drives."""
+FLAGS = (
+    "--ignore-certificate-errors",  # the page's own one
+    "--allow-loopback-in-peer-connection",
+    "--disable-features=WebRtcHideLocalIpsWithMdns",
+)
+
+
+def camera_program(pixels: str) -> str:
+    """Return a program that publishes Pepper's front camera, 160x120, twenty times a second.
+
+    Args:
+        pixels: Computes a picture's bytes, 120 rows of 480; `level` goes round from 0 to 195.
+    """
+    return f"""
+import rospy, numpy as np
+from sensor_msgs.msg import Image
+rospy.init_node("pictures", anonymous=True)
+publisher = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
+rate, level = rospy.Rate(20), 0
+while not rospy.is_shutdown():
+    level = (level + 5) % 200
+    message = Image(height=120, width=160, encoding="rgb8", step=480, data=({pixels}).tobytes())
+    message.header.stamp = rospy.Time.now()
+    publisher.publish(message)
+    try:
+        rate.sleep()
+    except rospy.ROSInterruptException:
+        break
+"""
+
+
+PICTURES = camera_program("np.full((120, 480), level, np.uint8)")
+NOISE = camera_program("np.random.randint(0, 256, (120, 480), np.uint8)")
+"""Pictures that take all that the encoder gives them."""
+
+
+class Browser(OpenPage):
+    def __init__(self, url: str, before: str = "", flags: Sequence[str] = ()) -> None:
+        self.errors: list[str] = []
+        self.tools = DevTools(self._note, (*FLAGS, *flags))
+        for domain in ("Page", "Runtime"):
+            self.tools.call(f"{domain}.enable")
+        self.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
+        self.tools.call("Emulation.setDeviceMetricsOverride", width=1280, height=720, deviceScaleFactor=1, mobile=False)
+        self.tools.call("Page.addScriptToEvaluateOnNewDocument", source=before)
+        self.tools.call("Page.navigate", url=url)
+
+    def _note(self, method: str, params: dict) -> None:
+        if method == "Runtime.exceptionThrown":
+            self.errors.append(str(params)[:1000])
+
+    def evaluate(self, expression: str, **more):
+        """As if somebody had pressed something: a browser plays sound only then."""
+        more = {"awaitPromise": True, "returnByValue": True, "userGesture": True} | more
+        answer = self.tools.call("Runtime.evaluate", expression=expression, **more)
+        return answer["result"].get("value")
+
+    def key(self, code: str, down: bool) -> None:
+        self.tools.call("Input.dispatchKeyEvent", type="keyDown" if down else "keyUp", code=code, key=code[-1].lower())
+
+    def picture(self) -> bytes:
+        return base64.b64decode(self.tools.call("Page.captureScreenshot")["data"])
+
+
+def enter(browser: OpenPage, until_true: Callable, name: str = "anna") -> OpenPage:
+    """Sign in; who comes first gets the robot."""
+    until_true(lambda: browser.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
+    browser.sign_in(name)
+    until_true(browser.is_there, "the page shows pictures and has the robot")
+    return browser
+
+
+def heard(probe) -> list[list[float]]:
+    """What the robot was asked for."""
+    return [fields for _, fields in probe.seen("/cmd_vel")]
+
+
+def drives(probe, until_true: Callable, browser: OpenPage) -> None:
+    """Hold W until the robot drives. A page that was not run for half a second, on a busy machine, lets go of it."""
+    pressed = -math.inf
+
+    def press() -> bool:
+        nonlocal pressed
+        if heard(probe)[-5:] == [FORWARD] * 5:
+            return True
+        if time.monotonic() - pressed > PATIENCE:
+            pressed = time.monotonic()
+            browser.key("KeyW", False)
+            browser.key("KeyW", True)
+        return False
+
+    probe.forget("/cmd_vel")
+    until_true(press, "the key drives")
+
+
+def let_go_of_the_stop(browser: OpenPage, until_true: Callable) -> None:
+    """Press it as long as it is pressed; for a second it takes no second press."""
+    press = (
+        "((stop) => { const down = stop.ariaPressed === 'true'; if (down) stop.click(); return !down; })(part('stop'))"
+    )
+    until_true(lambda: browser.evaluate(press.replace("part", "document.getElementById")), "the red stop is let go")
+    until_true(lambda: browser.text("status") == "Ready.", "it may drive")
