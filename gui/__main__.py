@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 import os
 import signal
 import socket
 import sys
+import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
@@ -69,7 +71,8 @@ def main(argv: list[str] | None = None) -> int:
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
     scale = f"{arguments.scale or usual_scale(os.environ):g}"
     chosen = os.environ.setdefault("QT_SCALE_FACTOR", scale) != scale
-    application = QApplication(sys.argv[:1])
+    with runtime_folder():
+        application = QApplication(sys.argv[:1])
     if not chosen:
         del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts choose their own
     _gc = GcOnQtThread()  # collects for as long as this variable refers to it
@@ -146,14 +149,31 @@ def main(argv: list[str] | None = None) -> int:
     leave(code)
 
 
+@contextlib.contextmanager
+def runtime_folder() -> Iterator[None]:
+    """Where nobody is logged in by systemd, Qt warns that it has no folder for sockets and uses a temporary one: let it
+    have an empty one without a warning. Programs that start later find their sound server without."""
+    if "XDG_RUNTIME_DIR" in os.environ:
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="telepresence-runtime-") as folder:
+        os.environ["XDG_RUNTIME_DIR"] = folder
+        yield
+        del os.environ["XDG_RUNTIME_DIR"]
+
+
 def log_to_terminal() -> None:
-    """Print what the window's parts log, such as a joystick that was detected, as plain lines on standard output."""
+    """Print what the window's parts log, as plain lines: such as a joystick that was detected on standard output,
+    warnings on standard error."""
     keep_logs_plain()
     UnexpectedErrors().log_all()
-    handler = logging.StreamHandler(sys.stdout)
-    handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("gui")
-    logger.addHandler(handler)
+    for stream in (sys.stdout, sys.stderr):
+        handler = logging.StreamHandler(stream)
+        handler.setFormatter(logging.Formatter("%(message)s"))
+        logger.addHandler(handler)
+    logger.handlers[-1].setLevel(logging.WARNING)
+    logger.handlers[-2].addFilter(lambda record: record.levelno < logging.WARNING)
     logging.getLogger("gui.driving.gamepad").setLevel(logging.INFO)  # others: warnings only
     logger.propagate = False  # rospy's own handlers would print it a second time
 

@@ -122,7 +122,7 @@ _PEPPER = Robot(
     keyboard=commands.KEYBOARD,
     incoming=(
         _picture(_PEPPER_CAMERAS[0][1]), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
-        simulation.BODY_STATE, station.FAULTS,
+        drive.HEAD, simulation.BODY_STATE, station.FAULTS,
     ),
     outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing(), simulation.MOVEMENT_REPORT),
     services=(*drive.SERVICES, *actions.pepper_services(), simulation.RESTART),

@@ -91,6 +91,7 @@ class OperatorWindow(QMainWindow):
     stopButton: QPushButton
     exitButton: QPushButton
     accessSlot: QHBoxLayout
+    cameraTitleLayout: QHBoxLayout
     feedLabel: Label
     cameraChoice: QComboBox
     pictureLabel: Label

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Protocol
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QStackedWidget
 
+from gui.app.invite_dialog import InviteDialog
 from gui.app.sign_in import SignInPage
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.invitations import Invitations, beside, may_invite
 
 if TYPE_CHECKING:
     from gui.app.controller import Controller
@@ -51,6 +53,9 @@ class Authorization(QObject):
         self._window, self._terminal, self._controllers = window, terminal, controllers
         self.page: SignInPage | None = None
         self.account: Account | None = None
+        self.invite_dialog = InviteDialog(Invitations(beside(users.path if users else None)), window)
+        for controller in controllers:
+            controller.bar.invite_wanted.connect(self.invite)
         if users is None:
             self.admit(Account(getpass.getuser(), PILOT))
             return
@@ -80,9 +85,15 @@ class Authorization(QObject):
             self._terminal.deny(FOR_PILOTS)
         self._window.pad.setFocus()
 
+    def invite(self) -> None:
+        """Let who has signed in make links to the pilot's page."""
+        if self.account is not None and may_invite(self.account):
+            self.invite_dialog.open_for(self.account.name)
+
     def dismiss(self) -> None:
         """Hide pictures and controls from everybody. What runs in the terminal keeps running: others may need it."""
         self.account = None
+        self.invite_dialog.hide()
         for controller in self._controllers:
             controller.dismiss()
         self._terminal.deny(SIGNED_OUT)

@@ -20,6 +20,7 @@ from gui.driving.drive_coordinator import DriveCoordinator
 from gui.driving.gamepad import Gamepad
 from gui.driving.gamepad_view import DIRECT_KEYS, GamepadView
 from gui.driving.lease_access import LeaseAccess
+from gui.driving.look_around import LookAround
 from gui.driving.movement_access import MovementAccess
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
@@ -90,6 +91,12 @@ class Controller(QObject):
         self.views.said.connect(self._say)
         self.views.share_changed.connect(self.driving.set_share)
         self.driving.mux.add(self.views.floor_drive)
+        self.looking = LookAround(
+            window, link, self.access, self.views.floor_drive, lambda: self.driving.mux.block, lambda: self.views.lens
+        )
+        self.looking.said.connect(self._say)
+        self.gamepad.looked.connect(self.looking.tilt)
+        self.views.paint_more(self.looking.paint)
         self.driving.sent.connect(self.views.note_sent)
         self.driving.blocked.connect(self.views.forget_sent)
         window.video.status.connect(window.pictureLabel.setText)

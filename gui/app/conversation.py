@@ -48,7 +48,7 @@ class Conversation(QObject):
     """`text` has changed."""
 
     def __init__(self, link: RosLink, access: DriveAccess) -> None:
-        super().__init__(access)
+        super().__init__(link)
         self._link, self._access = link, access
         parts = (
             _Part("show_page", "page", "you on the robot's tablet"),

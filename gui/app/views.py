@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,6 @@ from PyQt5.QtGui import QPainter
 from gui.driving.delay_speed_limit import HALF_FROM, DelaySpeedLimit
 from gui.driving.floor_drive import FloorDrive
 from gui.driving.floor_overlay import PixelToWidget, paint_path
-from gui.driving.floor_projection import scaled_to
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
@@ -22,6 +22,7 @@ from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
 from gui.widgets.label import tip
 from telepresence.security.outside_text import clean
+from telepresence.teleop.floor_projection import scaled_to
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -58,6 +59,7 @@ class Views(QObject):
         self._window, self._link = window, link
         self.robot = link.robot
         self._lens: Lens | None = None
+        self._more: Callable[[QPainter, float, float], None] | None = None
         self._body: BodyState | None = None
         self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
@@ -201,10 +203,7 @@ class Views(QObject):
         if not self._link.has("lens"):
             return
         video, drive = self._window.video, self.floor_drive
-        video.pressed.connect(drive.press)
-        video.dragged.connect(drive.drag)
-        video.released.connect(drive.release)
-        video.set_overlay(self._paint_path)
+        video.set_overlay(self._paint_over)
         video.setCursor(Qt.CursorShape.CrossCursor)
         video.setToolTip("Hold the left button on the floor to drive there")
         drive.target_changed.connect(self._window.around.show_target)
@@ -304,6 +303,25 @@ class Views(QObject):
         except LookupError as error:
             return f"The direction of the camera is unknown: {error}."
         return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
+
+    def paint_more(self, paint: Callable[[QPainter, float, float], None]) -> None:
+        """Paint something else on the picture, too: `paint(painter, width, height)` [px], from its corner on."""
+        self._more = paint
+
+    @property
+    def lens(self) -> Lens | None:
+        """The calibration of the camera that is shown."""
+        return self._lens
+
+    def _paint_over(self, painter: QPainter, to_widget: PixelToWidget) -> None:
+        self._paint_path(painter, to_widget)
+        image = self._window.video.image
+        if self._more is not None and image is not None:
+            corner, end = to_widget(0.0, 0.0), to_widget(image.width(), image.height())
+            painter.save()
+            painter.translate(corner)
+            self._more(painter, end.x() - corner.x(), end.y() - corner.y())
+            painter.restore()
 
     def _paint_path(self, painter: QPainter, to_widget: PixelToWidget) -> None:
         target = self.floor_drive.target

@@ -12,6 +12,7 @@ from gui.driving.drive_access import DriveAccess
 from gui.styling import set_property
 from gui.widgets.label import caption, tip
 from telepresence.security.outside_text import clean
+from telepresence.teleop.invitations import may_invite
 
 LONGEST = 16
 """Characters of a name on the button: a longer one would widen the window."""
@@ -26,12 +27,14 @@ class AccessBar(QWidget):
     """
 
     sign_out_wanted = pyqtSignal()
+    invite_wanted = pyqtSignal()
     help_wanted = pyqtSignal()
     guide_keys_wanted = pyqtSignal(bool)
     """Keys and speeds as in the Robotino guide, or ours."""
 
     takeButton: QPushButton
     keepButton: QPushButton
+    inviteButton: QPushButton
     menuButton: QToolButton
 
     def __init__(self, access: DriveAccess, can_sign_out: bool, parent: QWidget | None = None) -> None:
@@ -47,6 +50,7 @@ class AccessBar(QWidget):
         self.keepButton.setShortcut("Shift+F3")
         self.takeButton.clicked.connect(self._on_take)
         self.keepButton.clicked.connect(lambda: access.ask("keep"))
+        self.inviteButton.clicked.connect(self.invite_wanted)
         access.changed.connect(self.show_access)
         self.show_access()
 
@@ -77,6 +81,13 @@ class AccessBar(QWidget):
             self.takeButton.setText(text)
             self.takeButton.setShortcut("F3")  # setText removes it
         self.keepButton.setVisible(bool(asking))
+        # With another button beside it and long names there is no room; the menu has it always.
+        self.inviteButton.setVisible(self._may_invite and access.mine and not asking)
+
+    @property
+    def _may_invite(self) -> bool:
+        access = self._access
+        return access.shared and access.account is not None and may_invite(access.account)
 
     @property
     def guide_keys(self) -> bool:
@@ -110,6 +121,8 @@ class AccessBar(QWidget):
             self._menu.addAction(self.takeButton.text(), access.take)
         if access.shared:
             self._menu.addAction(self._guide_keys)
+        if self._may_invite:
+            self._menu.addAction("Invite somebody", self.invite_wanted.emit)
         self._menu.addAction("Keys and help (F1)", self.help_wanted.emit)
         if self._can_sign_out:
             self._menu.addAction("Sign out", self.sign_out_wanted.emit)

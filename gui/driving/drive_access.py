@@ -2,77 +2,75 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from typing import Protocol
 
-from telepresence.teleop.drive_lease import PILOT, Account
+from PyQt5.QtCore import pyqtBoundSignal
+
+from telepresence.teleop.drive_lease import Account
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.looking import Look
 
 
-class DriveAccess(QObject):
+class DriveAccess(Protocol):
     """Whether this window may drive the robot, and what it sends.
 
     Attributes:
+        account: Of the person who has signed in.
+        state: Who drives; None when nobody says so.
         shared: Windows hand the robot to each other.
-        comes_back: This window has lost a robot that nobody else has, and takes it back.
     """
 
-    changed = pyqtSignal()
-    """Something in `state`, `mine` or `obstacle` has changed."""
-    refused = pyqtSignal(str)
-    """A request was refused; a sentence that says why."""
+    account: Account | None
+    state: LeaseState | None
+    shared: bool
 
-    ended = pyqtSignal(str)
-    """The account was removed or changed, and acts no more; a sentence that says so."""
+    @property
+    def changed(self) -> pyqtBoundSignal:
+        """Something in `state`, `mine` or `obstacle` has changed."""
 
-    shared = True
+    @property
+    def refused(self) -> pyqtBoundSignal:
+        """A request was refused; a sentence that says why."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.account: Account | None = None
-        self.state: LeaseState | None = None
-        """Who drives; None when nobody says so."""
+    @property
+    def ended(self) -> pyqtBoundSignal:
+        """The account was removed or changed, and acts no more; a sentence that says so."""
 
     @property
     def is_pilot(self) -> bool:
-        return self.account is not None and self.account.role == PILOT
+        """Whether the person who has signed in may drive at all."""
 
     @property
     def mine(self) -> bool:
         """Whether this window has the robot."""
-        raise NotImplementedError
 
     @property
     def comes_back(self) -> bool:
-        return False
+        """Whether this window has lost a robot that nobody else has, and takes it back."""
 
     def obstacle(self) -> str:
         """Return why this window may not drive and what to do about it; empty when it may."""
-        raise NotImplementedError
 
     def sign_in(self, account: Account) -> None:
         """Act for this person from now on."""
-        raise NotImplementedError
 
     def sign_out(self) -> None:
         """Act for nobody."""
-        raise NotImplementedError
 
     def set_hold(self, reason: str) -> None:
         """Let nobody drive for this reason while this window has the robot."""
-        raise NotImplementedError
 
     def drive(self, vx: float, vy: float, wz: float) -> None:
         """Send a velocity: forward, left [m/s], counter-clockwise [rad/s]; to be repeated."""
-        raise NotImplementedError
+
+    def look(self, look: Look) -> None:
+        """Send where the pilot wants to look; to be repeated. A robot without a head does nothing."""
 
     def take(self) -> None:
         """Take the robot, or ask the pilot for it."""
-        raise NotImplementedError
 
     def release(self) -> None:
         """Release the robot for others."""
-        raise NotImplementedError
 
     def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
         """Send a request: stop, reset_stop, give, keep (see `telepresence.teleop.drive_lease`)."""
-        raise NotImplementedError

@@ -64,6 +64,8 @@ class Gamepad(QObject):
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while LB is held, then a few zeros."""
+    looked = pyqtSignal(float, float)
+    """The right stick is tilted with LT: left and down, -1 to 1; repeated, zeros once it is let go."""
     blocked = pyqtSignal(str)
     """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
@@ -94,7 +96,7 @@ class Gamepad(QObject):
         self._buttons_before: tuple[int, ...] = ()
         self._received_at: float | None = None
         self._block = ""
-        self._driving = False
+        self._driving = self._looks = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
         self._timer = PeriodicTimer(PERIOD, self._tick, self, precise=True)
@@ -213,6 +215,7 @@ class Gamepad(QObject):
         self._received_at = None
         self._mapping.lose()
         self._axes, self._buttons, self._pressed_at = (), (), None
+        self._watch_head()
         if self._driving:
             self._driving = False
             self.velocity.emit(0.0, 0.0, 0.0)
@@ -233,6 +236,7 @@ class Gamepad(QObject):
         if driving or self._driving:
             self._driving = driving
             self.velocity.emit(*(velocity or (0.0, 0.0, 0.0)))
+        self._watch_head()
         self._watch_buttons(now)
         self._show()
 
@@ -257,6 +261,12 @@ class Gamepad(QObject):
             self._released = False
         driving = bool(up) and self._released
         return ((up * self._speed, 0.0, 0.0) if driving else None), driving
+
+    def _watch_head(self) -> None:
+        left, down = self._mapping.look or (0.0, 0.0)
+        if left or down or self._looks:
+            self._looks = bool(left or down)
+            self.looked.emit(left, down)
 
     def _watch_buttons(self, now: float) -> None:
         # Noted before anything is emitted: a stop comes back here by `release_all`.

@@ -11,7 +11,7 @@ from gui.driving.gamepad import JoystickState
 
 TITLE = "No gamepad"
 HINT = "Plug one in and it is found. Or use the pad on the topic joy:  --gamepad joy"
-KEYS = "LB hold to drive    RB fast    B stop    button 0 held 1 s: restart the simulation"
+KEYS = "LB hold to drive    RB fast    LT look    B stop    button 0 held 1 s: restart the simulation"
 DIRECT_KEYS = "cross or left stick: walk    B stop    button 0: restart the simulation"
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from gui.driving.drive_access import DriveAccess
+from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
 from telepresence.teleop.drive_lease import Account, Command
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_client import LIFE_PERIOD, LeaseClient
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.looking import Look, LookCommand
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink
@@ -19,12 +20,14 @@ if TYPE_CHECKING:
 CHECK_PERIOD = 100  # ms between two looks whether drive_lease is silent
 
 
-class LeaseAccess(DriveAccess):
-    """A `LeaseClient` on Qt's thread: a window that hangs loses the robot.
+class LeaseAccess(SignedIn):
+    """A `DriveAccess` by a `LeaseClient` on Qt's thread: a window that hangs loses the robot.
 
     Args:
         link: The robot.
     """
+
+    shared = True
 
     def __init__(self, link: RosLink) -> None:
         super().__init__()
@@ -58,6 +61,9 @@ class LeaseAccess(DriveAccess):
 
     def drive(self, vx: float, vy: float, wz: float) -> None:
         self.client.drive(vx, vy, wz)
+
+    def look(self, look: Look) -> None:
+        self.client.look(look)
 
     def take(self) -> None:
         self.client.take()
@@ -93,6 +99,9 @@ class _Link:
 
     def send(self, session: str, command: Command) -> None:
         self._link.send("command", session, command)
+
+    def send_look(self, session: str, command: LookCommand) -> None:
+        self._link.send("look", session, command)
 
     def join(self, claim: Claim, session: str, proof: bytes, then: Callable[[Answer], None]) -> None:
         self._link.call("join", claim, session, proof, then=then)

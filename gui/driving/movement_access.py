@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gui.driving.drive_access import DriveAccess
+from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.drive_lease import Account, Velocity
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.looking import Look
 from telepresence.teleop.movement import Movement, movement_of
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ STOP_PERIOD = 100
 NO_SIMULATION = "The simulation does not run. Press Roscore start."
 
 
-class MovementAccess(DriveAccess):
-    """Sends forward, backward and stop.
+class MovementAccess(SignedIn):
+    """A `DriveAccess` that sends forward, backward and stop.
 
     Args:
         link: The robot.
@@ -42,6 +43,10 @@ class MovementAccess(DriveAccess):
     @property
     def mine(self) -> bool:
         return self.is_pilot and self.state is not None
+
+    @property
+    def comes_back(self) -> bool:
+        return False
 
     def obstacle(self) -> str:
         if self.account is None:
@@ -68,6 +73,9 @@ class MovementAccess(DriveAccess):
     def drive(self, vx: float, vy: float, wz: float) -> None:
         """Walk forward or backward, whatever the speed; the robot takes no other velocity."""
         self._send(Movement.STOP if self._stopped_by else movement_of(vx))
+
+    def look(self, look: Look) -> None:
+        """Do nothing: the robot has no head that turns."""
 
     def take(self) -> None:
         """Do nothing: the robot belongs to nobody."""

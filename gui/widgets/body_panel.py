@@ -13,7 +13,9 @@ from PyQt5.QtWidgets import QFrame, QWidget
 from gui import theme
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState, TruePose
+from gui.widgets.paced_updates import PacedUpdates
 
+PAINT_PERIOD = 200  # ms; the odometry alone comes 20 times a second
 FORGET_AFTER = 1.0
 """[s] after which a reading is no longer shown."""
 FULL_SCALE = math.radians(20.0)
@@ -33,7 +35,8 @@ class BodyPanel(QFrame):
         self._true: TruePose | None = None
         self.setMinimumSize(112, 160)
         self.setToolTip("Attitude of the body (roll and pitch), position and heading by odometry, speed")
-        self._refresh = PeriodicTimer(500, self.update, self)
+        self._updates = PacedUpdates(self, PAINT_PERIOD)
+        self._refresh = PeriodicTimer(500, self._updates.ask, self)
         self._refresh.start()
 
     def sizeHint(self) -> QSize:
@@ -47,7 +50,7 @@ class BodyPanel(QFrame):
             self._true = reading
         else:
             return
-        self.update()
+        self._updates.ask()
 
     def clear(self) -> None:
         self._body = self._true = None

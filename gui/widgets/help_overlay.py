@@ -55,7 +55,7 @@ GAMEPAD: Section = (
     (
         ("LB", "hold to drive"),
         ("left stick, cross", "drive; the cross creeps"),
-        ("right stick", "turn"),
+        ("right stick", "turn; with LT Pepper's head"),
         ("RB", "fast"),
         ("B", "stop"),
         ("button 0", "hold 1 s: restart the simulation"),
@@ -79,6 +79,8 @@ def sections(by_movement: bool, guide_keys: bool) -> tuple[Section, ...]:
         ("Space", "stop"),
         ("PgUp  PgDn", "faster, slower"),
         ("picture", "hold the mouse on the floor: drive there"),
+        ("I J K L", "turn Pepper's head; or drag the picture"),
+        ("H   G", "look ahead; look where I drive"),
     )
     return ("Drive: hold", drive), GENERAL[0], GAMEPAD, GENERAL[1]
 

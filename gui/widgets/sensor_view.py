@@ -24,6 +24,7 @@ from PyQt5.QtWidgets import QFrame, QWidget
 from gui import theme
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import SECTORS, Beams, BodyState, Bumpers, Cone, Points, Safety
+from gui.widgets.paced_updates import PacedUpdates
 from telepresence.safety.outline import Outline
 
 FORGET_AFTER = 1.0
@@ -34,6 +35,7 @@ TRAIL_LENGTH = 2000
 NEAREST_VIEW, FARTHEST_VIEW = 0.5, 6.0
 """Limits of the zoom: half the width of the view [m]."""
 RING_WIDTH = 9.0  # px
+PAINT_PERIOD = 100  # ms; readings come 60 times a second, all sensors together
 REFRESH_PERIOD = 250  # ms; old readings have to disappear even when no new ones come
 
 _BUMPERS = {"left": 50.0, "right": -50.0, "back": 180.0}  # degrees from ahead
@@ -69,7 +71,8 @@ class SensorView(QFrame):
             Safety: lambda reading: setattr(self, "_safety", reading),
             BodyState: self._on_body,
         }
-        self._refresh = PeriodicTimer(REFRESH_PERIOD, self.update, self)
+        self._updates = PacedUpdates(self, PAINT_PERIOD)
+        self._refresh = PeriodicTimer(REFRESH_PERIOD, self._updates.ask, self)
         self._refresh.start()
 
     def sizeHint(self) -> QSize:
@@ -94,7 +97,7 @@ class SensorView(QFrame):
         keep = self._handlers.get(type(reading))
         if keep is not None:
             keep(reading)
-            self.update()
+            self._updates.ask()
 
     def show_target(self, target: tuple[float, float] | None) -> None:
         """Mark the place that is driven to, in odom [m]."""

@@ -49,6 +49,7 @@ class VideoView(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)  # it paints all of itself, so nothing below it
         self._image: QImage | None = None
         self._arrivals: deque[float] = deque()
         self._arrived = self._stamp = 0.0

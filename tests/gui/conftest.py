@@ -107,7 +107,18 @@ class Places:
         window.show_page(window.findChild(QWidget, page))
         self._qt.processEvents()
         widget = window.findChild(QWidget, name)
-        return self._point(widget, widget.rect().center())
+        anna = self._link.lease
+        if not widget.isVisible():
+            self._drive(anna | {"pilot": "", "window": ""})
+        assert widget.isVisible(), f"{name} is there neither while anna drives nor while nobody does"
+        place = self._point(widget, widget.rect().center())
+        self._drive(anna)
+        return place
+
+    def _drive(self, lease: dict) -> None:
+        self._link.lease = lease
+        self._link.report_lease()
+        self._qt.processEvents()
 
     def tab(self, page: str) -> tuple[int, int]:
         """The middle of a page's tab."""
@@ -144,9 +155,9 @@ class Places:
         if self._window is None:
             self._qt.setStyle("Fusion")
             self._qt.setStyleSheet(style_sheet("dark"))
-            self._window, link = OperatorWindow(FakeTerminal()), FakeLink()
-            Controller(self._window, link, FakeTerminal()).admit(Account("anna", PILOT))
-            link.become(master=True, joined=True, driver=True)
+            self._window, self._link = OperatorWindow(FakeTerminal()), FakeLink()
+            Controller(self._window, self._link, FakeTerminal()).admit(Account("anna", PILOT))
+            self._link.become(master=True, joined=True, driver=True)
             self._window.resize(1280, 720)
             self._window.show()
             self._qt.processEvents()

@@ -60,7 +60,7 @@ class BothStation(Station):
         ports = [f"{name}:={port}" for name, port in self.ports.items()]
         self.launch = self.start(
             "roslaunch", str(ROOT / "launch" / "both.launch"), "gui:=false", "teleop:=false", "source:=test",
-            "front_frame_rate:=8", "sign_in:=true", "voice:=false", *ports,
+            "front_frame_rate:=8", "sign_in:=true", "voice:=false", "page:=false", *ports,
         )  # fmt: skip
 
     def watch(self):
@@ -85,7 +85,7 @@ class BothStation(Station):
     def camera_node(self):
         """Process of Pepper's front camera."""
         for pid in processes.descendants(self.launch.pid):
-            command = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
+            command = Path(f"/proc/{pid}/cmdline").read_bytes().decode().replace("\0", " ").split()
             if "__name:=front" in command:
                 return pid
         pytest.fail("Pepper's front camera does not run")
@@ -320,7 +320,7 @@ def test_letting_go_stops_at_once(pepper, station, screen, video, wait_until):
 
 def test_the_sky_is_no_place_to_go(pepper, station, screen, video):
     hold_at(screen, video(320, 60))
-    time.sleep(0.5)
+    time.sleep(0.5)  # in which Pepper may not drive
     screen.do("mouseup", 1)
     assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
 
@@ -335,7 +335,7 @@ def test_a_session_is_recorded_while_the_safety_gate_slows_the_robot(
     set_speed(screen, FAST)
     screen.do("keydown", "w")
     wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety gate acts", timeout=60.0)
-    time.sleep(0.6)
+    time.sleep(0.6)  # until the window shows it
     photograph("gate")
     screen.do("keyup", "w")
     set_speed(screen, USUAL)

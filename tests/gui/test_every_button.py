@@ -18,6 +18,7 @@ from window_station import ROWS, SPEED, Desk, Station
 from gui.widgets.robot_panel import SENTENCES
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
+from telepresence.teleop.invitations import Invitations, beside
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11, pytest.mark.station]
 
@@ -224,6 +225,21 @@ def test_leaving_the_robot_and_taking_it(driving, wait_until):
     take_the_robot(driving)
 
 
+@presses("inviteButton")
+def test_inviting(driving, wait_until):
+    desk = driving.desk
+    take_the_robot(driving)
+    invitations = Invitations(beside(driving.station.users.path))
+    invitations.set_page("https://127.0.0.1:8443/")
+    desk.click("inviteButton")
+    wait_until(lambda: desk.screen.do("search", "--onlyvisible", "--name", "^Invite somebody$"), "the links' window")
+    desk.screen.do("search", "--sync", "--onlyvisible", "--name", "^Invite somebody$", "windowfocus", "--sync")
+    desk.screen.do("key", "Return")
+    wait_until(lambda: [(one.role, one.maker) for one in invitations.all()] == [("watcher", "anna")], "a link")
+    desk.screen.do("key", "Escape")
+    desk.click("video")  # the keys come back to the window
+
+
 @presses(*CAPS)
 def test_the_pads_caps_drive_while_they_are_pressed(driving, wait_until, given):
     take_the_robot(driving)
@@ -269,6 +285,36 @@ def test_the_red_stop_is_pressed_and_let_go(driving, wait_until):
     driving.desk.click("redStop")
     wait_until(lambda: driver(driving) == ["anna", ""], "it is let go")
     wait_until(lambda: press_cap(driving, "pad_forward"), "and driven")
+
+
+@presses("lookCentre", "lookWay")
+def test_looking_around(driving, wait_until):
+    desk, station = driving.desk, driving.station
+    take_the_robot(driving)
+    station.probe("watch", "/head/state", "telepresence_msgs/HeadState", ["yaw"])
+
+    def yaw():
+        found = station.probe("newest", "/head/state")
+        return found[1][0] if found else math.nan
+
+    def drag():
+        desk.screen.do("mousemove", "--window", desk.window.id, *desk.find("video"), "mousedown", 1)
+        for _ in range(5):
+            desk.screen.do("mousemove_relative", 20, 0)
+        desk.screen.do("mouseup", 1, "sleep", 0.5)
+        return yaw() > 0.1
+
+    wait_until(drag, "dragging the picture to the right turns the head left")
+    desk.click("lookCentre")
+    wait_until(lambda: abs(yaw()) < 0.05, "straight ahead again")
+    desk.click("lookWay")
+    press_cap(driving, "pad_turn_right")
+    wait_until(lambda: yaw() < -0.1 or not press_cap(driving, "pad_turn_right"), "the head looks into the turn")
+    desk.click("lookWay")
+    desk.screen.do("keydown", "l", "sleep", 0.3, "keyup", "l")
+    wait_until(lambda: yaw() < -0.1, "a key turns it")
+    desk.key("h")
+    wait_until(lambda: abs(yaw()) < 0.05, "and another one back")
 
 
 @presses("snapshotButton", "recordButton")

@@ -48,9 +48,9 @@ def test_two_files_import_rospy():
 
 
 def test_ros_is_imported_in_its_folder_only():
-    """`gui.ros.bag` reads files, `gui.ros.transforms` computes: they need ROS's libraries, no graph."""
+    """`gui.ros.bag` reads files: it needs ROS's libraries, no graph."""
     knowing = {name_of(file) for file in FILES if any(imports(file, package) for package in ROS)}
-    assert knowing == {"gui.ros.bag", "gui.ros.link", "gui.ros.node", "gui.ros.transforms"}
+    assert knowing == {"gui.ros.bag", "gui.ros.link", "gui.ros.node"}
 
 
 @pytest.mark.parametrize("file", files_in("widgets"), ids=lambda file: file.stem)
@@ -60,7 +60,6 @@ def test_widgets_import_neither_ros_nor_what_joins_them(file):
         *sorted(ROS),
         "gui.ros.link",
         "gui.ros.node",
-        "gui.ros.transforms",
         "gui.robots",
         "gui.app",
         "gui.window",

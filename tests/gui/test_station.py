@@ -41,6 +41,7 @@ def station(tmp_path_factory, free_port, wait_until):
             "source:=test",
             "front_frame_rate:=8",
             "sign_in:=true",
+            "page:=false",
             *ports,
         )
         station.start_tracking()

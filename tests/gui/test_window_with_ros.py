@@ -7,8 +7,8 @@ import time
 import pytest
 from private_master import start_master
 
-from gui.faults import NOTICED, Cause
 from telepresence.station import processes
+from telepresence.station.fault_sentences import NOTICED, Cause
 from telepresence.station.ros_master import master_proxy
 
 pytestmark = [pytest.mark.ros, pytest.mark.x11]
