@@ -200,9 +200,13 @@ class Cameras:
                 return False
             now = time.monotonic()
             due = [feed for feed in self._feeds if feed._due <= now]
-            textures = self._take_textures(now)
-        painter.upload(textures)
         stamp = painter.snapshot()
+        views = {
+            (camera, feed.width // len(feed._camera_ids), feed.height) for feed in due for camera in feed._camera_ids
+        }
+        with self._changed:
+            textures = self._take_textures(now, painter, views)
+        painter.upload(textures)
         drawn: dict[tuple, np.ndarray] = {}
         for feed in due:
             key = (feed._camera_ids, feed.width, feed.height, feed.kind)
@@ -212,10 +216,12 @@ class Cameras:
             feed._due = next_due(feed._due, feed.fps, time.monotonic())
         return True
 
-    def _take_textures(self, now: float) -> dict[int, np.ndarray]:
+    def _take_textures(self, now: float, painter: Painter, views: set[tuple[int, int, int]]) -> dict[int, np.ndarray]:
+        """Return those that have changed and that one of the pictures to be drawn shows; `views`: cameras and sizes."""
         ready = {}
         for texture in list(self._textures):
-            if now >= self._next_upload.get(texture, 0.0):
+            seen = any(painter.sees(texture, *view) for view in views)
+            if seen and now >= self._next_upload.get(texture, 0.0):
                 self._next_upload[texture] = now + 1.0 / TEXTURE_RATE
                 ready[texture] = self._textures.pop(texture)
         return ready

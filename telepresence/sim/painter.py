@@ -70,6 +70,10 @@ class Painter:
         mujoco.mj_camlight(self._model, self._data)
         return stamp
 
+    def sees(self, texture: int, camera: int, width: int, height: int) -> bool:
+        """Return whether a surface with this texture may be in a camera's picture, as of the last `snapshot`."""
+        return bool(self._in_view(camera, width / height)[self._textured(texture)].any())
+
     def draw(self, camera: int, width: int, height: int, kind: str) -> np.ndarray:
         """Draw the world as of the last `snapshot`: `(height, width, 3) uint8`; for "depth" `(height, width) float32`.
 
@@ -87,6 +91,11 @@ class Painter:
         pixels = np.empty((height, width, 3), np.uint8)
         mujoco.mjr_readPixels(pixels, None, area, self._context)
         return _frozen(np.ascontiguousarray(pixels[::-1]))
+
+    def _textured(self, texture: int) -> np.ndarray:
+        """Return which geoms have a texture, shape (ngeom,) bool."""
+        materials = np.flatnonzero((self._model.mat_texid == texture).any(axis=1))
+        return np.isin(self._model.geom_matid, materials)
 
     def _in_view(self, camera: int, aspect: float) -> np.ndarray:
         """Return which geoms' bounding spheres reach into the camera's field of view, shape (ngeom,) bool."""

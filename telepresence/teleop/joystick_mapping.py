@@ -16,6 +16,8 @@ from telepresence.teleop.command_timeout import ZEROS_TIME
 
 MAX_AGE = 0.2
 """Seconds after which a pad that has fallen silent counts as let go; it has to repeat its state meanwhile."""
+PULLED = -0.2
+"""A trigger is pulled from here on: 1 while it is let go, -1 at its end."""
 STUCK_TIME = 2.0
 """Seconds after which a deflected stick that has not moved by one count asks for a new press of the drive button: a
 hand trembles, a pad that has lost its radio does not."""
@@ -34,6 +36,9 @@ class Layout:
         turbo: Factor while the turbo button is held too.
         dead_zone: Deflections below this are none; above it speed starts at zero.
         curve: Exponent of the deflection; above 1 small deflections drive slower.
+        axis_nod: Up, of the stick that turns.
+        axis_look, button_look: The trigger with which that stick turns the head instead, as an axis, 1 while it is let
+            go, or as a button; -1: none.
     """
 
     axis_x: int
@@ -49,6 +54,9 @@ class Layout:
     dead_zone: float = 0.12
     curve: float = 1.7
     creep: float = 0.05
+    axis_nod: int = -1
+    axis_look: int = -1
+    button_look: int = -1
 
 
 class JoystickMapping:
@@ -56,6 +64,8 @@ class JoystickMapping:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
+        self.look: tuple[float, float] | None = None
+        """How far the stick is tilted that turns the head, left and down, -1 to 1; None while its trigger is let go."""
         self._velocity = ZERO_VELOCITY
         self._held = False
         self._armed = False  # the drive button was seen up since the pad appeared
@@ -79,6 +89,11 @@ class JoystickMapping:
         self._held = pressed and self._armed
         factor = layout.turbo if _at(buttons, layout.button_turbo) else 1.0
         linear, angular = factor * layout.scale_linear, factor * layout.scale_angular
+        looks = _at(axes, layout.axis_look) < PULLED or _at(buttons, layout.button_look) != 0
+        self.look = None
+        if looks:
+            self.look = self._deflection(axes, layout.axis_turn), -self._deflection(axes, layout.axis_nod)
+            angular = 0.0
         self._velocity = Velocity(
             linear * self._deflection(axes, layout.axis_x),
             linear * self._deflection(axes, layout.axis_y),
@@ -101,7 +116,7 @@ class JoystickMapping:
     def lose(self) -> None:
         """The pad is gone, or must not drive until its drive button has been let go."""
         self._held = self._armed = False
-        self._heard = -math.inf
+        self._heard, self.look = -math.inf, None
 
     def command(self, now: float) -> Velocity | None:
         """What to send at `now` [s]; None for nothing, so that others may drive."""

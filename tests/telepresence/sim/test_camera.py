@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from telepresence.sim.camera import Cameras, CamerasFailed, next_due
+from telepresence.sim.painter import Painter
 from telepresence.sim.world import World
 
 ROOM = """
@@ -110,6 +111,21 @@ def test_a_new_texture_is_seen_upright_and_unmirrored(cameras):
     assert len(blue), "the texture was not shown"
     row, column = blue.mean(axis=0)
     assert row < 120 and column < 160
+
+
+def test_a_texture_that_no_picture_shows_costs_nothing_and_is_there_when_one_does(cameras, monkeypatch):
+    uploaded = []
+    upload = Painter.upload
+    monkeypatch.setattr(Painter, "upload", lambda self, textures: (uploaded.extend(textures), upload(self, textures)))
+    away = cameras.subscribe("eye", 80, 60, 50.0)
+    blue = np.zeros((40, 64, 3), np.uint8)
+    blue[:] = (0, 0, 255)
+    cameras.set_texture("screen", blue)
+    newest(away, away.image.peek().sequence + 5 if away.image.peek() else 5)
+    assert not uploaded
+    shown = newest(cameras.subscribe("behind", 320, 240, 30.0)).pixels
+    assert len(uploaded) == 1
+    assert ((shown[:, :, 2] > 200) & (shown[:, :, 0] < 50)).any(), "the first picture has it"
 
 
 def test_closing_a_feed_ends_its_pictures(cameras):

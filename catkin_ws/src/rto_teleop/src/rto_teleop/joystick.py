@@ -6,8 +6,9 @@ Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msg
             the drive button is held, zeros for a moment after, then nothing.
 Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~axis_hat_x, ~axis_hat_y,
             ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo, ~dead_zone, ~curve, ~creep:
-            see `Layout` in telepresence.teleop.joystick_mapping. Axes and buttons that no parameter names are the
-            window's: found by the kernel's names for them, else an Xbox pad's. ~gate (true): false drives on cmd_vel
+            see `Layout` in telepresence.teleop.joystick_mapping; ~axis_nod, ~axis_look, ~button_look: with which the
+            window turns a head, and nothing turns here. Axes and buttons that no parameter names are the window's:
+            found by the kernel's names for them, else an Xbox pad's. ~gate (true): false drives on cmd_vel
             even where there is a gate.
 """
 
