@@ -27,7 +27,10 @@ BENCHMARKS = {
     "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
     "rest": "Robotino's web server under 300 requests a second, the world in real time",
     "webrtc": "age of Robotino's pictures by WebRTC, against a frame period and MJPEG",
+    "access": "the pilot's page by one switch and by gaze: from the bedroom through the door to the sofa, no contact",
+    "page": "the pilot's page in Chromium: age of the picture, key to setpoint, what viewers cost",
     "startup": "./stack up to the first picture in the window",
+    "newcomer": "tap on the printed link to the first picture in the pilot's page, and to driving",
     "control": "by the clock or by odometry, with the gate or without, two gaits: time, error, work, slips, falls",
     "safety": "collisions, share of the command passed, escapes; against no gate, the bubble and uniform scaling",
 }

@@ -39,7 +39,7 @@ def time_up() -> tuple[float, int]:
         environment.pop("DISPLAY", None)
         ports = [
             f"{name}:={free_port()}"
-            for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port")
+            for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "pilot_page_port", "screen_port")
         ]
         begin = time.monotonic()
         up = processes.start(

@@ -62,8 +62,8 @@ STATIONS: dict[str, tuple[Robot, ...]] = {
     "both": (PEPPER, Robot("robotino", "/rto3", "/rto3/safe_cmd_vel", "/rto3/truth", 0.2)),
 }
 PORTS = {
-    "pepper": ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port"),
-    "robotino": ("robotino_port", "drive_port", "camera_port", "sound_port", "screen_port"),
+    "pepper": ("nao_port", "drive_port", "page_port", "robot_page_port", "pilot_page_port", "screen_port"),
+    "robotino": ("robotino_port", "drive_port", "camera_port", "sound_port", "pilot_page_port", "screen_port"),
     "both": (
         "nao_port",
         "pepper_drive_port",
@@ -73,6 +73,7 @@ PORTS = {
         "drive_port",
         "camera_port",
         "sound_port",
+        "pilot_page_port",
         "screen_port",
     ),
 }
@@ -201,7 +202,8 @@ class Station:
             settings["source"] = "test"
         if by == "window":
             settings["gui_options"] = "--tell"
-        words = [str(ROOT / "stack"), "up", kind, *(f"{name}:={value}" for name, value in settings.items())]
+        settled = (f"{name}:={value}" for name, value in settings.items())
+        words = [str(ROOT / "stack"), "up", "--verbose", kind, *settled]
         self.terminal: Terminal | None = None
         if by == "terminal":
             self.terminal = Terminal(*words, env=self.environment)

@@ -67,9 +67,10 @@ def _stat(pid: int) -> list[str]:
 
 def _words(pid: int) -> list[str]:
     try:
-        return [os.fsdecode(word) for word in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0") if word]
+        words = [os.fsdecode(word) for word in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0") if word]
     except OSError:
         return []
+    return words[0].split() if len(words) == 1 else words  # a node that roslaunch has forked shows its words as one
 
 
 def _environment(pid: int) -> dict[str, str]:

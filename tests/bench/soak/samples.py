@@ -76,9 +76,11 @@ def names(pids: Iterable[int]) -> set[str]:
 def _command(pid: int) -> list[str]:
     """The command line; [""] of a process that has ended."""
     try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
     except (FileNotFoundError, ProcessLookupError):
         return [""]
+    # A node that roslaunch has forked shows its words as one.
+    return words[0].split() if len(words) == 1 and words[0] else words
 
 
 def _usage(folder: Path) -> Usage:

@@ -163,7 +163,8 @@ class Station:
         with printed.open("a") as output:
             size = output.tell()
             up = self.on_pilot(
-                str(ROOT / "stack"), "up", "both", "sim:=false", "gate:=robot", "sign_in:=false", "source:=test",
+                str(ROOT / "stack"), "up", "--verbose", "both", "sim:=false", "gate:=robot", "sign_in:=false",
+                "source:=test",
                 f"nao_ip:={self.robot.address}", f"robotino_ip:={self.robot.address}", f"robotino_port:={REST_PORT}",
                 f"roscore_ip:={self.pilot.address}", f"pepper_drive_server:={self.robot.address}",
                 "front_frame_rate:=5",
