@@ -6,18 +6,24 @@ last one ends it.
 
 from __future__ import annotations
 
+import getpass
+import json
+import math
 import os
 import re
 import signal
 import subprocess
 import threading
 import time
+import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import socket_table
+from faults.topics import TopicReader
+from newcomer import SCREENS, Newcomer
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -38,6 +44,8 @@ PROGRAMS = {
     "/teleop_twist_keyboard",
 }
 """The eight programs of the original, and the simulator."""
+FIRST_PICTURE_WITHIN, DRIVES_WITHIN = 3.0, 10.0
+"""Seconds after the tap on the link."""
 
 
 class Station:
@@ -75,6 +83,11 @@ class Station:
         return any(text in line for line in self.lines)
 
     @property
+    def output(self) -> str:
+        """What its programs have printed, which goes to a file."""
+        return Path(re.search(r"output +(\S+)", "".join(self.lines))[1]).read_text()
+
+    @property
     def display(self) -> str:
         return re.search(r"virtual one \((:\d+)\)", "".join(self.lines)).group(1)
 
@@ -86,6 +99,12 @@ class Station:
             if words and words[0] == "Xvfb":
                 return Path(words[words.index("-fbdir") + 1])
         pytest.fail("the station has no virtual display")
+
+    def looked_at_by(self) -> list[str]:
+        """Whom Pepper's tablet names."""
+        place, _, key = re.search(r"tablet page  (\S+)", "".join(self.lines))[1].partition("?")
+        with urllib.request.urlopen(f"{place}status?{key}", timeout=10.0) as answer:
+            return json.load(answer)["looking"]
 
     def nodes(self) -> set[str]:
         state = master_proxy(self.environment["ROS_MASTER_URI"], timeout=5.0).getSystemState("/test")[2]
@@ -143,7 +162,10 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
     environment.pop("DISPLAY", None)
     station = Station(
         environment,
-        {name: free_port() for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "screen_port")},
+        {
+            name: free_port()
+            for name in ("nao_port", "drive_port", "page_port", "robot_page_port", "pilot_page_port", "screen_port")
+        },
     )
     try:
         wait_until(lambda: station.said("first picture"), "the window shows the first picture", timeout=120.0)
@@ -151,6 +173,24 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
     finally:
         processes.end(station.process, patience=30.0)
         station.process.stdout.close()
+
+
+def test_a_normal_start_fits_one_screen_without_a_warning_and_ends_with_what_to_do(station, wait_until):
+    wait_until(lambda: station.lines[-1].startswith("Ctrl-C"), "it has said all")
+    text = "".join(station.lines)
+    assert sum(max(1, math.ceil((len(line) - 1) / 80)) for line in station.lines) <= 24, text
+    link = re.search(r"pilot's page (https://\S+)", text)[1]
+    after_banner = text.partition("  Ctrl-C ends all of it.\n\n")[2].removeprefix(
+        "No sound here: no sound server answers, and there is no sound card.\n"  # as on machines for tests
+    )
+    next_steps = (
+        f"The window shows the first picture. Drive there, or in any browser:\n  {link}\nCtrl-C ends all of it.\n"
+    )
+    assert after_banner == next_steps, text
+    wait_until(
+        lambda: "PARAMETERS" in station.output and "connected to the robot" in station.output, "the rest is kept"
+    )
+    assert "?k=" not in station.output, "a key is in a log"
 
 
 def test_the_window_shows_the_robots_camera(station, wait_until):
@@ -168,6 +208,53 @@ def test_the_original_programs_and_the_simulator_are_nodes(station, wait_until):
     assert PROGRAMS <= set(station.run("rosnode", "list").split())
 
 
+@pytest.fixture(scope="module")
+def moves(station) -> Callable[[], float]:
+    """Metres that the robot has moved since the last call of `moves.restart`."""
+    places: list[np.ndarray] = []
+    reader = TopicReader(
+        station.environment["ROS_MASTER_URI"],
+        "/truth",
+        lambda message: places.append(np.array([message.pose.pose.position.x, message.pose.pose.position.y])),
+    )
+
+    def moved() -> float:
+        return float(np.linalg.norm(places[-1] - places[0])) if places else 0.0
+
+    moved.restart = places.clear
+    yield moved
+    reader.close()
+
+
+@pytest.mark.parametrize("screen", SCREENS, ids=lambda screen: screen.name)
+def test_a_newcomer_opens_the_link_sees_and_drives(station, moves, wait_until, screen):
+    """Nothing is read and nothing is filled in: a tap on the link that the terminal shows, then forward is held."""
+    link = re.search(r"pilot's page (https://\S+)", "".join(station.lines))[1]
+    newcomer = Newcomer(screen)
+    try:
+        for last in (False, False, True):  # a machine that is busy for a moment is no station that is slow
+            newcomer.tap(link)
+            tapped = time.monotonic()
+            wait_until(newcomer.is_there, "the picture is there, and the window has let go of the robot")
+            moves.restart()
+            newcomer.hold_forward()
+            wait_until(lambda: moves() > 0.05, "the robot drives")
+            drove, seen = time.monotonic() - tapped, newcomer.first_picture()
+            if folder := os.environ.get("NEWCOMER_PICTURES"):  # for docs/page.md
+                Path(folder, f"pilot_page_{screen.name}.png").write_bytes(newcomer.picture())
+            newcomer.let_go()
+            wait_until(newcomer.holds_nothing, "the page lets go")
+            wait_until(lambda: station.speed() < 0.01, "the robot stands")
+            if last or (seen < FIRST_PICTURE_WITHIN and drove < DRIVES_WITHIN):
+                break
+        assert seen < FIRST_PICTURE_WITHIN and drove < DRIVES_WITHIN
+        assert station.looked_at_by() == [getpass.getuser()], "Pepper's tablet says who looks"
+        assert "#" not in newcomer.evaluate("location.href"), "the key stays in the address bar"
+        assert newcomer.errors == []
+    finally:
+        newcomer.tools.close()
+
+
 def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
     wait_until(lambda: socket_table.agrees([station.process.pid], "pepper", station.ports), "sockets as in the table")
 
@@ -176,7 +263,7 @@ def test_a_killed_roslaunch_comes_back_and_no_node_notices(station, wait_until):
     tree = {pid: command(pid) for pid in processes.descendants(station.process.pid)}
     (killed,) = [pid for pid, words in tree.items() if "telepresence_ros.roslaunch" in words]
     os.kill(killed, signal.SIGKILL)
-    wait_until(lambda: sum("goes on with pid" in line for line in station.lines) > len(PROGRAMS), "nodes are adopted")
+    wait_until(lambda: station.output.count("goes on with pid") > len(PROGRAMS), "nodes are adopted")
     assert {pid for pid, words in tree.items() if "__name:=" in words} <= {*processes.descendants(station.process.pid)}
 
 

@@ -275,7 +275,7 @@ def test_a_reason_takes_the_terminal_of_a_keyboard_program(lab, wait_until, prog
 
         def refused() -> bool:
             terminal.type("i")
-            time.sleep(0.1)
+            time.sleep(0.1)  # as long as a key is held
             return "The robot stays: because" in terminal.seen
 
         wait_until(refused, "it says why it does not drive")

@@ -14,6 +14,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from machines import Machine, connect
 
 from telepresence.station import processes
 
@@ -45,36 +46,6 @@ ATTACKS = ("read_graph", "sign_in_off", "see_camera", "drive", "shut_down")
 WAYS = pytest.mark.parametrize(
     "address", [HOTEL, VPN], ids=["at its address in the hotel", "at its address in the VPN"]
 )
-
-
-class Machine:
-    """A network namespace."""
-
-    def __init__(self) -> None:
-        self.holder = processes.start(["unshare", "--net", "sh", "-c", "ip link set lo up; echo; exec sleep infinity"],
-                                      stdout=subprocess.PIPE)  # fmt: skip
-        self.holder.stdout.readline()
-
-    def command(self, *argv: str) -> list[str]:
-        return ["nsenter", f"--net=/proc/{self.holder.pid}/ns/net", *argv]
-
-    def run(self, *argv: str, **options) -> str:
-        answer = subprocess.run(self.command(*argv), capture_output=True, text=True, timeout=60, **options)
-        return answer.stdout + answer.stderr
-
-    def close(self) -> None:
-        processes.end(self.holder)
-        self.holder.stdout.close()
-
-
-def connect(first: Machine, second: Machine, name: str, addresses: tuple[str, str]) -> None:
-    """Lay a wire; it has the same name at both ends."""
-    there = str(second.holder.pid)
-    wire = ("ip", "link", "add", name, "type", "veth", "peer", "name", name, "netns", there)
-    subprocess.run(first.command(*wire), check=True, timeout=10)
-    for machine, address in zip((first, second), addresses, strict=True):
-        subprocess.run(machine.command("ip", "addr", "add", f"{address}/24", "dev", name), check=True, timeout=10)
-        subprocess.run(machine.command("ip", "link", "set", name, "up"), check=True, timeout=10)
 
 
 class Network:
@@ -194,10 +165,10 @@ def test_a_station_comes_up_for_everybody_because_the_rules_were_forgotten(bare_
         stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     try:
-        said = [line for line in (station.stdout.readline() for _ in range(3)) if line]
-        assert "the rules are not loaded" in "".join(said), said
-        assert "firewall.nft" in "".join(said) and "firewall:=mine" in "".join(said)
-        assert station.wait(10) == 1
+        said = station.communicate(timeout=60)[0]
+        assert "the rules are not loaded" in said, said
+        assert "firewall.nft" in said and "firewall:=mine" in said
+        assert station.returncode == 1
     finally:
         processes.end(station, patience=10.0)
         station.stdout.close()

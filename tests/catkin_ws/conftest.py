@@ -4,7 +4,6 @@ graph of its own with the simulated robot, real nodes, and a probe that watches 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import signal
@@ -13,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import xmlrpc.client
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ import pytest
 from endings import end_together
 from free_ports import free_port
 from naoqi_clients import DEFAULT, client_library
+from talker import PROBE, Caller
 
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.server import Server
@@ -175,7 +176,7 @@ class Program:
         return processes.end(self.process, patience=10.0)
 
 
-class Probe:
+class Probe(Caller):
     """A node in a process of its own that watches topics, drives and calls services; see ros_probe.py.
 
     Args:
@@ -183,23 +184,7 @@ class Probe:
     """
 
     def __init__(self, environment: dict[str, str], *remappings: str) -> None:
-        self._process = processes.start(
-            [sys.executable, str(Path(__file__).with_name("ros_probe.py")), *remappings],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-
-    def __getattr__(self, name: str) -> Callable[..., Any]:
-        def ask(*arguments: Any) -> Any:
-            self._process.stdin.write(json.dumps([name, arguments]) + "\n")
-            self._process.stdin.flush()
-            answer = self._process.stdout.readline()
-            assert answer, f"the probe died while it was asked for {name}{arguments}"
-            return json.loads(answer)
-
-        return ask
+        super().__init__(environment, PROBE, *remappings)
 
     def latest(self, topic: str) -> list[Any]:
         """The fields of the next message on a watched topic."""
@@ -209,12 +194,6 @@ class Probe:
     def newest(self, topic: str) -> list[Any]:
         """The fields of the newest message on a watched topic; of the next one, when there was none yet."""
         return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
-
-    def close(self) -> None:
-        self._process.stdin.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(5.0)
-        processes.end(self._process, patience=3.0)
 
 
 class Graph:
@@ -276,6 +255,11 @@ class Graph:
     def probe(self, *remappings: str) -> Probe:
         self._probes.append(Probe(self.environment, *remappings))
         return self._probes[-1]
+
+    def forget_parameters(self, node: str) -> None:
+        """Delete what earlier tests gave a node of this name: `_name:=value` outlives the node."""
+        with xmlrpc.client.ServerProxy(self.uri) as master:
+            master.deleteParam("/tests", node)
 
     def close(self) -> None:
         for probe in self._probes:

@@ -1,7 +1,7 @@
 """`telepresence_ros.probe` as a node of its own, which a test commands over its standard input.
 
 One process holds one rospy node and one master for life, so tests do not load rospy themselves. Requests and answers
-are lines of JSON; see `Probe` in conftest.py.
+are lines of JSON; see `Probe` in conftest.py. It says when messages came, so it waits for no ordinary program.
 """
 
 from __future__ import annotations
@@ -12,8 +12,11 @@ import sys
 import rospy
 from telepresence_ros.probe import Probe
 
+from telepresence.station import priority
+
 
 def main() -> None:
+    priority.put_commands_first()
     rospy.init_node("probe", anonymous=True, disable_signals=True)
     probe = Probe()
     for line in sys.stdin:

@@ -61,7 +61,8 @@ def rows() -> list[Row]:
 def program_of(pid: int) -> tuple[str, bool]:
     """Return the name of a process's program, with the first word after it if that names a part, and whether it is
     one of ROS's nodes."""
-    words = [word for word in Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0") if word]
+    # A node that roslaunch has forked shows its words as one.
+    words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().replace("\0", " ").split()
     if "python" in Path(words[0]).name and len(words) > 1:
         words = words[words.index("-m") + 1 :] if words[1] == "-m" else words[1:]
     path, rest = words[0], words[1:]

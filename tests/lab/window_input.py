@@ -183,7 +183,8 @@ FAKE_ROBOT = textwrap.dedent("""
     rospy.init_node("fake_robot")
     images = rospy.Publisher("/pepper_robot/camera/front/image_raw", Image, queue_size=1)
     def hear(twist):
-        print(time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z, flush=True)
+        fields = time.monotonic(), twist.linear.x, twist.linear.y, twist.angular.z
+        print(" ".join(map(str, fields)) + "\\n", end="", flush=True)  # in one piece: each publisher has a thread
     rospy.Subscriber("cmd_vel", Twist, hear, tcp_nodelay=True)
     MasterWatch().start()
     pixels = np.zeros((48, 64, 3), np.uint8)

@@ -4,7 +4,6 @@ a desk with a display, a window manager and the operator's window."""
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
 import sqlite3
@@ -16,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from endings import end_together
+from talker import PROBE, REMOTE_WINDOW, Talker
 from window_input import Screen
 
 from telepresence.station import processes
@@ -33,25 +33,6 @@ ROWS = 760
 """Height of a screen with a window manager: the window and its title [px]."""
 STOPPED = 0.01
 """[m/s]"""
-
-
-class Talker:
-    """A program that answers each line of JSON with one."""
-
-    def __init__(self, environment: dict[str, str], *argv: object) -> None:
-        self.process = processes.start(
-            [sys.executable, *map(str, argv)], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-
-    def ask(self, *words: object) -> object:
-        self.process.stdin.write(json.dumps(words) + "\n")
-        self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
-
-    def close(self) -> None:
-        if self.process.poll() is None:
-            self.process.stdin.close()
-        processes.end(self.process, patience=5.0)
 
 
 class Station:
@@ -98,7 +79,7 @@ class Station:
 
     def start_tracking(self) -> None:
         """Begin to follow where the robot is; needs a ROS master."""
-        self._probe = Talker(self.environment, ROOT / "tests" / "catkin_ws" / "ros_probe.py")
+        self._probe = Talker(self.environment, PROBE)
         self.watch()
 
     def watch(self) -> None:
@@ -130,8 +111,7 @@ class Station:
 
     def remote(self, name: str) -> Talker:
         """Another window, see remote_window.py."""
-        window = ROOT / "tests" / "gui" / "remote_window.py"
-        self._remotes.append(Talker(self.environment, window, self.users.path, name, PASSWORD))
+        self._remotes.append(Talker(self.environment, REMOTE_WINDOW, self.users.path, name, PASSWORD))
         return self._remotes[-1]
 
     def dismiss(self) -> None:
