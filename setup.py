@@ -6,7 +6,8 @@ files, is in requirements/stack.txt; after a change here run ./stack lock.
 
 from setuptools import find_packages, setup
 
-CORE = ["numpy==2.2.6", "opencv-python-headless==4.12.0.88"]
+# setproctitle: a node that was forked has the name of its program in ps.
+CORE = ["numpy==2.2.6", "opencv-python-headless==4.12.0.88", "setproctitle==1.3.8"]
 X86 = "platform_machine == 'x86_64'"
 
 EXTRAS = {
@@ -38,7 +39,7 @@ EXTRAS = {
 
 setup(
     name="telepresence",
-    version="0.7.0",
+    version="0.8.0",
     description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
     license="BSD-3-Clause",
     python_requires=">=3.11",
