@@ -142,7 +142,7 @@ def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) ->
 
 
 class Program:
-    """A running program and what it has printed."""
+    """A running program and what it has printed; `with` it, it is dead at the end, however that comes."""
 
     def __init__(self, argv: list[str], environment: dict[str, str], log: Path) -> None:
         self._log = log
@@ -150,6 +150,12 @@ class Program:
             self.process = processes.start(
                 argv, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
             )
+
+    def __enter__(self) -> Program:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self.kill()
 
     @property
     def output(self) -> str:

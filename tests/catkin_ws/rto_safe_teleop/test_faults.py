@@ -108,9 +108,8 @@ def test_the_body_sways_with_the_careful_scan_and_drives_straight_on(station):
 
 def test_stops_when_the_commanding_node_is_killed(station):
     twist = "{linear: {y: 0.1}}"
-    pilot = station.graph.run("rostopic", "pub", "-r", "10", "/rto3/safe_cmd_vel", "geometry_msgs/Twist", twist)
-    station.until(lambda: station.speed() > 0.08, "it drives")
-    pilot.signal(signal.SIGKILL)
+    with station.graph.run("rostopic", "pub", "-r", "10", "/rto3/safe_cmd_vel", "geometry_msgs/Twist", twist):
+        station.until(lambda: station.speed() > 0.08, "it drives")
     killed = time.time()
     assert station.time_to_stand(killed) < STOP_WITHIN
     station.told("no command: No command for")
