@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 
@@ -95,6 +96,60 @@ def test_feeds_of_one_size_share_a_picture_that_nobody_may_change(cameras):
     feed = cameras.subscribe("eye", 80, 60, 20.0)
     with pytest.raises(ValueError, match="read-only"):
         newest(feed).pixels[0, 0] = 0
+
+
+@pytest.fixture(name="painted")
+def _painted(world, monkeypatch):
+    """A painter, and the cameras that it painted for."""
+    cameras = []
+    paint = Painter._paint
+    monkeypatch.setattr(
+        Painter, "_paint", lambda self, camera, *more: (cameras.append(camera), paint(self, camera, *more))[1]
+    )
+    painter = Painter(world)
+    yield painter, cameras
+    painter.close()
+
+
+def draw(painter: Painter, world: World, camera: str) -> np.ndarray:
+    painter.snapshot()
+    return painter.draw(world.model.camera(camera).id, 80, 60, "rgb")
+
+
+@pytest.mark.parametrize(("moved", "again"), [(0.0, False), (1e-6, False), (0.05, True), (5.0, True), (math.nan, True)])
+def test_a_picture_in_which_nothing_has_moved_is_not_painted_again(world, painted, moved, again):
+    painter, cameras = painted
+    before = draw(painter, world, "eye")
+    with world.locked() as data:
+        data.qpos[0] += moved
+    later = draw(painter, world, "eye")
+    assert (later is not before, len(cameras)) == (again, 1 + again)
+
+
+def test_slow_movement_adds_up_until_it_is_painted(world, painted):
+    painter, cameras = painted
+    first = draw(painter, world, "eye")
+    for _ in range(1000):
+        with world.locked() as data:
+            data.qpos[0] += 5e-5
+        last = draw(painter, world, "eye")
+    assert len(cameras) > 300 and not np.array_equal(first, last)
+
+
+def test_what_moves_behind_a_camera_is_not_painted(world, painted):
+    painter, cameras = painted
+    before = draw(painter, world, "behind")
+    with world.locked() as data:
+        data.qpos[0] = 0.5
+    assert draw(painter, world, "behind") is before and len(cameras) == 1
+
+
+def test_a_changed_colour_is_painted(world, painted):
+    painter, cameras = painted
+    draw(painter, world, "behind")
+    world.model.mat_rgba[0] = (1.0, 0.0, 0.0, 1.0)
+    draw(painter, world, "behind")
+    assert len(cameras) == 2
 
 
 def test_a_new_texture_is_seen_upright_and_unmirrored(cameras):
