@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from report import Row, table
 
 import telepresence.sim  # noqa: F401  chooses OpenGL without a screen before anybody imports mujoco
 from telepresence.station import processes
+
+# The vendor's library warns where benchmarks' clients print figures; its log 1 is for fatal errors alone.
+os.environ.setdefault("QI_LOG_LEVEL", "1")
 
 BENCHMARKS = {
     "sim": "steps per second and real-time factor with servers, sensors and two cameras",

@@ -1,4 +1,7 @@
-"""Pictures at 640x480 through NAOqi's wire against the bare MuJoCo renderer on the same model."""
+"""Pictures at 640x480 through NAOqi's wire against the bare MuJoCo renderer on the same model.
+
+The robot turns: what a camera sees is painted only when something in it has moved.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,14 @@ from telepresence.sim.scene import build_world
 
 SECONDS = 10.0
 BARE_PICTURES = 150
+TURN = 0.5
+"""[rad/s]"""
 
 
 def run() -> list[Row]:
     bare = bare_renderer(build_world("apartment", [pepper_model()]).model)
     with Simulation(port=0) as simulation:
+        simulation.robot.set_velocity(0.0, 0.0, TURN)
         idle = cpu_share()
         with start_viewers(simulation.url, cameras=(0,)) as viewers:
             viewers.wait_for_first_pictures()

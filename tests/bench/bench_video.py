@@ -26,18 +26,27 @@ from telepresence.station import processes
 
 RATE, SIZE = 30, 640 * 480 * 3
 WARM_UP, SECONDS = 3.0, 15.0
+TURN = 0.5
+"""[rad/s]. What a camera sees is painted only when something in it has moved."""
 
 
 def run() -> list[Row]:
     with private_master() as environment, Simulation(port=0) as simulation, camera_node(simulation.url, environment):
         environment["QT_QPA_PLATFORM"] = "offscreen"
-        ages, rate = watch(environment)
+        standing = watch(environment)
+        simulation.robot.set_velocity(0.0, 0.0, TURN)
+        turning = watch(environment)
     raw = raw_ages()
+    return [*rows(*standing, raw, "standing"), *rows(*turning, raw, "turning")]
+
+
+def rows(ages: list[float], rate: float, raw: list[float], what: str) -> list[Row]:
+    middle, late = percentile(ages, 50) * 1e3, percentile(ages, 99) * 1e3
     return [
-        Row("age when painted, p50", percentile(ages, 50) * 1e3, percentile(raw, 50) * 1e3, "ms", "raw socket"),
-        Row("age when painted, p99", percentile(ages, 99) * 1e3, percentile(raw, 99) * 1e3, "ms", "raw socket"),
-        Row("age when painted, p50, in periods", percentile(ages, 50) * 1e3, 1e3 / RATE, "ms", "one period"),
-        Row("different pictures painted per second", rate, RATE, "1/s", "asked for"),
+        Row(f"age when painted, p50, {what}", middle, percentile(raw, 50) * 1e3, "ms", "raw socket"),
+        Row(f"age when painted, p99, {what}", late, percentile(raw, 99) * 1e3, "ms", "raw socket"),
+        Row(f"age when painted, p50, in periods, {what}", middle, 1e3 / RATE, "ms", "one period"),
+        Row(f"pictures painted per second, {what}", rate, RATE, "1/s", "asked for"),
     ]
 
 
