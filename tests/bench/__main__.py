@@ -33,6 +33,7 @@ BENCHMARKS = {
     "webrtc": "age of Robotino's pictures by WebRTC, against a frame period and MJPEG",
     "access": "the pilot's page by one switch and by gaze: from the bedroom through the door to the sofa, no contact",
     "page": "the pilot's page in Chromium: age of the picture, key to setpoint, what viewers cost",
+    "station": "processor and memory of each program of the Pepper station, at rest and on the way",
     "startup": "./stack up to the first picture in the window",
     "newcomer": "tap on the printed link to the first picture in the pilot's page, and to driving",
     "control": "by the clock or by odometry, with the gate or without, two gaits: time, error, work, slips, falls",

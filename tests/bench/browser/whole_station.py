@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ros_graph import free_port, private_environment
+from soak.samples import Usage, sample
 
 from telepresence.station import processes
 
@@ -27,16 +28,21 @@ class WholeStation:
         master: Address of its ROS master.
         link: The one that it has printed: who opens it has the page.
         users: Its accounts.
+        environment: For programs on its graph.
     """
 
     def __init__(self, up: subprocess.Popen, environment: dict[str, str], link: str) -> None:
         self.master, self.link, self._up = environment["ROS_MASTER_URI"], link, up
-        self.users = Path(environment["TELEPRESENCE_USERS"])
+        self.users, self.environment = Path(environment["TELEPRESENCE_USERS"]), environment
 
     @property
     def url(self) -> str:
         """The page's address, without what lets people in."""
         return self.link.partition("#")[0]
+
+    def usage(self) -> dict[str, Usage]:
+        """Return what each of its programs uses."""
+        return sample((self._up.pid, *processes.descendants(self._up.pid)))
 
     def cores(self, seconds: float) -> dict[str, float]:
         """Return how much of a processor each of its programs takes, by its command line."""
