@@ -69,12 +69,14 @@ def main(argv: list[str] | None = None) -> int:
     restrict_new_files()
     # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
-    scale = f"{arguments.scale or usual_scale(os.environ):g}"
-    chosen = os.environ.setdefault("QT_SCALE_FACTOR", scale) != scale
+    # Nothing here is drawn by OpenGL, which Qt would load and start all the same: 55 MB.
+    ours = {"QT_SCALE_FACTOR": f"{arguments.scale or usual_scale(os.environ):g}", "QT_XCB_GL_INTEGRATION": "none"}
+    chosen = {name: value for name, value in ours.items() if name not in os.environ}
+    os.environ.update(chosen)
     with runtime_folder():
         application = QApplication(sys.argv[:1])
-    if not chosen:
-        del os.environ["QT_SCALE_FACTOR"]  # programs that the terminal starts choose their own
+    for name in chosen:
+        del os.environ[name]  # programs that the terminal starts choose their own
     _gc = GcOnQtThread()  # collects for as long as this variable refers to it
     application.setApplicationName("telepresence")
     application.setStyle("Fusion")
