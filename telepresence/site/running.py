@@ -1,0 +1,242 @@
+"""A site that runs: units and proxy, each started again when it dies or freezes, and all of them ended together."""
+
+from __future__ import annotations
+
+import getpass
+import os
+import shutil
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from telepresence.page.certificate import fingerprint, own_context, server_files
+from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.list_page import write_list
+from telepresence.site.site_file import Site, SiteError, Unit
+from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
+from telepresence.site.unit import socket_of as page_socket
+from telepresence.station import heartbeat, processes, vitals
+from telepresence.station.kept_program import KeptProgram, Report
+from telepresence.station.log_folder import LogKeeper
+from telepresence.station.pilot_page import FIRST_LINK_LASTS
+from telepresence.station.station_folder import StationFolder
+from telepresence.station.vitals import Beats
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.invitations import InvitationError, Invitations, beside
+from telepresence.teleop.lease_messages import PILOT
+from telepresence.web.page_auth import make_token
+
+CADDY = "caddy"
+UNIT_PATIENCE = 14.0
+"""[s] for all units to end: each gives its programs 8."""
+PROXY_PATIENCE = 2.0
+OUTPUT = "unit-stdout.log"
+"""Of a unit's programs, in its folder of logs; cut when it grows (`telepresence.station.log_folder`)."""
+
+
+class RunningSite:
+    """Starts everything at once; `look` again and again, then `close`.
+
+    Args:
+        folder: Of the site alone, while it runs.
+        say: Prints a line for the person at the terminal.
+    Raises:
+        SiteError: There is no Caddy, or it refuses what it is to do.
+        OSError: A folder cannot be written.
+    """
+
+    def __init__(self, site: Site, folder: Path, say: Callable[[str], None]) -> None:
+        self._site, self._folder, self._say = site, folder, say
+        self._base = {name: value for name, value in os.environ.items() if name not in _STATIONS_OWN}
+        self._key = make_token()
+        self._invitation = ""
+        self._programs: dict[str, KeptProgram] = {}
+        self._beats: dict[str, Beats] = {}
+        self._keepers: list[LogKeeper] = []
+        self._up: set[str] = set()
+        write_list(site, folder / "list")
+        self.files = certificate_files(site, folder)
+        config = write_caddyfile(site, self.files)
+        (folder / "watch").mkdir(mode=0o700)
+        for unit in site.units:
+            self._start_unit(unit)
+        self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config), self._reporter("the proxy"))
+
+    def _start_unit(self, unit: Unit) -> None:
+        beats = Beats(self._folder / "watch" / unit.name)
+        self._beats[unit.name] = beats
+        start = partial(self._unit, unit, beats)
+        self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit.name), beats)
+
+    def _reporter(self, who: str) -> Report:
+        def report(_program: str, what: str, then: str) -> None:
+            self._up.discard(who)
+            if who in self._beats:
+                self._beats[who].ready = False
+            self._say(f"{who}: {what}; {then}")
+
+        return report
+
+    @property
+    def link(self) -> str:
+        """Opens the list, and from there each robot's page; only an address where people have accounts."""
+        if not all(signs_in(unit, self._site) for unit in self._site.units):
+            return f"{self._site.url}#k={self._key}"
+        try:
+            if not self._site.units or Users().all():
+                return self._site.url
+            invitations = Invitations(beside())
+            invitation, token = invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
+        except UserError:
+            return self._site.url  # the pages say what is wrong with the accounts
+        self._invitation = invitation.id
+        return f"{self._site.url}#i={token}"
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids of the units by name, and the proxy's."""
+        return {name: program.pid for name, program in self._programs.items()}
+
+    def look(self, elapsed: float) -> None:
+        """Look once at every program.
+
+        Args:
+            elapsed: Seconds since the last look.
+        """
+        for name, program in self._programs.items():
+            program.look(elapsed)
+            beats = self._beats.get(name)
+            if beats is not None and beats.ready and name not in self._up:
+                self._up.add(name)
+                self._say(f"{name}: is up")
+        processes.reap_orphans(set(self.pids.values()))
+
+    def close(self) -> None:
+        """End all of it: every unit at the same time, so that the last robot stands as soon as the first one."""
+        units = [self._programs[unit.name].process for unit in self._site.units if unit.name in self._programs]
+        for process in units:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + UNIT_PATIENCE
+        while any(process.poll() is None for process in units) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        for program in self._programs.values():
+            program.close(PROXY_PATIENCE)
+        for keeper in self._keepers:
+            keeper.close()
+        if self._invitation:
+            try:
+                Invitations(beside()).withdraw(self._invitation)
+            except InvitationError:
+                self._invitation = ""  # somebody has withdrawn it
+
+    def _unit(self, unit: Unit, beats: Beats) -> subprocess.Popen:
+        logs = log_folder(unit, self._site)
+        for each in (logs, page_folder(unit)):
+            each.mkdir(mode=0o700, parents=True, exist_ok=True)
+        remove_socket(page_socket(unit, self._folder))
+        variables = environment(unit, self._site, self._key, logs, self._base) | {"NOTIFY_SOCKET": str(beats.path)}
+        with (logs / OUTPUT).open("ab") as output:
+            return processes.start(
+                command(unit, self._site, self._folder),
+                tied=True,
+                env=variables,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    def _caddy(self, config: Path) -> subprocess.Popen:
+        logs = site_logs(self._site)
+        logs.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not self._keepers:
+            self._keepers.append(LogKeeper(logs / "proxy").start())
+        (logs / "proxy").mkdir(mode=0o700, exist_ok=True)
+        with (logs / "proxy" / "caddy-stdout.log").open("ab") as output:
+            return processes.start(
+                [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
+                tied=True,
+                env=self._base | {"XDG_DATA_HOME": str(self._folder), "XDG_CONFIG_HOME": str(self._folder)},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+
+_STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
+"""Variables that a site has for itself: each unit makes its own."""
+
+
+def certificate_files(site: Site, folder: Path) -> Files:
+    """Return the site's certificate; without one of its own, one that this computer's authority has signed.
+
+    Raises:
+        SiteError: The files are no certificate and key.
+    """
+    if site.certificate is not None:
+        files = Files(site.certificate, site.key or site.certificate, folder)
+    else:
+        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), "site")
+        files = Files(*made, folder)
+    try:
+        own_context(files.certificate, files.key)
+    except OSError as error:
+        raise SiteError(f"{files.certificate} and {files.key} are no certificate and key: {error}") from None
+    return files
+
+
+def write_caddyfile(site: Site, files: Files) -> Path:
+    """Write Caddy's configuration, and have Caddy read it.
+
+    Raises:
+        SiteError: There is no Caddy, or it refuses it.
+    """
+    if shutil.which(CADDY) is None:
+        raise SiteError("there is no caddy: ./stack site installs it, or  sudo apt install caddy")
+    path = files.folder / "Caddyfile"
+    path.write_text(caddyfile(site, files), encoding="utf-8")
+    words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]
+    environment = {**os.environ, "XDG_DATA_HOME": str(files.folder), "XDG_CONFIG_HOME": str(files.folder)}
+    answer = subprocess.run(words, capture_output=True, text=True, env=environment, timeout=60.0)
+    if answer.returncode:
+        raise SiteError(f"caddy refuses the site: {(answer.stderr or answer.stdout).strip().splitlines()[-1]}")
+    return path
+
+
+def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
+    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `RunningSite` does."""
+    running: RunningSite | None = None
+    try:
+        running = RunningSite(site, folder.path, say)
+        say(banner(site, running.link, fingerprint(running.files.certificate)))
+        heartbeat.notify("READY=1")
+        looked = time.monotonic()
+        while not stop.wait(vitals.PERIOD):
+            heartbeat.beat()
+            elapsed, looked = time.monotonic() - looked, time.monotonic()
+            running.look(elapsed)
+        heartbeat.notify("STOPPING=1")
+        say("\nEnding everything ...")
+        return 0
+    finally:
+        if running is not None:
+            running.close()
+
+
+def banner(site: Site, link: str, certificate: str) -> str:
+    """Return what runs where."""
+    lines = ["", f"  robots       {link}", f"  certificate  SHA-256 {certificate}"]
+    for robot in site.robots:
+        here = f"{robot.kind}, {'simulated' if robot.simulated else 'real'}" if isinstance(robot, Unit) else robot.url
+        lines.append(f"  {robot.name:<12} {site.page_url(robot)}  {here}")
+    lines += [f"  logs         {site_logs(site)}", "", "  Ctrl-C ends all of it.", ""]
+    return "\n".join(lines)
+
+
+def say(text: str) -> None:
+    """Print for the person at the terminal."""
+    print(text, flush=True)
