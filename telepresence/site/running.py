@@ -58,6 +58,7 @@ class RunningSite:
         self._beats: dict[str, Beats] = {}
         self._keepers: list[LogKeeper] = []
         self._up: set[str] = set()
+        self._sockets = {unit.name: page_socket(unit, folder) for unit in site.units}
         write_list(site, folder / "list")
         self.files = certificate_files(site, folder)
         config = write_caddyfile(site, self.files)
@@ -110,7 +111,7 @@ class RunningSite:
         for name, program in self._programs.items():
             program.look(elapsed)
             beats = self._beats.get(name)
-            if beats is not None and beats.ready and name not in self._up:
+            if beats is not None and beats.ready and name not in self._up and self._sockets[name].exists():
                 self._up.add(name)
                 self._say(f"{name}: is up")
         processes.reap_orphans(set(self.pids.values()))
