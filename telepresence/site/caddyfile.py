@@ -19,9 +19,9 @@ from telepresence.site.site_file import Elsewhere, Site, Unit
 from telepresence.site.unit import socket_of
 
 STATIC = Path(__file__).parent / "static"
-PATIENCE = 2
+DIAL_TIMEOUT = 2
 """[s] for a page to take a connection, after which the robot counts as away."""
-ANSWER_WITHIN = 20
+ANSWER_TIMEOUT = 20
 """[s] for the head of an answer."""
 MOST_BODY, MOST_HEADERS = "64KB", "16KB"
 HEADERS = {
@@ -92,7 +92,7 @@ def caddyfile(site: Site, files: Files) -> str:
 
 
 def _robot(robot: Unit | Elsewhere, folder: Path) -> str:
-    times = [f"dial_timeout {PATIENCE}s", f"response_header_timeout {ANSWER_WITHIN}s"]
+    times = [f"dial_timeout {DIAL_TIMEOUT}s", f"response_header_timeout {ANSWER_TIMEOUT}s"]
     if isinstance(robot, Unit):
         place, extra = f"unix/{socket_of(robot, folder)}", []
     else:

@@ -177,6 +177,8 @@ def parse_site(text: str, folder: Path) -> Site:
             raise ValueError
     except ValueError:
         raise SiteError(f'address = "{address}" is not one IPv4 address of this computer') from None
+    if not ipaddress.ip_address(address).is_loopback:
+        _require_sign_in(robots, address)
     name = table.get("name", "")
     if name and not _HOST.fullmatch(name):
         raise SiteError(f'name = "{name}" is no name of a computer')
@@ -235,6 +237,12 @@ def _require_different(robots: list[Unit | Elsewhere]) -> None:
             if place in found:
                 raise SiteError(f"robot.{found[place]} and robot.{robot.name} are the same robot: {place}")
             found[place] = robot.name
+
+
+def _require_sign_in(robots: list[Unit | Elsewhere], address: str) -> None:
+    for robot in robots:
+        if isinstance(robot, Unit) and robot.settings.get("sign_in", "true").lower() in ("false", "0"):
+            raise SiteError(f"robot.{robot.name}: sign_in = false, and everybody who reaches {address} would drive")
 
 
 def _places(robot: Unit | Elsewhere) -> list[str]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import http.client
+import json
 import os
 import socket
+import ssl
 import subprocess
 from pathlib import Path
+from typing import Any
 
 from page_in_process import PageInProcess, until
 
@@ -18,6 +22,8 @@ from telepresence.site.running import CADDY, write_caddyfile
 from telepresence.site.site_file import Site, parse_site
 from telepresence.site.unit import remove_socket, socket_of
 from telepresence.station import processes
+
+ROBOTS = "[robot.anna]\ntitle = 'Anna <b>'\n[robot.ben]\nkind = 'robotino'\n"
 
 
 class ProxiedSite:
@@ -77,3 +83,30 @@ class ProxiedSite:
         processes.end(self.proxy)
         for name in list(self.pages):
             self.stop_page(name)
+
+
+class Client:
+    """A program that speaks to the site; it believes this computer's authority alone."""
+
+    def __init__(self, site: ProxiedSite) -> None:
+        self._site = site
+        self.context = ssl.create_default_context(cafile=str(site.folder / "authority.crt"))
+
+    def ask(
+        self, method: str, path: str, body: object = None, sender: str = "127.0.0.1", **headers: str
+    ) -> tuple[http.client.HTTPResponse, bytes]:
+        """Send a request; the answer, whose body is read, and the body."""
+        client = http.client.HTTPSConnection(
+            "localhost", self._site.site.port, context=self.context, timeout=30.0, source_address=(sender, 0)
+        )
+        try:
+            named = {name.replace("_", "-"): value for name, value in headers.items()}
+            client.request(method, path, None if body is None else json.dumps(body), named)
+            answer = client.getresponse()
+            return answer, answer.read()
+        finally:
+            client.close()
+
+    def status(self, *arguments: Any, **more: Any) -> int:
+        """Send a request; the answer's status."""
+        return self.ask(*arguments, **more)[0].status

@@ -81,6 +81,10 @@ REAL = "settings = {sim = false, nao_ip = '10.0.0.7'}\n"
         ("[robot.carl]\nurl = 'https://10.0.0.7 {'", "is not of the form"),
         ("[robot.carl]\nurl = 'https://10.0.0.7'\nkind = 'pepper'", "robot.carl has no 'kind'"),
         (f"[robot.anna]\n{REAL}[robot.ben]\n{REAL}", "robot.anna and robot.ben are the same robot: 10.0.0.7:9559"),
+        (
+            "address = '10.0.0.5'\n[robot.anna]\nsettings = {sign_in = false}",
+            "everybody who reaches 10.0.0.5 would drive",
+        ),
         ("= 1", "Invalid"),
     ],
 )
