@@ -34,8 +34,8 @@ CADDY = "caddy"
 UNIT_PATIENCE = 14.0
 """[s] for all units to end: each gives its programs 8."""
 PROXY_PATIENCE = 2.0
-OUTPUT = "unit-stdout.log"
-"""Of a unit's programs, in its folder of logs; cut when it grows (`telepresence.station.log_folder`)."""
+OUTPUT, CADDY_OUTPUT = "unit-stdout.log", "caddy-stdout.log"
+"""What a unit's programs print, and Caddy, each in its folder of logs; cut when they grow, as all logs."""
 
 
 class RunningSite:
@@ -56,8 +56,8 @@ class RunningSite:
         self._invitation = ""
         self._programs: dict[str, KeptProgram] = {}
         self._beats: dict[str, Beats] = {}
-        self._keepers: list[LogKeeper] = []
         self._up: set[str] = set()
+        self._said: dict[str, str] = {}
         self._sockets = {unit.name: page_socket(unit, folder) for unit in site.units}
         write_list(site, folder / "list")
         self.files = certificate_files(site, folder)
@@ -65,26 +65,30 @@ class RunningSite:
         (folder / "watch").mkdir(mode=0o700)
         for unit in site.units:
             self._start_unit(unit)
-        self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config), self._reporter("the proxy"))
+        proxy_logs = site_logs(site) / "proxy"
+        proxy_logs.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._keeper = LogKeeper(proxy_logs).start()
+        self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config, proxy_logs / CADDY_OUTPUT), _nobody)
 
     def _start_unit(self, unit: Unit) -> None:
         beats = Beats(self._folder / "watch" / unit.name)
         self._beats[unit.name] = beats
         start = partial(self._unit, unit, beats)
-        self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit.name), beats)
+        self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit, beats), beats)
 
-    def _reporter(self, who: str) -> Report:
-        def report(_program: str, what: str, then: str) -> None:
-            self._up.discard(who)
-            if who in self._beats:
-                self._beats[who].ready = False
-            self._say(f"{who}: {what}; {then}")
+    def _reporter(self, unit: Unit, beats: Beats) -> Report:
+        def report(_program: str, _what: str, _then: str) -> None:  # which the log says
+            self._up.discard(unit.name)
+            said = last_line(log_folder(unit, self._site) / OUTPUT)
+            if not beats.ready and said != self._said.get(unit.name):  # it has not come up: why, it has said itself
+                self._said[unit.name] = said
+                self._say(f"{unit.name}: {said}")
+            beats.ready = False
 
         return report
 
-    @property
-    def link(self) -> str:
-        """Opens the list, and from there each robot's page; only an address where people have accounts."""
+    def open(self) -> str:
+        """Return the link to the list, and from there to each robot's page; it lets in whoever has no account."""
         if not all(signs_in(unit, self._site) for unit in self._site.units):
             return f"{self._site.url}#k={self._key}"
         try:
@@ -127,8 +131,7 @@ class RunningSite:
             time.sleep(0.02)
         for program in self._programs.values():
             program.close(PROXY_PATIENCE)
-        for keeper in self._keepers:
-            keeper.close()
+        self._keeper.close()
         if self._invitation:
             try:
                 Invitations(beside()).withdraw(self._invitation)
@@ -151,21 +154,29 @@ class RunningSite:
                 stderr=subprocess.STDOUT,
             )
 
-    def _caddy(self, config: Path) -> subprocess.Popen:
-        logs = site_logs(self._site)
-        logs.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not self._keepers:
-            self._keepers.append(LogKeeper(logs / "proxy").start())
-        (logs / "proxy").mkdir(mode=0o700, exist_ok=True)
-        with (logs / "proxy" / "caddy-stdout.log").open("ab") as output:
+    def _caddy(self, config: Path, output: Path) -> subprocess.Popen:
+        with output.open("ab") as file:
             return processes.start(
                 [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
                 tied=True,
                 env=self._base | {"XDG_DATA_HOME": str(self._folder), "XDG_CONFIG_HOME": str(self._folder)},
                 stdin=subprocess.DEVNULL,
-                stdout=output,
+                stdout=file,
                 stderr=subprocess.STDOUT,
             )
+
+
+def _nobody(_program: str, _what: str, _then: str) -> None:
+    """Nobody is to know but who reads the log."""
+
+
+def last_line(path: Path) -> str:
+    """Return the last line that a program has printed; empty for none."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line for line in reversed(lines) if line.strip()), "")
 
 
 _STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
@@ -213,7 +224,7 @@ def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
     running: RunningSite | None = None
     try:
         running = RunningSite(site, folder.path, say)
-        say(banner(site, running.link, fingerprint(running.files.certificate)))
+        say(banner(site, running.open(), fingerprint(running.files.certificate)))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):

@@ -32,8 +32,8 @@ LONGEST_TITLE = 60
 _NAME = re.compile(r"[a-z][a-z0-9-]{0,30}")
 _HOST = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?(\.[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?)*")
 _PLAIN = re.compile(r"[^\x00-\x1f\x7f\"`{}$]*")
-_TAKEN = ("static",)
-"""Names that stand for something else in the site's addresses."""
+_TAKEN = ("static", "caddy", "proxy")
+"""Names of the site's own: in addresses, among programs and logs."""
 _OURS = ("gui", "teleop", "page", "page_url", "page_proxy", "page_folder", "page_certificate", "page_certificate_key",
          "pilot_page_port")  # fmt: skip
 """Settings that a robot of a site has from the site."""
@@ -198,7 +198,9 @@ def parse_site(text: str, folder: Path) -> Site:
 def _robot(name: str, fields: Any, first_port: int, folder: Path) -> Unit | Elsewhere:
     what = f"robot.{name}"
     if not _NAME.fullmatch(name) or name in _TAKEN:
-        raise SiteError(f"{what}: a robot's name stands in addresses: a to z, 0 to 9 and -, and not {_TAKEN[0]}")
+        raise SiteError(
+            f"{what}: a robot's name stands in addresses: a to z, 0 to 9 and -, and not {', '.join(_TAKEN)}"
+        )
     if not isinstance(fields, dict):
         raise SiteError(f"{what} is no table: write [{what}]")
     if "url" in fields:

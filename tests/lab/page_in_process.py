@@ -131,7 +131,7 @@ class PageInProcess:
 
     Args:
         folder: For its certificate and accounts.
-        proxy: Behind which it is, at a unix socket.
+        proxy: Behind which it is: at a unix socket, or with TLS on a free port.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class PageInProcess:
         page = PilotPage(self._station, "127.0.0.1", folder=self._folder / "page", proxy=self._proxy)
         runner = web.AppRunner(page.application(), access_log=None)
         await runner.setup()
-        if self._proxy is not None:
+        if self._proxy is not None and self._proxy.socket:
             await web.UnixSite(runner, self._proxy.socket).start()
             self.url = self._proxy.url
         else:

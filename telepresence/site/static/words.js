@@ -8,7 +8,17 @@ const WORDS = {
     waits: "Seine Seite öffnet sich hier von selbst, wenn er wieder da ist.", others: "Alle Roboter" },
 };
 
-const language = navigator.language.startsWith("de") ? "de" : "en";
+/** What somebody has chosen on a robot's page, see settings.js: en, de, or auto. @returns {string} */
+function chosen() {
+  try {
+    return JSON.parse(localStorage.getItem("pilot") ?? "{}").language ?? "auto";
+  } catch {
+    return "auto"; // no storage, or nothing that the page has written
+  }
+}
+
+const wanted = chosen();
+const language = (wanted === "auto" ? navigator.language : String(wanted)).startsWith("de") ? "de" : "en";
 document.documentElement.lang = language;
 
 /** @param {keyof typeof WORDS.en} name */

@@ -75,6 +75,14 @@ def test_the_list_says_who_is_there_and_axe_finds_nothing(browser, theme):
     assert violations(browser) == []
 
 
+def test_the_list_speaks_the_language_that_somebody_has_chosen(browser):
+    for stored, words in (('{"language": "de"}', "Roboter"), ('{"language": "auto"}', "Robots"), ("x", "Robots")):
+        browser.evaluate(f"localStorage.setItem('pilot', '{stored}')")
+        go(browser, browser.url)
+        browser.until(f"document.title === '{words}' && document.readyState === 'complete'", "the list")
+    browser.evaluate("localStorage.clear()")
+
+
 def test_a_link_to_the_list_goes_on_to_the_robot_and_stays_in_no_address(browser):
     go(browser, f"{browser.url}#i=abc-DEF_123")
     browser.until("document.querySelectorAll('.state').length === 2 && location.hash === ''", "it leaves the address")
