@@ -6,6 +6,7 @@ import getpass
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import threading
 import time
@@ -15,8 +16,9 @@ from pathlib import Path
 
 from telepresence.page.certificate import fingerprint, own_context, server_files
 from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.container import name_of
 from telepresence.site.list_page import write_list
-from telepresence.site.site_file import Site, SiteError, Unit
+from telepresence.site.site_file import Elsewhere, Site, SiteError, Unit
 from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
 from telepresence.site.unit import socket_of as page_socket
 from telepresence.station import heartbeat, processes, vitals
@@ -55,7 +57,7 @@ class RunningSite:
         self._key = make_token()
         self._invitation = ""
         self._programs: dict[str, KeptProgram] = {}
-        self._beats: dict[str, Beats] = {}
+        self._beats: dict[str, Beats | None] = {}
         self._up: set[str] = set()
         self._said: dict[str, str] = {}
         self._sockets = {unit.name: page_socket(unit, folder) for unit in site.units}
@@ -71,28 +73,30 @@ class RunningSite:
         self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config, proxy_logs / CADDY_OUTPUT), _nobody)
 
     def _start_unit(self, unit: Unit) -> None:
-        beats = Beats(self._folder / "watch" / unit.name)
+        beats = None if unit.image else Beats(self._folder / "watch" / unit.name)  # a container has its healthcheck
         self._beats[unit.name] = beats
         start = partial(self._unit, unit, beats)
         self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit, beats), beats)
 
-    def _reporter(self, unit: Unit, beats: Beats) -> Report:
+    def _reporter(self, unit: Unit, beats: Beats | None) -> Report:
         def report(_program: str, _what: str, _then: str) -> None:  # which the log says
-            self._up.discard(unit.name)
             said = last_line(log_folder(unit, self._site) / OUTPUT)
-            if not beats.ready and said != self._said.get(unit.name):  # it has not come up: why, it has said itself
+            if unit.name not in self._up and said != self._said.get(unit.name):  # why, it has said itself
                 self._said[unit.name] = said
                 self._say(f"{unit.name}: {said}")
-            beats.ready = False
+            self._up.discard(unit.name)
+            if beats is not None:
+                beats.ready = False
 
         return report
 
     def open(self) -> str:
         """Return the link to the list, and from there to each robot's page; it lets in whoever has no account."""
-        if not all(signs_in(unit, self._site) for unit in self._site.units):
+        here = [unit for unit in self._site.units if not unit.image]  # containers have accounts of their own
+        if not all(signs_in(unit, self._site) for unit in here):
             return f"{self._site.url}#k={self._key}"
         try:
-            if not self._site.units or Users().all():
+            if not here or Users().all():
                 return self._site.url
             invitations = Invitations(beside())
             invitation, token = invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
@@ -112,10 +116,11 @@ class RunningSite:
         Args:
             elapsed: Seconds since the last look.
         """
-        for name, program in self._programs.items():
+        for program in self._programs.values():
             program.look(elapsed)
-            beats = self._beats.get(name)
-            if beats is not None and beats.ready and name not in self._up and self._sockets[name].exists():
+        for name, beats in self._beats.items():
+            ready = beats is None or beats.ready
+            if ready and name not in self._up and takes_connections(self._sockets[name]):
                 self._up.add(name)
                 self._say(f"{name}: is up")
         processes.reap_orphans(set(self.pids.values()))
@@ -138,12 +143,14 @@ class RunningSite:
             except InvitationError:
                 self._invitation = ""  # somebody has withdrawn it
 
-    def _unit(self, unit: Unit, beats: Beats) -> subprocess.Popen:
-        logs = log_folder(unit, self._site)
-        for each in (logs, page_folder(unit)):
+    def _unit(self, unit: Unit, beats: Beats | None) -> subprocess.Popen:
+        logs, place = log_folder(unit, self._site), page_socket(unit, self._folder)
+        for each in (logs, place.parent, *(() if unit.image else (page_folder(unit),))):
             each.mkdir(mode=0o700, parents=True, exist_ok=True)
-        remove_socket(page_socket(unit, self._folder))
-        variables = environment(unit, self._site, self._key, logs, self._base) | {"NOTIFY_SOCKET": str(beats.path)}
+        remove_socket(place)
+        variables = self._base
+        if beats is not None:
+            variables = environment(unit, self._site, self._key, logs, self._base) | {"NOTIFY_SOCKET": str(beats.path)}
         with (logs / OUTPUT).open("ab") as output:
             return processes.start(
                 command(unit, self._site, self._folder),
@@ -168,6 +175,13 @@ class RunningSite:
 
 def _nobody(_program: str, _what: str, _then: str) -> None:
     """Nobody is to know but who reads the log."""
+
+
+def takes_connections(path: Path) -> bool:
+    """Return whether a page listens at a unix socket; one that was killed leaves the file."""
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.setblocking(False)
+        return probe.connect_ex(str(path)) == 0
 
 
 def last_line(path: Path) -> str:
@@ -243,10 +257,20 @@ def banner(site: Site, link: str, certificate: str) -> str:
     """Return what runs where."""
     lines = ["", f"  robots       {link}", f"  certificate  SHA-256 {certificate}"]
     for robot in site.robots:
-        here = f"{robot.kind}, {'simulated' if robot.simulated else 'real'}" if isinstance(robot, Unit) else robot.url
-        lines.append(f"  {robot.name:<12} {site.page_url(robot)}  {here}")
-    lines += [f"  logs         {site_logs(site)}", "", "  Ctrl-C ends all of it.", ""]
-    return "\n".join(lines)
+        lines.append(f"  {robot.name:<12} {site.page_url(robot)}  {_where(robot)}")
+    lines.append(f"  logs         {site_logs(site)}")
+    contained = next((unit for unit in site.units if unit.image), None)
+    if contained is not None:
+        invite = f"podman exec {name_of(contained)} /opt/telepresence/stack invite --drive"
+        lines.append(f"  a way in     {invite}")
+    return "\n".join([*lines, "", "  Ctrl-C ends all of it.", ""])
+
+
+def _where(robot: Unit | Elsewhere) -> str:
+    if isinstance(robot, Elsewhere):
+        return robot.url
+    words = robot.kind, "simulated" if robot.simulated else "real", *(["in a container"] if robot.image else [])
+    return ", ".join(words)
 
 
 def say(text: str) -> None:

@@ -32,6 +32,8 @@ LONGEST_TITLE = 60
 _NAME = re.compile(r"[a-z][a-z0-9-]{0,30}")
 _HOST = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?(\.[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?)*")
 _PLAIN = re.compile(r"[^\x00-\x1f\x7f\"`{}$]*")
+_IMAGE = re.compile(r"[a-z0-9][a-zA-Z0-9._:/@-]{0,200}")
+_VOLUME = re.compile(r"[a-zA-Z0-9][a-zA-Z0-9_.-]{0,100}")
 _TAKEN = ("static", "caddy", "proxy")
 """Names of the site's own: in addresses, among programs and logs."""
 _OURS = ("gui", "teleop", "page", "page_url", "page_proxy", "page_folder", "page_certificate", "page_certificate_key",
@@ -39,9 +41,9 @@ _OURS = ("gui", "teleop", "page", "page_url", "page_proxy", "page_folder", "page
 """Settings that a robot of a site has from the site."""
 _SITE: dict[str, type] = {
     "address": str, "port": int, "name": str, "certificate": str, "certificate_key": str, "logs": str,
-    "first_port": int, "robot": dict,
+    "first_port": int, "volume": str, "robot": dict,
 }  # fmt: skip
-_UNIT: dict[str, type] = {"title": str, "kind": str, "settings": dict, "master_port": int}
+_UNIT: dict[str, type] = {"title": str, "kind": str, "settings": dict, "master_port": int, "image": str}
 _ELSEWHERE: dict[str, type] = {"title": str, "url": str, "authority": str}
 
 
@@ -59,6 +61,7 @@ class Unit:
         settings: For its launch file, as a person gave them.
         first_port: Of its block.
         master_port: Of its ROS master.
+        image: Of which its programs run in a container; empty: on this computer itself.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Unit:
     settings: Mapping[str, str]
     first_port: int
     master_port: int
+    image: str = ""
 
     @property
     def simulated(self) -> bool:
@@ -98,6 +102,7 @@ class Site:
         certificate, key: Of the site's own; None: signed by this computer's authority. The key may be in that file.
         logs: The folder for logs, a folder of it for each unit; None for the usual one.
         robots: In the order of the file.
+        volume: podman's, with accounts and invitations of units in containers.
     """
 
     address: str
@@ -107,6 +112,7 @@ class Site:
     key: Path | None
     logs: Path | None
     robots: tuple[Unit | Elsewhere, ...] = field(default=())
+    volume: str = "telepresence"
 
     @property
     def units(self) -> list[Unit]:
@@ -182,6 +188,9 @@ def parse_site(text: str, folder: Path) -> Site:
     name = table.get("name", "")
     if name and not _HOST.fullmatch(name):
         raise SiteError(f'name = "{name}" is no name of a computer')
+    volume = table.get("volume", Site.volume)
+    if not _VOLUME.fullmatch(volume):
+        raise SiteError(f'volume = "{volume}" is no name of a volume')
     if "certificate_key" in table and "certificate" not in table:
         raise SiteError("certificate_key without certificate")
     return Site(
@@ -192,6 +201,7 @@ def parse_site(text: str, folder: Path) -> Site:
         _file(table, "certificate_key", folder),
         _path(table["logs"], folder) if "logs" in table else None,
         tuple(robots),
+        volume,
     )
 
 
@@ -219,7 +229,13 @@ def _robot(name: str, fields: Any, first_port: int, folder: Path) -> Unit | Else
             raise SiteError(f"{what}: {key} is the site's, and not a setting of one robot")
         if key not in known:
             raise SiteError(f"{what}: {kind} has no setting '{key}'; settings: {', '.join(known)}")
-    return Unit(name, _title(what, fields, name), kind, settings, first_port, _port(fields, "master_port", first_port))
+    image = fields.get("image", "")
+    if image and not _IMAGE.fullmatch(image):
+        raise SiteError(f'{what}: image = "{image}" is no name of an image')
+    if image and settings.get("sign_in", "true") == "false":
+        raise SiteError(f"{what}: sign_in = false, and everybody who reaches its container would drive")
+    master = _port(fields, "master_port", first_port)
+    return Unit(name, _title(what, fields, name), kind, settings, first_port, master, image)
 
 
 def _require_shape(what: str, table: dict[str, Any], shape: dict[str, type]) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from telepresence.page.proxy import SOCKET
+from telepresence.site import container
 from telepresence.site.site_file import Site, SiteError, Unit
 from telepresence.station.launch_settings import require_free
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
@@ -33,7 +34,7 @@ ALWAYS: dict[str, tuple[tuple[str, bool], ...]] = {
     "both": (("page_port", TCP), ("pepper_drive_port", UDP)),
 }
 """Those with the ports of a unit itself."""
-_MASTER = "master_port"
+_MASTER, TABLET = "master_port", "page_port"
 
 
 def socket_of(unit: Unit, folder: Path) -> Path:
@@ -42,7 +43,7 @@ def socket_of(unit: Unit, folder: Path) -> Path:
     Args:
         folder: Of the site, which nobody else may enter.
     """
-    return folder / f"{unit.name}.socket"
+    return folder / unit.name / container.SOCKET_NAME if unit.image else folder / f"{unit.name}.socket"
 
 
 def ports_of(unit: Unit) -> dict[str, tuple[int, bool]]:
@@ -51,8 +52,10 @@ def ports_of(unit: Unit) -> dict[str, tuple[int, bool]]:
     Raises:
         SiteError: A setting is no port.
     """
-    found = {_MASTER: (unit.master_port, TCP)}
+    found = {} if unit.image else {_MASTER: (unit.master_port, TCP)}
     wanted = ALWAYS[unit.kind] + (SIMULATED[unit.kind] if unit.simulated else ())
+    if unit.image:  # what a robot must reach; everything else is in the container
+        wanted = () if unit.simulated else tuple(each for each in ALWAYS[unit.kind] if each == (TABLET, TCP))
     for number, (name, udp) in enumerate(wanted, 1):
         word = unit.settings.get(name, str(unit.first_port + number))
         if not (word.isascii() and word.isdigit() and 0 < int(word) < 65536):
@@ -88,6 +91,9 @@ def command(unit: Unit, site: Site, folder: Path) -> list[str]:
     Args:
         folder: See `socket_of`.
     """
+    if unit.image:
+        published = {name: port for name, (port, _) in ports_of(unit).items()}
+        return container.command(unit, site, str(socket_of(unit, folder).parent), published)
     settings = dict(unit.settings)
     settings.update({name: str(port) for name, (port, _) in ports_of(unit).items() if name != _MASTER})
     settings.update(
@@ -120,6 +126,8 @@ def environment(unit: Unit, site: Site, key: str, logs: Path, base: Mapping[str,
 
 def signs_in(unit: Unit, site: Site) -> bool:
     """Return whether people sign in to this robot: as with `./stack up`, a simulated one on loopback asks nobody."""
+    if unit.image:  # whose page is at the container's address
+        return True
     usual = not unit.simulated or not site.address.startswith("127.")
     return unit.settings.get("sign_in", str(usual)).lower() in ("true", "1")
 

@@ -20,19 +20,19 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests" / "lab"), str(ROOT / "tests" / "bench")]
+TESTS = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS / "lab"), str(TESTS / "bench")]
 
 import figures as record  # noqa: E402
 from free_ports import free_port  # noqa: E402
 from newcomer import DESKTOP, Newcomer  # noqa: E402
 from page_stranger import Pilot, Stranger  # noqa: E402
+from site_in_test import Failed, RunningSite, command, figures, say, wait_for, wrong  # noqa: E402
 from soak.samples import sample  # noqa: E402
 
 from telepresence import naoqi  # noqa: E402
@@ -41,8 +41,6 @@ from telepresence.station import processes  # noqa: E402
 from telepresence.station.health import UNREACHABLE, Unhealthy, drive_states  # noqa: E402
 from telepresence.teleop.accounts import Users  # noqa: E402
 
-PATIENCE = 90.0
-"""[s] for what has no promise of its own."""
 ENDS_WITHIN = 20.0
 """[s]"""
 MEASURED = 20.0
@@ -57,9 +55,7 @@ MOVED = 0.05
 RESTS = 0.5
 """[s] without moving."""
 SITE = """\
-port = {port}
 first_port = {first}
-logs = "{logs}"
 
 [robot.anna]
 title = "Anna"
@@ -77,32 +73,6 @@ sign_in = false
 camera = "cam0"
 voice = false
 """
-
-wrong: list[str] = []
-"""What is not as it should be."""
-figures: dict[str, float] = {}
-"""What was measured."""
-
-
-class Failed(Exception):
-    """The site does not do what it should."""
-
-
-def say(what: str, fine: bool = True, figure: str = "") -> None:
-    """Print one finding."""
-    print(f"  {'✓' if fine else 'x'} {what}{': ' + figure if figure else ''}", flush=True)
-    if not fine:
-        wrong.append(what)
-
-
-def wait_for(condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> float:
-    """Wait until it holds; return after how many seconds. Raises Failed."""
-    begin = time.monotonic()
-    while not condition():
-        if time.monotonic() - begin > timeout:
-            raise Failed(f"{what}: not within {timeout:.0f} s")
-        time.sleep(0.02)
-    return time.monotonic() - begin
 
 
 class Robots:
@@ -169,68 +139,6 @@ class Robots:
 def distance(a: list[float], b: list[float]) -> float:
     """Metres or radians, whatever is more."""
     return max(math.dist(a[:2], b[:2]), abs(math.remainder(a[2] - b[2], math.tau)))
-
-
-class RunningSite:
-    """`./stack site up`, and what it prints."""
-
-    def __init__(self, folder: Path, robots: Robots) -> None:
-        self.port = free_port()
-        file = folder / "site.toml"
-        file.write_text(SITE.format(port=self.port, first=FIRST_PORT, logs=folder / "logs", **robots.ports))
-        environment = {**os.environ, "HOME": str(folder), "TELEPRESENCE_AS_ROOT": "1"}
-        environment["TELEPRESENCE_USERS"] = str(folder / "users.db")
-        environment.pop("DISPLAY", None)
-        self.logs = folder / "logs"
-        self.lines: list[str] = []
-        self.started = time.monotonic()
-        self.process = processes.start(
-            [str(ROOT / "stack"), "site", "up", str(file)],
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self.lines.append(line)
-
-    def said(self, pattern: str, count: int = 1) -> bool:
-        """Whether it has printed that so often."""
-        if self.process.poll() is not None:
-            raise Failed("the site ended:\n" + "".join(self.lines[-20:]))
-        return len(re.findall(pattern, "".join(self.lines), re.M)) >= count
-
-    @property
-    def link(self) -> str:
-        found = re.search(r"robots +(https://\S+)", "".join(self.lines))
-        assert found
-        return found[1]
-
-    def unit(self, name: str) -> int:
-        """Return the process id of a unit."""
-        wanted = f"/{name}.socket"
-        (pid,) = (pid for pid in self._tree() if "telepresence.station" in command(pid) and wanted in command(pid))
-        return pid
-
-    @property
-    def proxy(self) -> int:
-        (pid,) = (pid for pid in self._tree() if command(pid).startswith("caddy "))
-        return pid
-
-    def _tree(self) -> list[int]:
-        return processes.descendants(self.process.pid)
-
-
-def command(pid: int) -> str:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-    except OSError:
-        return ""
 
 
 def check_up(site: RunningSite) -> None:
@@ -413,7 +321,7 @@ def main() -> int:
         Users(Path(folder, "users.db")).all()
         try:
             robots = Robots()
-            site = RunningSite(Path(folder), robots)
+            site = RunningSite(Path(folder), SITE.format(first=FIRST_PORT, **robots.ports))
             check_up(site)
             measure(site, "nobody looks")
             newcomer = Newcomer(DESKTOP)

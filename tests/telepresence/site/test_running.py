@@ -24,6 +24,7 @@ import socket, sys, time
 from telepresence.station import heartbeat
 server = socket.socket(socket.AF_UNIX)
 server.bind(sys.argv[1])
+server.listen()
 heartbeat.notify("READY=1")
 while True:
     heartbeat.beat()

@@ -85,6 +85,9 @@ REAL = "settings = {sim = false, nao_ip = '10.0.0.7'}\n"
             "address = '10.0.0.5'\n[robot.anna]\nsettings = {sign_in = false}",
             "everybody who reaches 10.0.0.5 would drive",
         ),
+        ("[robot.anna]\nimage = '--privileged'", "is no name of an image"),
+        ("[robot.anna]\nimage = 'x'\nsettings = {sign_in = false}", "everybody who reaches its container would drive"),
+        ("volume = '/etc'\n[robot.anna]", "is no name of a volume"),
         ("= 1", "Invalid"),
     ],
 )

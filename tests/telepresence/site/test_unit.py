@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from telepresence.site.site_file import Site, SiteError, parse_site
-from telepresence.site.unit import command, environment, log_folder, ports_of, require_ports, signs_in
+from telepresence.site.unit import command, environment, log_folder, ports_of, require_ports, signs_in, socket_of
 from telepresence.station.up import parse
 
 HERE = Path("/nowhere")
@@ -62,6 +62,24 @@ def test_each_unit_has_a_master_and_logs_of_its_own_and_nothing_of_the_sites():
 def test_people_sign_in_as_with_stack_up(text, expected):
     site = site_of(text)
     assert signs_in(site.units[0], site) is expected
+
+
+def test_a_unit_in_a_container_shares_its_pages_socket_and_publishes_what_the_tablet_asks_for():
+    text = (
+        "[robot.anna]\nimage = 'telepresence'\n[robot.ben]\nimage = 'localhost/telepresence:0.9'\nsettings = {real}\n"
+    )
+    site = site_of(text.replace("{real}", "{sim = false, nao_ip = '10.0.0.7', page_port = 10002}"))
+    anna, ben = site.units
+    words = command(anna, site, HERE)
+    assert words[:2] == ["podman", "run"] and "--publish" not in words and "--read-only" in words
+    arguments = parse(["--unit", *words[words.index("unit") + 1 :]])
+    assert words[words.index("unit") - 1] == "telepresence" and arguments.robot == "pepper"
+    assert arguments.settings["page_proxy"] == "unix:/run/telepresence/page.socket"
+    assert f"{socket_of(anna, HERE).parent}:/run/telepresence:U" in words
+    assert ports_of(anna) == {} and ports_of(ben) == {"page_port": (10002, False)}
+    words = command(ben, site, HERE)
+    assert words[words.index("--publish") + 1] == "10002:10002" and "page_port:=10002" in words
+    assert signs_in(anna, site)
 
 
 def test_a_port_that_is_taken_or_wanted_twice_is_named(free_port):
