@@ -46,6 +46,7 @@ setup(
     packages=find_packages(include=["telepresence*", "pepper_sim*", "robotino_sim*", "gui*"]),
     package_data={
         "telepresence.page": ["static/*"],
+        "telepresence.site": ["static/*"],
         "telepresence.sim": ["scenes/*.xml", "scenes/parts/*.xml", "scenes/textures/*.png"],
         "telepresence.sim.walker": ["*.xml"],
         "pepper_sim": ["models/*", "documented/*.toml", "animations/*.toml"],

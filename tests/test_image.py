@@ -18,8 +18,8 @@ from telepresence.station.unprivileged import SYSTEM_HOME, SYSTEM_USER
 ROOT = Path(__file__).resolve().parents[1]
 FILE = (ROOT / "Containerfile").read_text()
 STACK = (ROOT / "stack").read_text()
-RUN, BUILD, TEST = (re.search(rf'^{name}="([^"]*)"', STACK, re.M)[1].split() for name in
-                    ("PACKAGES", "BUILD_PACKAGES", "TEST_PACKAGES"))  # fmt: skip
+RUN, WINDOW, BUILD, TEST = (re.search(rf'^{name}="([^"]*)"', STACK, re.M)[1].split() for name in
+                            ("PACKAGES", "WINDOW_PACKAGES", "BUILD_PACKAGES", "TEST_PACKAGES"))  # fmt: skip
 
 
 def instructions(name: str) -> list[str]:
@@ -34,11 +34,11 @@ def stack(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_package_stands_in_one_list():
-    assert len({*RUN, *BUILD, *TEST}) == len([*RUN, *BUILD, *TEST])
+    assert len({*RUN, *WINDOW, *BUILD, *TEST}) == len([*RUN, *WINDOW, *BUILD, *TEST])
 
 
 def test_what_an_image_runs_with_builds_nothing():
-    assert not [name for name in RUN if name.endswith("-dev") or name in ("catkin", "g++", "make")]
+    assert not [name for name in [*RUN, *WINDOW] if name.endswith("-dev") or name in ("catkin", "g++", "make")]
     assert {"g++", "catkin"} <= {*BUILD}
 
 

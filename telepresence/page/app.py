@@ -38,6 +38,7 @@ from telepresence.page.browser_window import BrowserWindow
 from telepresence.page.entering import Entering, read_fields, refuse
 from telepresence.page.people import PeopleReport, people_of
 from telepresence.page.pictures import Pictures
+from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
 from telepresence.page.sign_ins import SignIn, SignIns
 from telepresence.page.station import Station, Stations
@@ -141,6 +142,7 @@ class PilotPage:
         relays: Servers that help through the internet.
         names: Of this machine, besides its addresses: what browsers may call it.
         folder: For the sign-ins and the audit; None to keep neither.
+        proxy: Through which browsers may come.
     """
 
     def __init__(
@@ -150,16 +152,17 @@ class PilotPage:
         relays: Relays | None = None,
         names: Iterable[str] = (),
         folder: Path | None = None,
+        proxy: Proxy | None = None,
     ) -> None:
         self._address, self._relays = address, relays or Relays()
         self._robots = {name: RobotOnPage(station) for name, station in stations.robots.items()}
         self._audit = Audit(folder / "audit.log" if folder else None)
         sign_ins = SignIns(folder / "sign_ins" if folder else None)
-        self._entering = Entering(stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left)
+        self._entering = Entering(stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left, proxy)
         self._tabs: dict[tuple[SignIn, str], Tab] = {}
         self._links: dict[Tab, BrowserLink | BrowserSocket] = {}
         self._dials, self._new_tabs = Attempts(*DIALS), Attempts(*NEW_TABS)
-        self._names = own_names() | {name.lower() for name in names}
+        self._names = own_names() | {name.lower() for name in (*names, *([proxy.name] if proxy else ()))}
 
     def application(self) -> web.Application:
         """Return what aiohttp serves."""

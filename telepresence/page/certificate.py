@@ -49,19 +49,28 @@ def own_context(certificate: Path, key: Path | None = None) -> ssl.SSLContext:
 
 
 def server_context(folder: Path, addresses: Iterable[str]) -> ssl.SSLContext:
-    """Return what a server of these addresses needs; `page.crt` and `page.key` in the folder, made where they lack, as
-    is the authority that signs them.
+    """Return what a server of these addresses needs. See `server_files`.
 
     Raises:
         OSError: The folder cannot be used.
         ssl.SSLError: The two files are no certificate and key.
     """
-    certificate, key = folder / "page.crt", folder / "page.key"
+    return own_context(*server_files(folder, addresses))
+
+
+def server_files(folder: Path, addresses: Iterable[str], name: str = "page") -> tuple[Path, Path]:
+    """Return the files of a certificate for these addresses, NAME.crt, and of its key, NAME.key, in the folder; made
+    where they lack, as is the authority that signs them.
+
+    Raises:
+        OSError: The folder cannot be used.
+    """
+    certificate, key = folder / f"{name}.crt", folder / f"{name}.key"
     names = {"localhost", socket.gethostname(), *addresses}
     authority, authority_key = _authority(folder)
     if not _serves(certificate, names, authority):
         _make(certificate, key, names, authority, authority_key)
-    return own_context(certificate, key)
+    return certificate, key
 
 
 def names_of(certificate: Path) -> list[str]:

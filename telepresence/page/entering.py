@@ -29,7 +29,8 @@ from telepresence.page import qr_code
 from telepresence.page.attempts import Attempts, network
 from telepresence.page.audit import Audit
 from telepresence.page.entrance import Entrance
-from telepresence.page.sign_ins import COOKIE, LIFE, SignIn, SignIns
+from telepresence.page.proxy import Proxy, way_of
+from telepresence.page.sign_ins import LIFE, SignIn, SignIns
 from telepresence.teleop.accounts import UserError, is_guest_name
 from telepresence.teleop.invitations import Invitation, may_invite
 from telepresence.teleop.lease_messages import Account
@@ -42,7 +43,7 @@ MOST_WAITING = 16
 """Further ones that wait for that."""
 REVISED = 0.5
 """[s] between two looks at whether those who are in still may be."""
-_COOKIE = {"path": "/", "secure": True, "httponly": True, "samesite": "Strict"}
+_COOKIE = {"secure": True, "httponly": True, "samesite": "Strict"}
 
 
 class Entering:
@@ -51,6 +52,7 @@ class Entering:
     Args:
         left: Called when a sign-in has ended: closes what it has open.
         robots: What there is to see, for whoever comes in.
+        proxy: Through which browsers may come.
     """
 
     def __init__(
@@ -60,7 +62,9 @@ class Entering:
         audit: Audit,
         robots: list[str],
         left: Callable[[SignIn], Awaitable[None]],
+        proxy: Proxy | None = None,
     ) -> None:
+        self._proxy = proxy
         self._entrance, self._sign_ins, self._audit = entrance, sign_ins, audit
         self._robots, self._left = robots, left
         self._attempts = Attempts()
@@ -81,7 +85,7 @@ class Entering:
 
     async def recognize(self, request: web.Request) -> None:
         """Look whether who comes back after a restart of this program still may be in."""
-        cookie = request.cookies.get(COOKIE, "")
+        cookie = self._cookie(request)
         if not cookie or not self._sign_ins.returns(cookie):
             return
         sign_in = self._sign_ins.find(cookie, time.time())
@@ -90,11 +94,17 @@ class Entering:
 
     def who(self, request: web.Request) -> SignIn:
         """Return whose request this is. Raises HTTPUnauthorized."""
-        cookie = request.cookies.get(COOKIE, "")
+        cookie = self._cookie(request)
         sign_in = self._sign_ins.find(cookie, time.time())
         if sign_in is None:
             raise web.HTTPUnauthorized(reason=self._sign_ins.why_ended(cookie) or "Sign in first.")
         return sign_in
+
+    def _cookie(self, request: web.Request) -> str:
+        return request.cookies.get(way_of(request, self._proxy).cookie, "")
+
+    def _client(self, request: web.Request) -> str:
+        return way_of(request, self._proxy).client
 
     def holds(self, sign_in: SignIn) -> bool:
         """Return whether this sign-in has not ended."""
@@ -126,7 +136,8 @@ class Entering:
 
     async def _enter(self, request: web.Request) -> web.StreamResponse:
         fields = await read_fields(request, {"name": str, "password": str}, {"name": str, "invitation": str})
-        address = network(request.remote or "")
+        way = way_of(request, self._proxy)
+        address = network(way.client)
         counted = [f"address {address}"]
         if "invitation" in fields:
             digest = hashlib.sha256(fields["invitation"].encode("utf-8", "surrogatepass")).hexdigest()
@@ -138,7 +149,7 @@ class Entering:
         for key in counted:
             self._attempts.note(key, time.monotonic())
         try:
-            account, invitation = await self._admit(fields, request.remote or "")
+            account, invitation = await self._admit(fields, way.client)
         except UserError as error:
             self._audit.sample("refused at the entrance", name=fields["name"][:64], address=address)
             return refuse(403, str(error))
@@ -150,7 +161,7 @@ class Entering:
             invitation=invitation.id if invitation else "",
         )  # fmt: skip
         response = web.json_response(self._about(account))
-        response.set_cookie(COOKIE, cookie, max_age=round(LIFE), **_COOKIE)  # type: ignore[arg-type]
+        response.set_cookie(way.cookie, cookie, path=way.path, max_age=round(LIFE), **_COOKIE)  # type: ignore[arg-type]
         return response
 
     async def _admit(self, fields: dict[str, str], address: str) -> tuple[Account, Invitation | None]:
@@ -170,7 +181,8 @@ class Entering:
         if is_guest_name(sign_in.account.name):
             await asyncio.to_thread(self._entrance.invitations.leave, sign_in.account.name)
         response = web.json_response({})
-        response.del_cookie(COOKIE, **_COOKIE)  # type: ignore[arg-type]
+        way = way_of(request, self._proxy)
+        response.del_cookie(way.cookie, path=way.path, **_COOKIE)  # type: ignore[arg-type]
         return response
 
     async def _end(self, sign_in: SignIn, reason: str) -> None:
@@ -185,8 +197,8 @@ class Entering:
         try:
             return web.json_response(self._about(self.who(request).account))
         except web.HTTPUnauthorized as error:
-            fields = {"reason": error.reason, "password": self._entrance.asks(request.remote or "")}
-            ended = self._sign_ins.why_ended(request.cookies.get(COOKIE, ""))
+            fields = {"reason": error.reason, "password": self._entrance.asks(self._client(request))}
+            ended = self._sign_ins.why_ended(self._cookie(request))
             return web.json_response(fields | ({"ended": ended} if ended else {}), status=error.status)
 
     async def _invite(self, request: web.Request) -> web.StreamResponse:

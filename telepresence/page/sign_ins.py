@@ -30,6 +30,8 @@ log = logging.getLogger(__name__)
 
 COOKIE = "__Host-pilot"
 """Cookies of this prefix come by HTTPS only, for this host and every path (RFC 6265bis, 4.1.3.2)."""
+COOKIE_OF_PATH = "__Secure-pilot"
+"""Likewise, but for one path: of a page that shares its host, see `proxy`."""
 IDLE_LIFE, LIFE = 3600.0, 12 * 3600.0
 """Seconds without a request, and in all, after which a sign-in ends."""
 SAVED = 60.0

@@ -46,7 +46,7 @@ def note(folder: Path, master_uri: str, page: str, robots: int) -> None:
 
     Args:
         folder: The station's.
-        page: Address of the pilot's page, https://…; empty for none.
+        page: Of the pilot's page: https://…, or unix:FILE; empty for none.
         robots: How many have a driver.
     """
     text = json.dumps({"master": master_uri, "page": page, "robots": robots})
@@ -131,13 +131,38 @@ def _exactly(connection: socket.socket, count: int) -> bytes:
 
 
 def require_page(url: str) -> None:
-    """Raise Unhealthy when the pilot's page does not answer."""
+    """Raise Unhealthy when the pilot's page does not answer.
+
+    Args:
+        url: https://…, or unix:FILE.
+    """
+    try:
+        if url.startswith("unix:"):
+            ask_by_socket(url.removeprefix("unix:"))
+        else:
+            ask_by_https(url)
+    except (OSError, http.client.HTTPException) as error:
+        place = urlsplit(url).netloc or url
+        raise Unhealthy(f"the pilot's page does not answer at {place}: {error}") from None
+
+
+def ask_by_https(url: str) -> None:
+    """Get a page. Raises OSError."""
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE  # its own certificate; nothing secret is sent
-    try:
-        urllib.request.urlopen(url, timeout=PATIENCE, context=context).close()
-    except OSError as error:
-        raise Unhealthy(f"the pilot's page does not answer at {urlsplit(url).netloc}: {error}") from None
+    urllib.request.urlopen(url, timeout=PATIENCE, context=context).close()
+
+
+def ask_by_socket(path: str) -> None:
+    """Get the page of a server that listens at a unix socket. Raises OSError, HTTPException."""
+    connection = http.client.HTTPConnection("localhost", timeout=PATIENCE)
+    with socket.socket(socket.AF_UNIX) as connection.sock:
+        connection.sock.settimeout(PATIENCE)
+        connection.sock.connect(path)
+        connection.request("GET", "/")
+        status = connection.getresponse().status
+    if status != http.HTTPStatus.OK:
+        raise OSError(f"status {status}")
 
 
 def station_of(folder: Path) -> Path:

@@ -24,6 +24,9 @@ from telepresence.web.page_auth import page_key
 PILOT_PAGE_PORT = 8443
 PILOT_PAGE_KEY = "TELEPRESENCE_PILOT_PAGE_KEY"
 """Environment variable with the key to the page of a station where nobody signs in."""
+SITE = "TELEPRESENCE_SITE"
+"""Environment variable with the address of the list of robots, where this station's is one of several: invitations lead
+there."""
 FIRST_LINK_LASTS = 12 * 3600.0
 """[s] for which the invitation to a new station holds."""
 
@@ -35,13 +38,18 @@ class OwnPage:
         settings: Of the launch file, as a person gave them.
         simulated: Whether the robots are.
     Raises:
-        RuntimeError: See `pilot_page_address`; the certificate that a person names cannot be read.
+        RuntimeError: See `pilot_page_address` and `page_by_proxy`; the certificate that a person names cannot be read.
+
+    Attributes:
+        address: Of this machine, where browsers find page and pictures; None for no page.
+        socket: The file of the unix socket where it listens instead of its port; empty for none.
     """
 
     def __init__(self, settings: Mapping[str, str], simulated: bool) -> None:
         self.address = pilot_page_address(settings)
         self._port = settings.get("pilot_page_port", str(PILOT_PAGE_PORT))
         self._host = page_host(self.address or "", self._port)
+        self._by_proxy, self.socket = page_by_proxy(settings)
         if certificate := settings.get("page_certificate"):
             from telepresence.page.certificate import names_of  # cryptography: a third of what `./stack up` would load
 
@@ -59,14 +67,18 @@ class OwnPage:
 
     @property
     def url(self) -> str:
-        """Where this machine finds the page; empty for no page."""
+        """Where this machine finds the page, unix:FILE or https://…; empty for no page."""
+        if self.address and self.socket:
+            return f"unix:{self.socket}"
         return f"https://{self.address}:{self._port}/" if self.address else ""
 
     def open(self) -> str:
         """Return the link, which opens the page for whoever has it if there is no other way to come in."""
         if self.address is None:
             return ""
-        url = f"https://{self._host}/"
+        url = self._by_proxy or f"https://{self._host}/"
+        if os.environ.get(SITE):  # which lets people in itself, by one link to all robots
+            return url
         if not self._signs_in:
             os.environ[PILOT_PAGE_KEY] = page_key(PILOT_PAGE_KEY)
             return f"{url}#k={os.environ[PILOT_PAGE_KEY]}"
@@ -85,6 +97,27 @@ class OwnPage:
         if self._first:
             with contextlib.suppress(InvitationError):  # somebody has withdrawn it
                 self._invitations.withdraw(self._first)
+
+
+def page_by_proxy(settings: Mapping[str, str]) -> tuple[str, str]:
+    """Return how browsers reach the page by a proxy, and the unix socket by which the proxy does; empty for no such.
+
+    Raises:
+        RuntimeError: These settings are no proxy.
+    """
+    url, place = settings.get("page_url", ""), settings.get("page_proxy", "")
+    if not url and not place:
+        return "", ""
+    if not url or not place:
+        raise RuntimeError(
+            "page_url:= and page_proxy:= belong together: how browsers reach the page, and who asks for them"
+        )
+    from telepresence.page.proxy import Proxy  # aiohttp: most of what `./stack up` would load
+
+    try:
+        return url, Proxy(url, place).socket
+    except ValueError as error:
+        raise RuntimeError(f"page_url:={url} page_proxy:={place}: {error}") from None
 
 
 def pilot_page_address(settings: Mapping[str, str]) -> str | None:

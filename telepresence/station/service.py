@@ -1,6 +1,8 @@
 """`./stack service`: the unit with which systemd starts `./stack up`, and starts it again when it dies or freezes.
 
     ./stack service pepper gui:=false >~/.config/systemd/user/telepresence.service
+    ./stack service unit pepper sim:=false nao_ip:=10.0.0.7      likewise ./stack unit
+    ./stack service site site.toml                               likewise ./stack site up
 
 Standard library only. Prints; installs nothing.
 """
@@ -10,11 +12,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from telepresence.site.site_file import SiteError, read_site
 from telepresence.station import up
 
 ROOT = Path(__file__).resolve().parents[2]
 WATCHDOG_PERIOD = 2.0
 """Seconds without a sign of life of `./stack up` after which systemd kills it and starts it again."""
+STOP, SITE_STOP = 10.0, 20.0
+"""Seconds that a station has to end, and a site of several."""
 UNIT = """\
 [Unit]
 Description=Telepresence station: {title}
@@ -37,7 +42,7 @@ RestartSec=0.1
 LimitRTPRIO=5
 # Every program of the station gets SIGTERM, so that each driver stops its robot, then SIGKILL.
 KillMode=control-group
-TimeoutStopSec=10
+TimeoutStopSec={stop:g}
 
 [Install]
 WantedBy=default.target
@@ -46,16 +51,40 @@ WantedBy=default.target
 
 def main() -> int:
     """Print the unit for the arguments of `./stack up` on the command line; the exit code."""
-    arguments = up.parse(sys.argv[1:])
-    print(unit([arguments.robot, *(f"{name}:={value}" for name, value in arguments.settings.items())]), end="")
+    words = sys.argv[1:]
+    if words[:1] == ["site"]:
+        return _site(words[1:])
+    command = "unit" if words[:1] == ["unit"] else "up"
+    arguments = up.parse(["--unit", *words[1:]] if command == "unit" else words)
+    settings = [f"{name}:={value}" for name, value in arguments.settings.items()]
+    print(unit([arguments.robot, *settings], command), end="")
     return 0
 
 
-def unit(arguments: list[str]) -> str:
-    """The unit (systemd.service(5)) for these arguments of `./stack up`."""
-    command = " ".join(_quoted(word) for word in (str(ROOT / "stack"), "up", *arguments))
-    title = " ".join(["./stack up", *arguments]).replace("%", "%%")
-    return UNIT.format(title=title, root=str(ROOT).replace("%", "%%"), command=command, watchdog=WATCHDOG_PERIOD)
+def _site(words: list[str]) -> int:
+    if len(words) != 1:
+        print("usage: ./stack service site FILE", file=sys.stderr)
+        return 2
+    path = Path(words[0]).absolute()
+    try:
+        read_site(path)
+    except SiteError as error:
+        print(f"service: {error}", file=sys.stderr)
+        return 1
+    print(unit([str(path)], "site up", SITE_STOP), end="")
+    return 0
+
+
+def unit(arguments: list[str], command: str = "up", stop: float = STOP) -> str:
+    """The unit (systemd.service(5)) for a command of `./stack` and its arguments.
+
+    Args:
+        stop: [s] that its programs have to end.
+    """
+    line = " ".join(_quoted(word) for word in (str(ROOT / "stack"), *command.split(), *arguments))
+    title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
+    root = str(ROOT).replace("%", "%%")
+    return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop)
 
 
 def _quoted(word: str) -> str:

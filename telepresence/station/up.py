@@ -45,7 +45,7 @@ from telepresence.station.launch_settings import (
 )
 from telepresence.station.log_folder import LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
-from telepresence.station.pilot_page import PILOT_PAGE_PORT, OwnPage
+from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
 from telepresence.station.program_output import ENDING, ProgramOutput
 from telepresence.station.ros_master import master_answers
 from telepresence.station.station_folder import StationFolder
@@ -58,6 +58,8 @@ from telepresence.web.page_auth import ANNOUNCED, page_key
 ARENAS = "2"
 """Heaps of each program (mallopt(3)): with one for each of their dozens of threads, what one thread has given back lies
 idle while another one asks for more."""
+WINDOWLESS = ("gui", "teleop")
+"""Settings that are false for a robot's unit, which nobody sits at."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
 
 
@@ -103,6 +105,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
     parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
+    parser.add_argument("--unit", action="store_true", help="neither window nor keyboard: what stands beside a robot")
     parser.add_argument("--verbose", action="store_true", help="show here, too, what the programs print")
     found = parser.parse_intermixed_args(argv)
     if ":=" in found.robot:
@@ -115,6 +118,11 @@ def parse(argv: list[str]) -> argparse.Namespace:
         if not sign or not name.isidentifier():
             parser.error(f"'{setting}' is not of the form name:=value")
     found.settings = dict(setting.split(":=", 1) for setting in found.settings)
+    if found.unit:
+        known = launch_arguments(found.robot)
+        for name in (each for each in WINDOWLESS if each in known):
+            if found.settings.setdefault(name, "false").lower() not in ("false", "0"):
+                parser.error(f"a unit has neither window nor terminal: no {name}:={found.settings[name]}")
     return found
 
 
@@ -139,7 +147,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     start_conditions.require_protection(settings.get("firewall"))
     require_ports(arguments.robot, settings, simulated)
     page = OwnPage(settings, simulated) if wires else None
-    if page is not None and page.address is not None:
+    if page is not None and page.address is not None and not page.socket:
         port = port_setting(settings, "pilot_page_port", PILOT_PAGE_PORT)
         require_free(port, "pilot_page_port", "the pilot's page", address=page.address)
     screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
@@ -182,7 +190,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             keeper = MasterKeeper(master_uri, watch, faults.report)
         address = page.url if page is not None else ""
         health.note(Path(os.environ[station_folder.VARIABLE]), master_uri, address, len(wires))
-        say(banner(arguments.robot, settings, master_uri, simulated, display, screen_port, link, output.path))
+        if SITE not in os.environ:  # else the links' keys would be in a log
+            say(banner(arguments.robot, settings, master_uri, simulated, display, screen_port, link, output.path))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):

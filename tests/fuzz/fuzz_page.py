@@ -78,6 +78,19 @@ def page_ask() -> Target:
     )
 
 
+def page_forwarded() -> Target:
+    """Whose request it is, as a browser writes it, and as the site's proxy passes it on."""
+    from telepresence.page.attempts import network
+    from telepresence.page.proxy import UNKNOWN, forwarded_for
+
+    def feed(data: bytes) -> None:
+        client = forwarded_for(data.decode("latin-1").split("\n"))
+        assert client == UNKNOWN or (network(client) and "," not in client), client
+
+    valid = (b"10.0.0.7", b"1.2.3.4, fd00::7", b"1.2.3.4\nfe80::1%eth0", b"")
+    return Target(feed, valid, (), 500)
+
+
 def _text(data: bytes) -> str | bytes:
     """Return text as browsers send it, or bytes that are none, which they can send as well."""
     try:

@@ -25,6 +25,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "page-floor": fuzz_page.page_floor,
     "page-look": fuzz_page.page_look,
     "page-ask": fuzz_page.page_ask,
+    "page-forwarded": fuzz_page.page_forwarded,
     "lease-message": fuzz_wires.lease_message,
     "account-name": fuzz_wires.account_name,
     "sdp": fuzz_media.sdp,

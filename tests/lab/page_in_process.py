@@ -21,6 +21,7 @@ from page_server import ANNA, WILL, NoConversation, OneRobot, OneStation
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
+from telepresence.page.proxy import Proxy
 from telepresence.teleop.drive_lease import PILOT, WATCHER, Account, DriveLease
 from telepresence.teleop.lease_client import LeaseClient
 from telepresence.teleop.lease_messages import Reply, sign_joined
@@ -130,9 +131,13 @@ class PageInProcess:
 
     Args:
         folder: For its certificate and accounts.
+        proxy: Behind which it is: at a unix socket, or with TLS on a free port.
     """
 
-    def __init__(self, folder: Path, names: tuple[str, ...] = ("Pepper", "Robotino")) -> None:
+    def __init__(
+        self, folder: Path, names: tuple[str, ...] = ("Pepper", "Robotino"), proxy: Proxy | None = None
+    ) -> None:
+        self._proxy = proxy
         self.robots = {name: Robot() for name in names}
         self._station = OneStation(folder, sign_in=False)  # drive_lease above knows no keys
         self._station.robots = self.robots
@@ -187,12 +192,16 @@ class PageInProcess:
         self._loop.close()
 
     async def _serve(self) -> None:
-        page = PilotPage(self._station, "127.0.0.1", folder=self._folder / "page")
+        page = PilotPage(self._station, "127.0.0.1", folder=self._folder / "page", proxy=self._proxy)
         runner = web.AppRunner(page.application(), access_log=None)
         await runner.setup()
-        context = server_context(self._folder, {"127.0.0.1"})
-        await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=context).start()
-        self.url = f"https://127.0.0.1:{runner.addresses[0][1]}/"
+        if self._proxy is not None and self._proxy.socket:
+            await web.UnixSite(runner, self._proxy.socket).start()
+            self.url = self._proxy.url
+        else:
+            context = server_context(self._folder, {"127.0.0.1"})
+            await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=context).start()
+            self.url = f"https://127.0.0.1:{runner.addresses[0][1]}/"
         self._ready.set()
         level = 0
         while not self._end.is_set():

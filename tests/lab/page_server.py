@@ -14,6 +14,7 @@ from aiohttp import web
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
 from telepresence.page.entrance import Entrance
+from telepresence.page.proxy import Proxy
 from telepresence.page.sign_ins import COOKIE
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
@@ -121,19 +122,29 @@ class Client:
         return json.loads((await self.ask(method, path, body, cookies))[1])
 
 
-def serve(folder: Path, scenario: Callable[[Client], Awaitable[None]], sign_in: bool = True) -> None:
-    """Run a scenario with a client of a page whose files are in this folder, as those of one before may be."""
+def serve(
+    folder: Path, scenario: Callable[[Client], Awaitable[None]], sign_in: bool = True, proxy: Proxy | None = None
+) -> None:
+    """Run a scenario with a client of a page whose files are in this folder, as those of one before may be.
+
+    Args:
+        proxy: The page is behind it; with a unix socket, the client speaks as the proxy does.
+    """
 
     async def run() -> None:
         station = OneStation(folder, sign_in)
-        page = PilotPage(station, "127.0.0.1", folder=folder / "page")
+        page = PilotPage(station, "127.0.0.1", folder=folder / "page", proxy=proxy)
         runner = web.AppRunner(page.application(), access_log=None)
         await runner.setup()
-        await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=server_context(folder, ["127.0.0.1"])).start()
-        trust = ssl.create_default_context(cafile=str(folder / "authority.crt"))
-        connector = aiohttp.TCPConnector(ssl=trust)
+        if proxy is not None and proxy.socket:
+            await web.UnixSite(runner, proxy.socket).start()
+            connector, url = aiohttp.UnixConnector(proxy.socket), f"http://{proxy.name}"
+        else:
+            await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=server_context(folder, ["127.0.0.1"])).start()
+            trust = ssl.create_default_context(cafile=str(folder / "authority.crt"))
+            connector, url = aiohttp.TCPConnector(ssl=trust), f"https://127.0.0.1:{runner.addresses[0][1]}"
         async with aiohttp.ClientSession(connector=connector, cookie_jar=aiohttp.DummyCookieJar()) as session:
-            await scenario(Client(session, f"https://127.0.0.1:{runner.addresses[0][1]}", station, page))
+            await scenario(Client(session, url, station, page))
         await runner.cleanup()
 
     asyncio.run(run())

@@ -18,7 +18,7 @@ import tls_stream
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from telepresence.page.sign_ins import COOKIE
+from telepresence.page.sign_ins import COOKIE, COOKIE_OF_PATH
 
 FORWARD, ZERO = [0.2, 0.0, 0.0], [0.0, 0.0, 0.0]
 _PERIOD = 0.05
@@ -31,13 +31,15 @@ class Stranger:
     """A client of the page that checks no certificate.
 
     Args:
-        url: Of the page.
+        url: Of the page; with a path, behind a site's proxy.
     """
 
     def __init__(self, url: str) -> None:
         parts = urlsplit(url)
         assert parts.hostname and parts.port
-        self.host, self.port, self.origin = parts.hostname, parts.port, url.rstrip("/")
+        self.host, self.port, self.origin = parts.hostname, parts.port, f"https://{parts.netloc}"
+        self._path = parts.path.rstrip("/")
+        self._cookie = COOKIE_OF_PATH if self._path else COOKIE
         self.context = ssl.create_default_context()
         self.context.check_hostname, self.context.verify_mode = False, ssl.CERT_NONE
 
@@ -50,12 +52,12 @@ class Stranger:
         )
         header = {name.replace("_", "-"): value for name, value in headers.items()}
         if cookie:
-            header["Cookie"] = f"{COOKIE}={cookie}"
+            header["Cookie"] = f"{self._cookie}={cookie}"
         data = body if isinstance(body, bytes | None) else json.dumps(body).encode()
         try:
-            client.request(method, path, data, header)
+            client.request(method, self._path + path, data, header)
             answer = client.getresponse()
-            got = (answer.getheader("Set-Cookie") or "").partition(f"{COOKIE}=")[2].partition(";")[0].strip('"')
+            got = (answer.getheader("Set-Cookie") or "").partition(f"{self._cookie}=")[2].partition(";")[0].strip('"')
             return answer.status, answer.read(), got
         finally:
             client.close()
@@ -84,12 +86,12 @@ class Stranger:
                 statuses.update(map(int, found))
         return statuses
 
-    def open(self, cookie: str, origin: str | None = None, **headers: str) -> ClientConnection:
+    def open(self, cookie: str, origin: str | None = None, robot: str = "Pepper", **headers: str) -> ClientConnection:
         """Open the page's websocket, as a page of its own."""
         return connect(
-            f"ws://{self.host}:{self.port}/ws?robot=Pepper&page={secrets.token_hex(8)}&attempt=1",
+            f"ws://{self.host}:{self.port}{self._path}/ws?robot={robot}&page={secrets.token_hex(8)}&attempt=1",
             sock=tls_stream.connect(self.host, self.port, self.context, _TIMEOUT),  # type: ignore[arg-type]
-            additional_headers={"Cookie": f"{COOKIE}={cookie}", **headers},
+            additional_headers={"Cookie": f"{self._cookie}={cookie}", **headers},
             origin=origin or self.origin,  # type: ignore[arg-type]
             compression=None,
             max_size=None,
@@ -110,7 +112,7 @@ def ask(number: int, action: str, value: object = None) -> str:
 
 
 class Pilot(threading.Thread):
-    """Takes the robot and drives forward, twenty commands a second, until it is closed.
+    """Takes the robot and drives, twenty commands a second, until it is closed.
 
     Attributes:
         mine: What each state said about who has the robot.
@@ -118,9 +120,10 @@ class Pilot(threading.Thread):
         hung_up: Whether the page has.
     """
 
-    def __init__(self, stranger: Stranger, cookie: str) -> None:
+    def __init__(self, stranger: Stranger, cookie: str, robot: str = "Pepper", velocity: list[float] = FORWARD) -> None:
         super().__init__(name="pilot", daemon=True)
-        self._socket = stranger.open(cookie)
+        self._socket = stranger.open(cookie, robot=robot)
+        self._velocity = velocity
         self._over = threading.Event()
         self.mine: list[bool] = []
         self.pictures = 0
@@ -139,7 +142,7 @@ class Pilot(threading.Thread):
         due = time.monotonic()
         while not self._over.is_set():
             number += 1
-            self._socket.send(drive(number))
+            self._socket.send(drive(number, self._velocity))
             due += _PERIOD
             while (left := due - time.monotonic()) > 0:
                 self._receive(left)

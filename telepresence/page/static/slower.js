@@ -32,7 +32,9 @@ export class Slower {
     this.canvas = document.createElement("canvas");
     this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { alpha: false }));
     this.stream = this.canvas.captureStream();
-    this.socket = new WebSocket(`wss://${location.host}/ws?robot=${encodeURIComponent(robot)}&page=${page}&attempt=${attempt}`);
+    const url = new URL(`ws?robot=${encodeURIComponent(robot)}&page=${page}&attempt=${attempt}`, document.baseURI);
+    url.protocol = "wss:";
+    this.socket = new WebSocket(url);
     this.socket.binaryType = "arraybuffer";
     this.socket.onmessage = (event) => this.onMessage(event.data);
     /** @type {Record<string, Channel>} */

@@ -12,18 +12,16 @@ import itertools
 import json
 import re
 import time
-from pathlib import Path
 
 import pytest
+from axe import AXE, violations, wear
 from page_in_process import PageBrowser, PageInProcess, until
 
 from telepresence.page.app import STATIC
 
 pytestmark = pytest.mark.browser
 
-AXE = Path(__file__).parent / "axe" / "axe.min.js"
 AXE_SHA256 = "29348999450cdf2849a8e70b7912fc2da85a849da39c0d0d5394f51d4a9ed95c"
-RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 SIZES = {
     "phone": (390, 844),
     "phone across": (844, 390),
@@ -53,21 +51,6 @@ def browser(page):
 @pytest.fixture
 def robot(page):
     return page.robots["Pepper"]
-
-
-def violations(browser) -> list[str]:
-    if browser.evaluate("typeof axe") == "undefined":
-        browser.evaluate(AXE.read_text() + "; 1")
-    found = browser.evaluate(
-        f"axe.run({{runOnly: {RULES}, resultTypes: ['violations']}}).then((r) => r.violations.map((v) =>"
-        "`${v.id}: ${v.nodes.map((n) => n.target + ' ' + n.failureSummary).join('; ')}`))"
-    )
-    assert isinstance(found, list)
-    return found
-
-
-def wear(browser, theme) -> None:
-    browser.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
 
 
 def test_axe_is_the_one_that_is_named_above():

@@ -131,6 +131,41 @@ def test_without_a_page_it_is_not(station: Station):
         health.check(station.folder)
 
 
+class UnixServer(socketserver.UnixStreamServer):
+    """Answers every request with one status."""
+
+    status = 200
+
+    def __init__(self, path: Path) -> None:
+        server = self
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                self.send_response(server.status)
+                self.end_headers()
+
+            def address_string(self) -> str:
+                return "a unix socket"
+
+            def log_message(self, format: str, *args: object) -> None:
+                pass
+
+        super().__init__(str(path), Handler)
+
+
+def test_a_page_at_a_unix_socket_is_asked_there(tmp_path: Path):
+    with UnixServer(tmp_path / "page.socket") as server:
+        serve(server)
+        place = f"unix:{server.server_address}"
+        health.require_page(place)
+        server.status = 502
+        with pytest.raises(health.Unhealthy, match="status 502"):
+            health.require_page(place)
+        server.shutdown()
+    with pytest.raises(health.Unhealthy, match="does not answer at unix:"):
+        health.require_page(place)
+
+
 def test_a_station_that_starts_is_not_yet(tmp_path: Path):
     with pytest.raises(health.Unhealthy, match="not up yet"):
         health.check(tmp_path)

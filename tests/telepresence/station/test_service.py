@@ -2,17 +2,23 @@
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
 from telepresence.station import service
 from telepresence.station.heartbeat import PERIOD
 
+SITE = Path(__file__).resolve().parents[3] / "docs" / "site.toml"
 
-def test_systemd_accepts_it(tmp_path, monkeypatch):
+
+@pytest.mark.parametrize(
+    "words", [(["pepper", "gui:=false"],), (["robotino"], "unit"), (["/a b/site.toml"], "site up", 20.0)]
+)
+def test_systemd_accepts_it(tmp_path, monkeypatch, words):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # where no user is logged in there is none
     path = tmp_path / "telepresence.service"
-    path.write_text(service.unit(["pepper", "gui:=false"]))
+    path.write_text(service.unit(*words))
     if shutil.which("systemd-analyze") is None:  # a machine without systemd: what it would complain about is not known
         assert path.read_text().count("\n[") == 2
         return
@@ -35,3 +41,23 @@ def test_what_systemd_would_expand_is_kept(argument, word):
 def test_it_is_watched_for_longer_than_a_beat_takes():
     assert service.WATCHDOG_PERIOD > 10 * PERIOD
     assert "WatchdogSec=2\n" in service.unit(["pepper"])
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["pepper", "gui:=false"], '/stack" "up" "pepper" "gui:=false"\n'),
+        (["unit", "robotino", "sim:=false"], '/stack" "unit" "robotino" "sim:=false" "gui:=false" "teleop:=false"\n'),
+        (["site", str(SITE)], f'/stack" "site" "up" "{SITE}"\n'),
+    ],
+)
+def test_it_starts_what_the_person_named(monkeypatch, capsys, words, line):
+    monkeypatch.setattr("sys.argv", ["service", *words])
+    assert service.main() == 0
+    assert line in capsys.readouterr().out
+
+
+def test_a_site_that_is_none_gets_no_unit(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("sys.argv", ["service", "site", str(tmp_path / "none.toml")])
+    assert service.main() == 1
+    assert "No such file" in capsys.readouterr().err

@@ -137,6 +137,39 @@ def test_nobody_drives_without_an_account_by_a_page_that_others_reach(monkeypatc
         pilot_page.pilot_page_address({"page": "10.0.0.7", "sign_in": "false"})
 
 
+def test_the_link_to_a_page_behind_a_proxy_has_the_proxys_address(monkeypatch):
+    settings = {"page_url": "https://robots.example/anna/", "page_proxy": "unix:/run/anna.socket", "sign_in": "false"}
+    page = pilot_page.OwnPage(settings, simulated=True)
+    assert (page.socket, page.url) == ("/run/anna.socket", "unix:/run/anna.socket")
+    assert page.open().startswith("https://robots.example/anna/#k=")
+    monkeypatch.setenv(pilot_page.SITE, "https://robots.example/")
+    assert page.open() == "https://robots.example/anna/", "the site has a link to all of them"
+    page = pilot_page.OwnPage(settings | {"page_proxy": "10.8.0.5"}, simulated=True)
+    assert (page.socket, page.url) == ("", "https://127.0.0.1:8443/")
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"page_url": "https://robots.example/anna/"}, "belong together"),
+        ({"page_proxy": "10.8.0.5"}, "belong together"),
+        ({"page_url": "http://robots.example/", "page_proxy": "10.8.0.5"}, "is not of the form https"),
+        ({"page_url": "https://robots.example/anna/", "page_proxy": "there"}, "page_proxy:=there"),
+    ],
+)
+def test_what_is_no_proxy_of_the_page_is_refused(settings, says):
+    with pytest.raises(RuntimeError, match=says):
+        pilot_page.OwnPage(settings, simulated=True)
+
+
+@pytest.mark.parametrize("robot", ["pepper", "robotino", "both"])
+def test_a_unit_has_neither_window_nor_keyboard(robot, capsys):
+    assert up.parse(["--unit", robot]).settings == {"gui": "false", "teleop": "false"}
+    with pytest.raises(SystemExit):
+        up.parse(["--unit", robot, "gui:=true"])
+    assert "a unit has neither window nor terminal" in capsys.readouterr().err
+
+
 def test_a_taken_port_is_named_with_the_argument_that_changes_it():
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

@@ -29,9 +29,10 @@ from pilot_page.robot_station import KINDS, RobotStation, robot_kind
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import fingerprint, names_of, own_context, server_context
 from telepresence.page.entrance import Entrance
+from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
 from telepresence.station.image import page_host
-from telepresence.station.pilot_page import PILOT_PAGE_KEY
+from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_topics import LeaseState
@@ -63,7 +64,8 @@ class PageNode:
         names = names_of(self._certificate) if self._certificate else []
         relays = Relays.read(options.servers, secret)
         self._name = names[0] if names else page_host(options.address, "").partition(":")[0]
-        self._page = PilotPage(self, options.address, relays, names=[*names, self._name], folder=folder)
+        self._proxy = Proxy(options.url, options.proxy) if options.proxy else None
+        self._page = PilotPage(self, options.address, relays, [*names, self._name], folder, self._proxy)
         for station in self.robots.values():
             station.start()
 
@@ -79,31 +81,40 @@ class PageNode:
         self._loop.run_until_complete(self._serve_until_stopped())
 
     async def _serve_until_stopped(self) -> None:
-        options = self._options
-        folder = Path(options.certificates)
         runner = web.AppRunner(self._page.application(), access_log=None, handle_signals=False)
         await runner.setup()
-        if self._certificate is not None:
-            context = own_context(self._certificate, Path(options.key) if options.key else None)
-        else:
-            context = server_context(folder, {options.address, self._name})
-        site = web.TCPSite(runner, options.address, options.port, ssl_context=context)
         try:
-            await site.start()
+            url = await self._listen(runner)
         except OSError as error:
+            options = self._options
             rospy.logfatal("the page cannot listen on %s, port %d: %s", options.address, options.port, error.strerror)
             await runner.cleanup()
             return
-        port = runner.addresses[0][1]
-        place = f"{self._name}:{port}" if self._certificate else page_host(options.address, str(port))
-        self.entrance.invitations.set_page(f"https://{place}/")
-        rospy.loginfo("the pilot's page: https://%s/  certificate SHA-256 %s", place,
-                      fingerprint(self._certificate or folder / "page.crt"))  # fmt: skip
+        self.entrance.invitations.set_page(os.environ.get(SITE) or url)
         beats = threading.Thread(target=self._beat, daemon=True)
         beats.start()
         while not self._node.stop.is_set():
             await asyncio.sleep(0.05)
         await runner.cleanup()
+
+    async def _listen(self, runner: web.AppRunner) -> str:
+        """Begin to serve, and return how browsers reach the page. Raises OSError."""
+        options = self._options
+        if self._proxy is not None and self._proxy.socket:
+            await web.UnixSite(runner, self._proxy.socket).start()
+            rospy.loginfo("the pilot's page: %s", self._proxy.url)
+            return self._proxy.url
+        folder = Path(options.certificates)
+        if self._certificate is not None:
+            context = own_context(self._certificate, Path(options.key) if options.key else None)
+        else:
+            context = server_context(folder, {options.address, self._name})
+        await web.TCPSite(runner, options.address, options.port, ssl_context=context).start()
+        port = runner.addresses[0][1]
+        place = f"{self._name}:{port}" if self._certificate else page_host(options.address, str(port))
+        rospy.loginfo("the pilot's page: https://%s/  certificate SHA-256 %s", place,
+                      fingerprint(self._certificate or folder / "page.crt"))  # fmt: skip
+        return self._proxy.url if self._proxy is not None else f"https://{place}/"
 
     def _beat(self) -> None:
         """Count as frozen when the event loop does not turn: it carries everybody's commands."""
@@ -132,8 +143,14 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--turn-secret", default="", metavar="FILE", help="the relay's static-auth-secret")
     parser.add_argument("--certificate", default="", metavar="FILE", help="PEM with its chain; default: one of our own")
     parser.add_argument("--key", default="", metavar="FILE", help="of --certificate, where it is not in that file")
-    parser.add_argument("--certificates", default=str(Path.home() / ".config/telepresence/page"), metavar="FOLDER")
-    return parser.parse_args([word for word in argv if ":=" not in word])
+    parser.add_argument(
+        "--certificates", default="", help="of certificate, sign-ins and audit; default in the home's .config"
+    )
+    parser.add_argument("--url", default="", help="how browsers reach the page by a proxy: https://HOST[:PORT]/ROBOT/")
+    parser.add_argument("--proxy", default="", metavar="unix:FILE|ADDRESS", help="from where the proxy asks")
+    options = parser.parse_args([word for word in argv if ":=" not in word])
+    options.certificates = options.certificates or str(Path.home() / ".config/telepresence/page")
+    return options
 
 
 def _robot(word: str) -> str:

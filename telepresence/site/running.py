@@ -1,0 +1,278 @@
+"""A site that runs: units and proxy, each started again when it dies or freezes, and all of them ended together."""
+
+from __future__ import annotations
+
+import getpass
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from telepresence.page.certificate import fingerprint, own_context, server_files
+from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.container import name_of
+from telepresence.site.list_page import write_list
+from telepresence.site.site_file import Elsewhere, Site, SiteError, Unit
+from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
+from telepresence.site.unit import socket_of as page_socket
+from telepresence.station import heartbeat, processes, vitals
+from telepresence.station.kept_program import KeptProgram, Report
+from telepresence.station.log_folder import LogKeeper
+from telepresence.station.pilot_page import FIRST_LINK_LASTS
+from telepresence.station.station_folder import StationFolder
+from telepresence.station.vitals import Beats
+from telepresence.teleop.accounts import UserError, Users
+from telepresence.teleop.invitations import InvitationError, Invitations, beside
+from telepresence.teleop.lease_messages import PILOT
+from telepresence.web.page_auth import make_token
+
+CADDY = "caddy"
+UNIT_PATIENCE = 14.0
+"""[s] for all units to end: each gives its programs 8."""
+PROXY_PATIENCE = 2.0
+OUTPUT, CADDY_OUTPUT = "unit-stdout.log", "caddy-stdout.log"
+"""What a unit's programs print, and Caddy, each in its folder of logs; cut when they grow, as all logs."""
+
+
+class RunningSite:
+    """Starts everything at once; `look` again and again, then `close`.
+
+    Args:
+        folder: Of the site alone, while it runs.
+        say: Prints a line for the person at the terminal.
+    Raises:
+        SiteError: There is no Caddy, or it refuses what it is to do.
+        OSError: A folder cannot be written.
+    """
+
+    def __init__(self, site: Site, folder: Path, say: Callable[[str], None]) -> None:
+        self._site, self._folder, self._say = site, folder, say
+        self._base = {name: value for name, value in os.environ.items() if name not in _STATIONS_OWN}
+        self._key = make_token()
+        self._invitation = ""
+        self._programs: dict[str, KeptProgram] = {}
+        self._beats: dict[str, Beats | None] = {}
+        self._up: set[str] = set()
+        self._said: dict[str, str] = {}
+        self._sockets = {unit.name: page_socket(unit, folder) for unit in site.units}
+        write_list(site, folder / "list")
+        self.files = certificate_files(site, folder)
+        config = write_caddyfile(site, self.files)
+        (folder / "watch").mkdir(mode=0o700)
+        for unit in site.units:
+            self._start_unit(unit)
+        proxy_logs = site_logs(site) / "proxy"
+        proxy_logs.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._keeper = LogKeeper(proxy_logs).start()
+        self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config, proxy_logs / CADDY_OUTPUT), _nobody)
+
+    def _start_unit(self, unit: Unit) -> None:
+        beats = None if unit.image else Beats(self._folder / "watch" / unit.name)  # a container has its healthcheck
+        self._beats[unit.name] = beats
+        start = partial(self._unit, unit, beats)
+        self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit, beats), beats)
+
+    def _reporter(self, unit: Unit, beats: Beats | None) -> Report:
+        def report(_program: str, _what: str, _then: str) -> None:  # which the log says
+            said = last_line(log_folder(unit, self._site) / OUTPUT)
+            if unit.name not in self._up and said != self._said.get(unit.name):  # why, it has said itself
+                self._said[unit.name] = said
+                self._say(f"{unit.name}: {said}")
+            self._up.discard(unit.name)
+            if beats is not None:
+                beats.ready = False
+
+        return report
+
+    def open(self) -> str:
+        """Return the link to the list, and from there to each robot's page; it lets in whoever has no account."""
+        here = [unit for unit in self._site.units if not unit.image]  # containers have accounts of their own
+        if not all(signs_in(unit, self._site) for unit in here):
+            return f"{self._site.url}#k={self._key}"
+        try:
+            if not here or Users().all():
+                return self._site.url
+            invitations = Invitations(beside())
+            invitation, token = invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
+        except UserError:
+            return self._site.url  # the pages say what is wrong with the accounts
+        self._invitation = invitation.id
+        return f"{self._site.url}#i={token}"
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids of the units by name, and the proxy's."""
+        return {name: program.pid for name, program in self._programs.items()}
+
+    def look(self, elapsed: float) -> None:
+        """Look once at every program.
+
+        Args:
+            elapsed: Seconds since the last look.
+        """
+        for program in self._programs.values():
+            program.look(elapsed)
+        for name, beats in self._beats.items():
+            ready = beats is None or beats.ready
+            if ready and name not in self._up and takes_connections(self._sockets[name]):
+                self._up.add(name)
+                self._say(f"{name}: is up")
+        processes.reap_orphans(set(self.pids.values()))
+
+    def close(self) -> None:
+        """End all of it: every unit at the same time, so that the last robot stands as soon as the first one."""
+        units = [self._programs[unit.name].process for unit in self._site.units if unit.name in self._programs]
+        for process in units:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + UNIT_PATIENCE
+        while any(process.poll() is None for process in units) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        for program in self._programs.values():
+            program.close(PROXY_PATIENCE)
+        self._keeper.close()
+        if self._invitation:
+            try:
+                Invitations(beside()).withdraw(self._invitation)
+            except InvitationError:
+                self._invitation = ""  # somebody has withdrawn it
+
+    def _unit(self, unit: Unit, beats: Beats | None) -> subprocess.Popen:
+        logs, place = log_folder(unit, self._site), page_socket(unit, self._folder)
+        for each in (logs, place.parent, *(() if unit.image else (page_folder(unit),))):
+            each.mkdir(mode=0o700, parents=True, exist_ok=True)
+        remove_socket(place)
+        variables = self._base
+        if beats is not None:
+            variables = environment(unit, self._site, self._key, logs, self._base) | {"NOTIFY_SOCKET": str(beats.path)}
+        with (logs / OUTPUT).open("ab") as output:
+            return processes.start(
+                command(unit, self._site, self._folder),
+                tied=True,
+                env=variables,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    def _caddy(self, config: Path, output: Path) -> subprocess.Popen:
+        with output.open("ab") as file:
+            return processes.start(
+                [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
+                tied=True,
+                env=self._base | {"XDG_DATA_HOME": str(self._folder), "XDG_CONFIG_HOME": str(self._folder)},
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+            )
+
+
+def _nobody(_program: str, _what: str, _then: str) -> None:
+    """Nobody is to know but who reads the log."""
+
+
+def takes_connections(path: Path) -> bool:
+    """Return whether a page listens at a unix socket; one that was killed leaves the file."""
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.setblocking(False)
+        return probe.connect_ex(str(path)) == 0
+
+
+def last_line(path: Path) -> str:
+    """Return the last line that a program has printed; empty for none."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line for line in reversed(lines) if line.strip()), "")
+
+
+_STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
+"""Variables that a site has for itself: each unit makes its own."""
+
+
+def certificate_files(site: Site, folder: Path) -> Files:
+    """Return the site's certificate; without one of its own, one that this computer's authority has signed.
+
+    Raises:
+        SiteError: The files are no certificate and key.
+    """
+    if site.certificate is not None:
+        files = Files(site.certificate, site.key or site.certificate, folder)
+    else:
+        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), "site")
+        files = Files(*made, folder)
+    try:
+        own_context(files.certificate, files.key)
+    except OSError as error:
+        raise SiteError(f"{files.certificate} and {files.key} are no certificate and key: {error}") from None
+    return files
+
+
+def write_caddyfile(site: Site, files: Files) -> Path:
+    """Write Caddy's configuration, and have Caddy read it.
+
+    Raises:
+        SiteError: There is no Caddy, or it refuses it.
+    """
+    if shutil.which(CADDY) is None:
+        raise SiteError("there is no caddy: ./stack site installs it, or  sudo apt install caddy")
+    path = files.folder / "Caddyfile"
+    path.write_text(caddyfile(site, files), encoding="utf-8")
+    words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]
+    environment = {**os.environ, "XDG_DATA_HOME": str(files.folder), "XDG_CONFIG_HOME": str(files.folder)}
+    answer = subprocess.run(words, capture_output=True, text=True, env=environment, timeout=60.0)
+    if answer.returncode:
+        raise SiteError(f"caddy refuses the site: {(answer.stderr or answer.stdout).strip().splitlines()[-1]}")
+    return path
+
+
+def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
+    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `RunningSite` does."""
+    running: RunningSite | None = None
+    try:
+        running = RunningSite(site, folder.path, say)
+        say(banner(site, running.open(), fingerprint(running.files.certificate)))
+        heartbeat.notify("READY=1")
+        looked = time.monotonic()
+        while not stop.wait(vitals.PERIOD):
+            heartbeat.beat()
+            elapsed, looked = time.monotonic() - looked, time.monotonic()
+            running.look(elapsed)
+        heartbeat.notify("STOPPING=1")
+        say("\nEnding everything ...")
+        return 0
+    finally:
+        if running is not None:
+            running.close()
+
+
+def banner(site: Site, link: str, certificate: str) -> str:
+    """Return what runs where."""
+    lines = ["", f"  robots       {link}", f"  certificate  SHA-256 {certificate}"]
+    for robot in site.robots:
+        lines.append(f"  {robot.name:<12} {site.page_url(robot)}  {_where(robot)}")
+    lines.append(f"  logs         {site_logs(site)}")
+    contained = next((unit for unit in site.units if unit.image), None)
+    if contained is not None:
+        invite = f"podman exec {name_of(contained)} /opt/telepresence/stack invite --drive"
+        lines.append(f"  a way in     {invite}")
+    return "\n".join([*lines, "", "  Ctrl-C ends all of it.", ""])
+
+
+def _where(robot: Unit | Elsewhere) -> str:
+    if isinstance(robot, Elsewhere):
+        return robot.url
+    words = robot.kind, "simulated" if robot.simulated else "real", *(["in a container"] if robot.image else [])
+    return ", ".join(words)
+
+
+def say(text: str) -> None:
+    """Print for the person at the terminal."""
+    print(text, flush=True)

@@ -1,0 +1,49 @@
+// @ts-check
+/** The list of robots: which of them are there, and the link by which somebody came, handed on to the robot's page. */
+
+import { answers, translate, word } from "./words.js";
+
+const PERIOD = 3000; // ms between two looks
+const KEPT = "wayIn"; // in the tab's storage: who comes back to the list opens the next robot by the same link
+const news = /** @type {HTMLElement} */ (document.getElementById("news"));
+/** @type {HTMLElement[]} */
+const states = [...document.querySelectorAll(".state")].map((each) => /** @type {HTMLElement} */ (each));
+
+/** Take the link's secret out of the address bar: it must stay in no history. */
+function takeLink() {
+  if (/^#[ik]=[\w-]{1,100}$/.test(location.hash)) {
+    sessionStorage.setItem(KEPT, location.hash);
+    history.replaceState(null, "", location.pathname);
+  }
+  const wayIn = sessionStorage.getItem(KEPT) ?? "";
+  for (const state of states) {
+    const link = /** @type {HTMLAnchorElement} */ (state.closest("a"));
+    link.onclick = (event) => {
+      if (!wayIn) return;
+      event.preventDefault(); // the secret stands in no link that could be copied
+      location.assign(`${link.getAttribute("href")}${wayIn}`);
+    };
+  }
+}
+
+/** @param {HTMLElement} state */
+async function look(state) {
+  const there = String(await answers(`${state.dataset.robot}/`, PERIOD));
+  if (state.dataset.there === there) return;
+  const first = state.dataset.there === undefined;
+  state.dataset.there = there;
+  state.textContent = word(there === "true" ? "there" : "away_now");
+  if (!first) news.textContent = `${state.parentElement?.querySelector(".name")?.textContent}: ${state.textContent}`;
+}
+
+function lookAtAll() {
+  if (!document.hidden) states.forEach(look);
+}
+
+translate();
+takeLink();
+addEventListener("hashchange", takeLink);
+addEventListener("pageshow", lookAtAll);
+document.addEventListener("visibilitychange", lookAtAll);
+setInterval(lookAtAll, PERIOD);
+lookAtAll();

@@ -1,0 +1,122 @@
+"""A site that runs, with real programs that are no station's: who brings whom back, and that nothing is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from telepresence.site import running
+from telepresence.site.running import CADDY, OUTPUT, RunningSite
+from telepresence.site.site_file import SiteError, parse_site
+from telepresence.station import processes, vitals
+
+pytestmark = pytest.mark.slow
+
+UNIT = """
+import socket, sys, time
+from telepresence.station import heartbeat
+server = socket.socket(socket.AF_UNIX)
+server.bind(sys.argv[1])
+server.listen()
+heartbeat.notify("READY=1")
+while True:
+    heartbeat.beat()
+    time.sleep(0.05)
+"""
+"""What a unit is to the site: it beats, and its page has a socket."""
+BROKEN = "print('port 9559 is taken'); raise SystemExit(1)"
+
+
+@pytest.fixture
+def started(monkeypatch, free_port):
+    """Starts a site whose units run these programs; and what looks at it until something holds."""
+    with tempfile.TemporaryDirectory(prefix="site-") as name:  # a unix socket's path has 107 bytes
+        folder = Path(name)
+        monkeypatch.setenv("HOME", name)
+        monkeypatch.setenv("ROS_HOME", name)
+        monkeypatch.setenv("TELEPRESENCE_USERS", str(folder / "users.db"))
+        sites, said = [], []
+
+        def start(**programs: str):
+            def command(unit, site, folder):
+                return [sys.executable, "-c", programs[unit.name], str(running.page_socket(unit, folder))]
+
+            monkeypatch.setattr(running, "command", command)
+            robots = "".join(f"[robot.{robot}]\n" for robot in programs)
+            site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
+            sites.append(RunningSite(site, folder, said.append))
+            return sites[0], site, said
+
+        yield start
+        for site in sites:
+            site.close()
+
+
+def look_until(site: RunningSite, condition, what: str) -> None:
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(vitals.PERIOD)
+        site.look(vitals.PERIOD)
+
+
+def listens(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def test_a_unit_that_was_killed_or_stopped_comes_back_alone(started):
+    site, _, said = started(anna=UNIT, ben=UNIT)
+    look_until(site, lambda: {*said} == {"anna: is up", "ben: is up"}, "both are up")
+    for count, ended in enumerate((signal.SIGKILL, signal.SIGSTOP), 2):
+        before = site.pids
+        os.kill(before["anna"], ended)
+        look_until(site, lambda count=count: said.count("anna: is up") == count, "anna is back")
+        after = site.pids
+        assert before["anna"] != after.pop("anna") and after.items() < before.items()
+
+
+def test_the_proxy_comes_back(started):
+    site, file, _ = started(anna=UNIT)
+    look_until(site, lambda: listens(file.port), "Caddy listens")
+    before = site.pids[CADDY]
+    os.kill(before, signal.SIGKILL)
+    look_until(site, lambda: site.pids[CADDY] != before and listens(file.port), "it listens again")
+
+
+def test_a_unit_that_does_not_come_up_says_why_once(started):
+    site, file, said = started(anna=BROKEN)
+    look_until(site, lambda: len((file.logs / "anna" / OUTPUT).read_text().splitlines()) > 2, "it is tried again")
+    assert said == ["anna: port 9559 is taken"]
+
+
+def test_everything_ends_with_it(started):
+    site, file, said = started(anna=UNIT, ben=UNIT)
+    look_until(site, lambda: len(said) == 2 and listens(file.port), "all is up")
+    pids = site.pids
+    site.close()
+    assert not [name for name, pid in pids.items() if processes.send(pid, signal.SIGCONT)]
+    assert not listens(file.port)
+
+
+def test_the_link_lets_in_whoever_has_no_account(started, monkeypatch):
+    site, file, _ = started(anna=UNIT)
+    assert site.open().startswith(f"{file.url}#k=")
+    monkeypatch.setattr(running, "signs_in", lambda unit, site: True)
+    assert site.open().startswith(f"{file.url}#i=")
+    running.Users().add("anna", "correct horse", "pilot")
+    assert site.open() == file.url
+
+
+def test_a_certificate_that_is_none_is_named(started, tmp_path):
+    (tmp_path / "own.crt").write_text("x")
+    site = parse_site("certificate = 'own.crt'\n[robot.anna]", tmp_path)
+    with pytest.raises(SiteError, match=r"own\.crt .* are no certificate and key"):
+        running.certificate_files(site, tmp_path)
