@@ -100,6 +100,10 @@ class Container:
         """Run a program in it."""
         return engine("exec", self.name, *words)
 
+    def address(self) -> str:
+        """its own address, which its engine gives it"""
+        return engine("inspect", "--format", "{{.NetworkSettings.IPAddress}}", self.name).stdout.strip()
+
     def ros(self, *words: str) -> str:
         return self.run("/opt/telepresence/stack", "exec", *words).stdout
 

@@ -73,8 +73,11 @@ def devices(sound: Path, film: Path) -> tuple[str, ...]:
 
 
 def recorded(browser: OpenPage, seconds: float) -> np.ndarray:
-    """What the page plays from now on."""
-    return np.frombuffer(base64.b64decode(browser.evaluate(f"{RECORD}({seconds})")), "<i2") / 32768.0
+    """What the page plays from now on; silence while its connection is made anew."""
+    words = browser.evaluate(f"{RECORD}({seconds})")
+    if not isinstance(words, str):  # it has thrown: there is no track yet, or no longer
+        return np.zeros(int(seconds * RATE))
+    return np.frombuffer(base64.b64decode(words), "<i2") / 32768.0
 
 
 class Likeness:
