@@ -8,7 +8,11 @@
 # options of "run". Privileged, because tests make networks of their own.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+folder=$(mktemp --directory)
+trap 'rm -rf "$folder"' EXIT
+git clone --quiet --depth 1 "file://$root" "$folder/checkout"
 # shellcheck disable=SC2086
-git -C "$root" archive HEAD | "${CONTAINER_TOOL:-podman}" run --rm --interactive --privileged --shm-size 1g \
-  ${CONTAINER_RUN_OPTIONS:-} "${BASE:-debian:12}" \
-  bash -c 'mkdir /checkout && cd /checkout && tar --extract && exec ./stack test "$@"' bash "$@"
+tar --create --directory "$folder" checkout |
+  "${CONTAINER_TOOL:-podman}" run --rm --interactive --privileged --shm-size 1g \
+    ${CONTAINER_RUN_OPTIONS:-} "${BASE:-debian:12}" \
+    bash -c 'tar --extract --no-same-owner && cd checkout && exec ./stack test "$@"' bash "$@"

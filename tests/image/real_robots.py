@@ -228,7 +228,7 @@ def check_robotino(image: str, arch: str) -> None:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         machine = stack.enter_context(robot_machine())
         with machine.entered():
-            world = stack.enter_context(RobotinoWorld("arena", 0, ROBOT, REST_PORT))
+            world = stack.enter_context(RobotinoWorld("apartment", 0, ROBOT, REST_PORT))
         container, newcomer, _ = stack.enter_context(station(image, arch, folder, *words))
         drives(newcomer, world, "robotino")
         say("holding W in the page drives the robot", True)
