@@ -16,6 +16,8 @@ from collections.abc import Callable, Sequence
 from free_ports import free_port
 
 TOOL = os.environ.get("CONTAINER_TOOL", "podman")
+BROWSERS = 4
+"""UDP ports that are published for WebRTC."""
 
 
 class Failed(Exception):
@@ -60,11 +62,14 @@ class Container:
     def __init__(self, image: str, arch: str, *words: str, options: Sequence[str] = ()) -> None:
         self.name = f"telepresence-test-{secrets.token_hex(4)}"
         self.port = free_port()
+        first = free_port()
+        udp = f"{first}-{first + BROWSERS - 1}"
         every = [
             "--name", self.name, "--hostname", "telepresence", "--platform", f"linux/{arch}", "--pull", "never",
             "--read-only", "--cap-drop", "all", "--security-opt", "no-new-privileges",
             "--volume", f"{self.name}:/var/lib/telepresence",
             "--publish", f"127.0.0.1:{self.port}:8443", "--env", f"TELEPRESENCE_PAGE_HOST=localhost:{self.port}",
+            "--publish", f"127.0.0.1:{udp}:{udp}/udp", "--env", f"TELEPRESENCE_PAGE_UDP={udp}",
         ]  # fmt: skip
         if "docker" in TOOL:  # podman gives a read-only container a /tmp by itself
             every += ["--tmpfs", "/tmp"]

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from container import Container, Failed, say, wait_for
-from free_ports import free_port
 from machines import Machine
 from newcomer import DESKTOP, Newcomer
 from page_sound import ORANGE, SETTLED, Likeness, camera, devices, microphone, recorded
@@ -40,8 +39,6 @@ table ip unpublished {{
   chain coming {{ type filter hook input priority 0; ip saddr {address} meta l4proto udp ct state new drop; }}
 }}
 """
-BROWSERS = 4
-"""UDP ports that are published."""
 NAOQI_PORT, REST_PORT, TABLET_PORT = 9559, 80, 10002
 PATIENCE = 90.0
 """[s] for whatever a person would wait for."""
@@ -176,15 +173,7 @@ def station(image: str, arch: str, folder: Path, *words: str, options: tuple[str
     sound, film = folder / "pilot.wav", folder / "pilot.y4m"
     spoken = microphone(sound, PILOT_SAYS)
     camera(film)
-    first = free_port()
-    last = first + BROWSERS - 1
-    ports = (
-        "--publish",
-        f"127.0.0.1:{first}-{last}:{first}-{last}/udp",
-        "--env",
-        f"TELEPRESENCE_PAGE_UDP={first}-{last}",
-    )
-    container = Container(image, arch, *words, options=(*ports, *options))
+    container = Container(image, arch, *words, options=options)
     newcomer = None
     try:
         newcomer = Newcomer(DESKTOP, SETTLED, devices(sound, film))
