@@ -101,9 +101,9 @@ class Container:
             raise Failed("the container ended:\n" + "".join(self.lines[-40:]))
         return found
 
-    def run(self, *words: str) -> subprocess.CompletedProcess[str]:
+    def run(self, *words: str, timeout: float = 120.0) -> subprocess.CompletedProcess[str]:
         """Run a program in it."""
-        return engine("exec", self.name, *words)
+        return engine("exec", self.name, *words, timeout=timeout)
 
     def address(self) -> str:
         """its own address, which its engine gives it"""

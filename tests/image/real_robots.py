@@ -212,7 +212,7 @@ def check_pepper(image: str, arch: str) -> None:
 
 def check_robotino(image: str, arch: str) -> None:
     """Drive and see. Raises Failed."""
-    words = ("up", "robotino", "sim:=false", f"robotino_ip:={ROBOT}")
+    words = ("up", "robotino", "sim:=false", "camera:=cam0", f"robotino_ip:={ROBOT}")
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         machine = stack.enter_context(robot_machine())

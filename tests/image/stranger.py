@@ -18,19 +18,27 @@ COLOURS = """(() => {
 LEAST_COLOURS = 30
 
 
-def come_in(container: Container, newcomer: Newcomer) -> float:
-    """Open the printed link and see; return how long after `run` there was a picture [s]. Raises Failed."""
+def come_in(container: Container, newcomer: Newcomer, patience: float = 300.0) -> float:
+    """Open the printed link and see.
+
+    Args:
+        patience: [s] for each step.
+    Returns:
+        How long after `run` there was a picture [s].
+    Raises:
+        Failed: There was none.
+    """
     link = container.said
-    wait_for(lambda: link(r"pilot's page (https://\S+)"), 300.0)
+    wait_for(lambda: link(r"pilot's page (https://\S+)"), patience)
     place = link(r"pilot's page (https://\S+)")
-    wait_for(lambda: reached(container.port), 300.0)
+    wait_for(lambda: reached(container.port), patience)
     print(f"  - the page is there after {time.monotonic() - container.started:.1f} s", flush=True)
     assert place is not None
     newcomer.tap(place[1])
-    wait_for(newcomer.asks, 60.0)
+    wait_for(newcomer.asks, patience)
     newcomer.evaluate("document.querySelector('[name=name]').value = 'anna'; "
                       "document.querySelector('#enterForm button').click()")  # fmt: skip
-    wait_for(lambda: newcomer.first_picture() is not None and newcomer.evaluate(COLOURS) > LEAST_COLOURS, 300.0)
+    wait_for(lambda: newcomer.first_picture() is not None and newcomer.evaluate(COLOURS) > LEAST_COLOURS, patience)
     return time.monotonic() - container.started
 
 
