@@ -57,6 +57,16 @@ def test_its_user_home_and_port_are_the_projects():
     assert instructions("EXPOSE") == [str(PILOT_PAGE_PORT)]
 
 
+def test_every_line_that_starts_it_publishes_its_ports():
+    """TCP under its number, and for WebRTC the range that the image binds."""
+    udp = re.search(r"TELEPRESENCE_PAGE_UDP=(\S+)", FILE)[1]
+    wanted = (
+        f"-p 127.0.0.1:{PILOT_PAGE_PORT}:{PILOT_PAGE_PORT} -p 127.0.0.1:{udp}:{udp}/udp -v telepresence:{SYSTEM_HOME}"
+    )
+    for page, count in (("README.md", 1), ("docs/container.md", 2), ("stack", 1)):
+        assert (ROOT / page).read_text().count(wanted) == count, page
+
+
 def test_it_can_ask_whether_it_is_healthy():
     (line,) = instructions("HEALTHCHECK")
     python, option, module = json.loads(line.partition(" CMD ")[2])

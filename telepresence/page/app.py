@@ -39,6 +39,7 @@ from telepresence.page.entering import Entering, read_fields, refuse
 from telepresence.page.people import PeopleReport, people_of
 from telepresence.page.pictures import Pictures
 from telepresence.page.proxy import Proxy
+from telepresence.page.published import published_ports
 from telepresence.page.relays import Relays
 from telepresence.page.sign_ins import SignIn, SignIns
 from telepresence.page.station import Station, Stations
@@ -154,7 +155,7 @@ class PilotPage:
         folder: Path | None = None,
         proxy: Proxy | None = None,
     ) -> None:
-        self._address, self._relays = address, relays or Relays()
+        self._address, self._relays, self._ports = address, relays or Relays(), published_ports()
         self._robots = {name: RobotOnPage(station) for name, station in stations.robots.items()}
         self._audit = Audit(folder / "audit.log" if folder else None)
         sign_ins = SignIns(folder / "sign_ins" if folder else None)
@@ -264,7 +265,7 @@ class PilotPage:
         link = BrowserLink(robot.pictures, end, self._on_link_ended, self._relays, robot.conversation)
         self._links[tab] = link
         try:
-            answer = await link.answer(fields["sdp"], self._address)
+            answer = await link.answer(fields["sdp"], self._address, request.host, self._ports)
         except ValueError as error:
             return refuse(400, str(error))
         return web.json_response({"sdp": answer, "servers": self._relays.for_browser(sign_in.name, time.time())})

@@ -21,6 +21,7 @@ from telepresence.page.browser_conversation import ACTIONS, RobotConversation
 from telepresence.page.browser_messages import STATE_PERIOD, BrowserMessages, StationEnd
 from telepresence.page.pictures import Pictures
 from telepresence.page.prompt_video import show_at_once
+from telepresence.page.published import host_address, with_host
 from telepresence.page.relays import Relays
 from telepresence.page.shared_video import ViewerTrack, rtp_time
 from telepresence.page.stream_choice import StreamChoice
@@ -72,19 +73,22 @@ class BrowserLink:
         self._choice_due = -math.inf
         self._over = self._answering = self._released = False
 
-    async def answer(self, offer: str, address: str | None) -> str:
+    async def answer(self, offer: str, address: str | None, host: str = "", ports: range = range(0)) -> str:
         """Return the answer to a browser's offer (SDP).
 
         Args:
             address: Of this machine, where the browser is to find us; None for all.
+            host: As which the browser knows this machine, as its Host header says.
+            ports: Those of `published_ports`.
         Raises:
             ValueError: It is no offer of a page of ours.
         """
+        outside = await host_address(host) if ports else ""
         self._check_wanted()
         offer = with_addresses_everywhere(checked(offer, kinds={*KINDS, CHANNELS}))
         self._answering = True
         try:
-            with on_address(meeting_address(offer, address)):
+            with on_address(meeting_address(offer, address), ports):
                 await self._peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
                 self._check_wanted()
                 if not any(each.kind == "video" for each in self._peer.getTransceivers()):
@@ -106,7 +110,7 @@ class BrowserLink:
             raise
         self._answering = False
         self._task = asyncio.ensure_future(self._live())
-        return self._peer.localDescription.sdp
+        return with_host(self._peer.localDescription.sdp, outside, ports)
 
     def _check_wanted(self) -> None:
         """Begin nothing that nobody would end. Raises ValueError."""

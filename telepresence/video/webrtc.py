@@ -27,6 +27,7 @@ from aiortc.jitterbuffer import JitterBuffer, JitterFrame
 from aiortc.mediastreams import VIDEO_TIME_BASE, MediaStreamError
 from aiortc.rtcrtpreceiver import RemoteStreamTrack
 
+from telepresence.video import few_ports
 from telepresence.video.bounded_decoding import bound_receivers
 from telepresence.video.frame_timestamp import draw_time, strip_height
 from telepresence.video.images import LatestImage
@@ -35,7 +36,9 @@ log = logging.getLogger(__name__)
 
 KNOWN_VERSION = "1.16.0"
 """The version of aiortc that `PromptJitterBuffer` was written for."""
+_ANY = range(0)
 _own_address: contextvars.ContextVar[str | None] = contextvars.ContextVar("own_address", default=None)
+_own_ports: contextvars.ContextVar[range] = contextvars.ContextVar("own_ports", default=_ANY)
 _host_addresses = aioice.ice.get_host_addresses
 _candidates = aioice.ice.Connection.get_component_candidates
 SERVER_PATIENCE = 0.5
@@ -101,7 +104,11 @@ def _addresses_to_offer(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 
 
 async def _candidates_soon(connection: Any, component: int, addresses: list[str], timeout: float = 5.0) -> list[Any]:
-    return await _candidates(connection, component, addresses, min(timeout, SERVER_PATIENCE))  # type: ignore[arg-type]
+    patience = min(timeout, SERVER_PATIENCE)
+    found = await few_ports.candidates(connection, component, addresses, _own_ports.get(), patience)
+    bound = {candidate.host for candidate in found}
+    rest = [address for address in addresses if address not in bound]
+    return found + await _candidates(connection, component, rest, patience)  # type: ignore[arg-type]
 
 
 aioice.ice.get_host_addresses = _addresses_to_offer
@@ -110,14 +117,15 @@ bound_receivers()
 
 
 @contextlib.contextmanager
-def on_address(address: str | None) -> Iterator[None]:
+def on_address(address: str | None, ports: range = _ANY) -> Iterator[None]:
     """Connections that gather their candidates within this block use one address of this machine, loopback allowed;
-    None: all but loopback, as aioice has it."""
-    token = _own_address.set(address)
+    None: all but loopback, as aioice has it. They use a free one of these ports, or any if there is none."""
+    tokens = _own_address.set(address), _own_ports.set(ports)
     try:
         yield
     finally:
-        _own_address.reset(token)
+        _own_address.reset(tokens[0])
+        _own_ports.reset(tokens[1])
 
 
 def address_towards(host: str, port: int = 9) -> str:

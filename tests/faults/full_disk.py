@@ -67,7 +67,7 @@ def main() -> None:
         "accounts": "anna" in [account.name for account in Users(accounts, CHEAP).all()],
         "settings": settings.read_text()[:99],
         "left": sorted(name for name in os.listdir(folder) if name.startswith(".")),
-    }))  # fmt: skip
+    }), flush=True)  # fmt: skip
     os._exit(0)  # PyAV would say once more that it could not write
 
 

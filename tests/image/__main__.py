@@ -1,11 +1,12 @@
 """Whether the image is what docs/container.md promises; `./stack image` has built it. Minutes, and not in `.ci/run`:
 
-    ./stack exec python tests/image [--image NAME] [--arch arm64]
+    ./stack exec python tests/image [simulated] [pepper] [robotino] [--image NAME] [--arch arm64]
 
 A container of it runs as a stranger's would: published ports, a read-only root file system, no capabilities, a volume
 that is new. Chromium, outside, opens the printed link, sees and drives; then parts are killed, and the healthcheck must
-notice; then it is asked to end. CONTAINER_TOOL names another engine than podman, CONTAINER_RUN_OPTIONS further options
-of its `run`.
+notice; then it is asked to end. `pepper` and `robotino` stand for real ones, see real_robots.py. Of another processor's
+image only that it works is asked, not how fast. CONTAINER_TOOL names another engine than podman, CONTAINER_RUN_OPTIONS
+further options of its `run`.
 """
 
 from __future__ import annotations
@@ -15,24 +16,20 @@ import contextlib
 import json
 import os
 import re
-import secrets
 import shlex
-import ssl
-import subprocess
 import sys
 import threading
 import time
-import urllib.request
-from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "lab"))
 
-from free_ports import free_port  # noqa: E402
+from container import Container, Failed, engine, say, wait_for, wrong  # noqa: E402
 from newcomer import DESKTOP, Newcomer  # noqa: E402
+from real_robots import check_pepper, check_robotino  # noqa: E402
+from stranger import come_in, part_of  # noqa: E402
 
-TOOL = os.environ.get("CONTAINER_TOOL", "podman")
 MOST_BYTES = 900_000_000
 FIRST_PICTURE_WITHIN = 20.0
 """[s] from `run`, on two cores."""
@@ -40,6 +37,15 @@ ENDS_WITHIN = 10.0
 """[s]"""
 NOTICES_WITHIN = 20.0
 """[s] from a part's death until the healthcheck is red."""
+NATIVE = {"x86_64": "amd64", "aarch64": "arm64"}.get(os.uname().machine, "")
+EMULATION = 1200.0
+"""[s] of patience for a processor that is emulated."""
+ASK_PEPPER = """
+import telepresence.naoqi as qi
+session = qi.Session()
+session.connect("tcp://127.0.0.1:9559")
+print(len(session.services()))
+"""
 TOOLS_OF_BUILDERS = "gcc g++ cc c++ cpp make cmake ld as pip pip3 pytest ruff mypy chromium Xvnc git"
 PARTS = {
     "the robot": "pepper_bringup/pepper_sim",
@@ -48,126 +54,6 @@ PARTS = {
     "the page": "__name:=pilot_page",
 }
 """What the healthcheck must miss -> what stands in the command line of its program."""
-
-
-COLOURS = """(() => {
-  const canvas = new OffscreenCanvas(64, 48), pen = canvas.getContext("2d");
-  pen.drawImage(document.getElementById("picture"), 0, 0, 64, 48);
-  const { data } = pen.getImageData(0, 0, 64, 48), seen = new Set();
-  for (let i = 0; i < data.length; i += 4) seen.add((data[i] >> 4) << 8 | (data[i + 1] >> 4) << 4 | data[i + 2] >> 4);
-  return seen.size;
-})()"""
-"""How many colours the page's picture has: a grey card is none of a flat."""
-LEAST_COLOURS = 30
-
-
-class Failed(Exception):
-    """The image does not do what it should."""
-
-
-def engine(*words: str, timeout: float = 120.0) -> subprocess.CompletedProcess[str]:
-    """Run the engine; the caller looks at the answer."""
-    return subprocess.run([TOOL, *words], capture_output=True, text=True, timeout=timeout)
-
-
-wrong: list[str] = []
-"""What is not as it should be."""
-
-
-def say(what: str, fine: bool, figure: str = "") -> None:
-    """Print one finding."""
-    print(f"  {'✓' if fine else 'x'} {what}{': ' + figure if figure else ''}", flush=True)
-    if not fine:
-        wrong.append(what)
-
-
-def wait_for(condition: Callable[[], object], timeout: float) -> float:
-    """Wait until it holds; return after how many seconds. Raises Failed."""
-    begin = time.monotonic()
-    while not condition():
-        if time.monotonic() - begin > timeout:
-            raise Failed(f"not within {timeout:.0f} s: {(condition.__doc__ or condition.__name__).strip()}")
-        time.sleep(0.1)
-    return time.monotonic() - begin
-
-
-class Container:
-    """A running image.
-
-    Args:
-        image, arch: Which.
-        words: What follows the image's name: arguments of `./stack`.
-    """
-
-    def __init__(self, image: str, arch: str, *words: str) -> None:
-        self.name = f"telepresence-test-{secrets.token_hex(4)}"
-        self.port = free_port()
-        options = [
-            "--name", self.name, "--hostname", "telepresence", "--platform", f"linux/{arch}", "--pull", "never",
-            "--read-only", "--cap-drop", "all", "--security-opt", "no-new-privileges",
-            "--volume", f"{self.name}:/var/lib/telepresence",
-            "--publish", f"127.0.0.1:{self.port}:8443", "--env", f"TELEPRESENCE_PAGE_HOST=localhost:{self.port}",
-        ]  # fmt: skip
-        if "docker" in TOOL:  # podman gives a read-only container a /tmp by itself
-            options += ["--tmpfs", "/tmp"]
-        options += shlex.split(os.environ.get("CONTAINER_RUN_OPTIONS", ""))
-        self.lines: list[str] = []
-        self.started = time.monotonic()
-        self._run = subprocess.Popen(
-            [TOOL, "run", *options, image, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self) -> None:
-        assert self._run.stdout is not None
-        for line in self._run.stdout:
-            self.lines.append(line)
-
-    @property
-    def code(self) -> int | None:
-        """How it ended; None while it runs."""
-        return self._run.poll()
-
-    def said(self, pattern: str) -> re.Match[str] | None:
-        """Return where this stands in what it has printed. Raises Failed when it has ended without."""
-        found = re.search(pattern, "".join(self.lines))
-        if not found and self.code is not None:
-            raise Failed("the container ended:\n" + "".join(self.lines[-40:]))
-        return found
-
-    def run(self, *words: str) -> subprocess.CompletedProcess[str]:
-        """Run a program in it."""
-        return engine("exec", self.name, *words)
-
-    def ros(self, *words: str) -> str:
-        return self.run("/opt/telepresence/stack", "exec", *words).stdout
-
-    def healthy(self) -> bool:
-        """Whether its healthcheck is green: what the engine runs every few seconds, run now."""
-        return self.health().returncode == 0
-
-    def health(self) -> subprocess.CompletedProcess[str]:
-        return self.run("python3", "-m", "telepresence.station.health")
-
-    def kill(self, part: str, with_signal: str) -> None:
-        """Send a signal to the program whose command line has `part`."""
-        code = (
-            "import os, signal, sys; from pathlib import Path\n"
-            "for file in Path('/proc').glob('[0-9]*/cmdline'):\n"
-            "    if sys.argv[1].encode() in file.read_bytes() and int(file.parent.name) != os.getpid():\n"
-            "        os.kill(int(file.parent.name), getattr(signal, sys.argv[2]))\n"
-            "        print(file.parent.name)\n"
-        )
-        if not self.run("python3", "-c", code, part, with_signal).stdout.strip():
-            raise Failed(f"{part} does not run")
-
-    def close(self) -> None:
-        """Remove it with its volume."""
-        engine("rm", "--force", "--volumes", self.name)
-        engine("volume", "rm", self.name)
-        self._run.wait(timeout=20.0)
-        self._reader.join(timeout=5.0)
 
 
 def check_image(image: str, arch: str) -> None:
@@ -188,7 +74,7 @@ def check_image(image: str, arch: str) -> None:
     )
     found = engine(
         "run", "--rm", "--pull", "never", "--platform", f"linux/{arch}", *options,
-        "--entrypoint", "bash", image, "-c", looks,
+        "--entrypoint", "bash", image, "-c", looks, timeout=EMULATION,
     )  # fmt: skip
     say("neither compiler nor tests nor files that everybody may write", not found.stdout.strip(), found.stdout.strip())
 
@@ -202,41 +88,19 @@ def position(container: Container) -> tuple[float, float]:
     return tuple(float(each[1]) for each in found if each)  # type: ignore[return-value]
 
 
-def check_station(container: Container, newcomer: Newcomer, in_time: bool) -> None:
+def check_station(container: Container, newcomer: Newcomer) -> None:
     """Open the page as a stranger, see and drive."""
-    link = container.said
-    wait_for(lambda: link(r"pilot's page (https://\S+)"), 120.0)
-    place = link(r"pilot's page (https://\S+)")
-    wait_for(lambda: reached(container.port), 300.0)
-    print(f"  - the page is there after {time.monotonic() - container.started:.1f} s", flush=True)
-    assert place is not None
-    newcomer.tap(place[1])
-    wait_for(newcomer.asks, 60.0)
-    newcomer.evaluate("document.querySelector('[name=name]').value = 'anna'; "
-                      "document.querySelector('#enterForm button').click()")  # fmt: skip
-    wait_for(lambda: newcomer.first_picture() is not None and newcomer.evaluate(COLOURS) > LEAST_COLOURS, 300.0)
-    took = time.monotonic() - container.started
-    say("first picture after run", took <= FIRST_PICTURE_WITHIN or not in_time, f"{took:.1f} s")
+    took = come_in(container, newcomer)
+    say("first picture after run", took <= FIRST_PICTURE_WITHIN, f"{took:.1f} s")
     wait_for(newcomer.is_there, 120.0)
     wait_for(container.healthy, 60.0)
     say("healthcheck is green, way of the pictures", True, newcomer.way())
     begin = position(container)
     newcomer.hold_forward()
-    wait_for(lambda: _distance(begin, position(container)) > 0.1, 60.0 if in_time else 300.0)
+    wait_for(lambda: _distance(begin, position(container)) > 0.1, 60.0)
     newcomer.let_go()
     say("holding W in the page drives the robot", True)
     say("the window, which asks who one is, runs, too", "/gui_ros_node" in container.ros("rosnode", "list"))
-
-
-def reached(port: int) -> bool:
-    """Whether the page answers at the published port."""
-    context = ssl.create_default_context()
-    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE  # its own certificate
-    try:
-        urllib.request.urlopen(f"https://localhost:{port}/", timeout=2.0, context=context).close()
-    except OSError:
-        return False
-    return True
 
 
 def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
@@ -270,11 +134,12 @@ def check_health(container: Container) -> None:
         killer.start()
         try:
             wait_for(lambda: not container.healthy(), NOTICES_WITHIN)
-            reason = container.health().stdout.strip()
         finally:
             stopped.set()
             killer.join()
-        say(f"healthcheck is red without {name}", True, f"after {time.monotonic() - begin:.1f} s; {reason}")
+        say(
+            f"healthcheck is red without {name}", True, f"after {time.monotonic() - begin:.1f} s; {container.complaint}"
+        )
     wait_for(container.healthy, 120.0)
     say("healthcheck is green again", True)
 
@@ -291,36 +156,72 @@ def check_end(container: Container, newcomer: Newcomer) -> None:
     say("SIGTERM ends all of it", container.code == 0, f"{time.monotonic() - asked:.1f} s, exit code {container.code}")
 
 
-def part_of(container: Container, newcomer: Newcomer | None) -> str:
-    """What a person would look at when it does not work."""
-    seen = newcomer.evaluate("document.body.innerText") if newcomer is not None else ""
-    return "".join(container.lines[-30:]) + f"\nThe page says:\n{seen}"
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="./stack exec python tests/image", description=__doc__.partition("\n")[0])
-    parser.add_argument("--image", default="telepresence")
-    parser.add_argument("--arch", default="amd64", choices=("amd64", "arm64"), help="arm64 is emulated: no times hold")
-    arguments = parser.parse_args()
-    native = arguments.arch == {"x86_64": "amd64", "aarch64": "arm64"}.get(os.uname().machine)
-    newcomer = container = None
+def check_simulated(image: str, arch: str) -> None:
+    """Everything about a container with the simulated Pepper. Raises Failed."""
+    check_image(image, arch)
+    container = Container(image, arch, "up", "pepper")
+    newcomer = None
     try:
-        check_image(arguments.image, arguments.arch)
-        container = Container(arguments.image, arguments.arch, "up", "pepper")
         newcomer = Newcomer(DESKTOP)
-        check_station(container, newcomer, native)
+        check_station(container, newcomer)
         check_container(container)
         check_health(container)
         check_end(container, newcomer)
     except Failed as failed:
-        wrong.append(str(failed))
-        if container is not None:
-            print(part_of(container, newcomer), file=sys.stderr)
+        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
     finally:
         if newcomer is not None:
             newcomer.tools.close()
-        if container is not None:
-            container.close()
+        container.close()
+
+
+def check_emulated(image: str, arch: str) -> None:
+    """An image for another processor: the simulated Pepper answers, and the page shows what it sees. Raises Failed."""
+    check_image(image, arch)
+    container = Container(image, arch, "up", "pepper", "gui:=false")
+    newcomer = None
+    try:
+        newcomer = Newcomer(DESKTOP)
+        say("machine", True, container.run("uname", "-m").stdout.strip())
+        say("first picture after run", True, f"{come_in(container, newcomer, EMULATION):.0f} s")
+        answer = container.run("/opt/telepresence/stack", "exec", "python", "-c", ASK_PEPPER, timeout=EMULATION).stdout
+        say("the simulated Pepper answers on NAOqi", answer.strip().isdigit(), f"{answer.strip()} services")
+        asked = time.monotonic()
+        engine("kill", "--signal", "TERM", container.name)
+        wait_for(lambda: container.code is not None, EMULATION)
+        say("SIGTERM ends all of it", True, f"{time.monotonic() - asked:.1f} s, exit code {container.code}")
+    except Failed as failed:
+        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
+    finally:
+        if newcomer is not None:
+            newcomer.tools.close()
+        container.close()
+
+
+SCENARIOS = {"simulated": check_simulated, "pepper": check_pepper, "robotino": check_robotino}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="./stack exec python tests/image", description=__doc__.partition("\n")[0])
+    parser.add_argument("scenarios", nargs="*", metavar="scenario", help=f"some of {', '.join(SCENARIOS)}; default all")
+    parser.add_argument("--image", default="telepresence")
+    parser.add_argument(
+        "--arch", default=NATIVE, choices=("amd64", "arm64"), help="another than this machine's: emulated, one scenario"
+    )
+    arguments = parser.parse_args()
+    if unknown := set(arguments.scenarios) - set(SCENARIOS):
+        parser.error(f"there is no scenario {min(unknown)!r}: {', '.join(SCENARIOS)}")
+    wanted = {name: SCENARIOS[name] for name in arguments.scenarios or SCENARIOS}
+    if arguments.arch != NATIVE:
+        wanted = {"emulated": check_emulated}
+    for name, check in wanted.items():
+        print(f"{name}:", flush=True)
+        try:
+            check(arguments.image, arguments.arch)
+        except Failed as failed:
+            first, _, rest = str(failed).partition("\n")
+            say(first, False)
+            print(rest, file=sys.stderr)
     print("\nThe image is as it should be." if not wrong else "\nNot as it should be: " + "; ".join(wrong))
     return 1 if wrong else 0
 

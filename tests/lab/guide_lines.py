@@ -22,6 +22,8 @@ from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "guides.md"
+LAST_WORDS = 1.0
+"""[s] until what a program has printed before it ended is read."""
 PATIENCE = 40.0
 """Seconds after which a text counts as never coming; generous, because the machines are shared."""
 
@@ -56,14 +58,16 @@ def wait_for(terminal: Terminal, *texts: str, timeout: float = PATIENCE) -> None
         AssertionError: One has not come within `timeout` seconds, or the program has ended without it.
     """
     pattern = re.compile(".*".join(r"[^\n]*".join(map(re.escape, text.split("…"))) for text in texts), re.DOTALL)
-    deadline = time.monotonic() + timeout
+    deadline, ended = time.monotonic() + timeout, False
     while True:
         left, over = deadline - time.monotonic(), terminal.process.poll() is not None
         shown = COLOURS.sub("", terminal.seen).replace("\r", "")
         if pattern.search(shown):
             return
         line = terminal.process.args
-        assert left > 0 and not over, f"{line} {'ended' if over else 'went on'} without {texts}:\n{shown}"
+        if over and not ended:  # its last words are still being read
+            ended, deadline = True, min(deadline, time.monotonic() + LAST_WORDS)
+        assert left > 0, f"{line} {'ended' if over else 'went on'} without {texts}:\n{shown}"
         time.sleep(0.05)
 
 

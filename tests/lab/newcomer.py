@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from page_browser import Browser
@@ -30,10 +31,16 @@ SCREENS = (DESKTOP, PHONE)
 
 
 class Newcomer(Browser):
-    """A browser that nobody has used yet."""
+    """A browser that nobody has used yet.
 
-    def __init__(self, screen: Screen) -> None:
-        super().__init__("about:blank", FIRST_PICTURE)
+    Args:
+        screen: What its owner looks at.
+        before: A script that runs before the page's own.
+        flags: Further options of Chromium.
+    """
+
+    def __init__(self, screen: Screen, before: str = "", flags: Sequence[str] = ()) -> None:
+        super().__init__("about:blank", FIRST_PICTURE + before, flags)
         self.screen = screen
         self.tools.call(
             "Emulation.setDeviceMetricsOverride", width=screen.width, height=screen.height,

@@ -3,74 +3,35 @@ and `com_cam`, and the simulated Pepper, whose loudspeaker and tablet are looked
 
 from __future__ import annotations
 
-import base64
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from page_browser import Browser, enter
-from sound_lab import RATE, match, sentence
+from page_sound import ORANGE, SETTLED, Likeness, camera, devices, microphone, recorded
+from sound_lab import RATE, sentence
 
 from pepper_sim.simulation import Simulation
-from pepper_sim.sound.room import write_wave
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
 PILOT_SAYS = "Good morning. May I come in?"
 ROBOT_HEARS = "Please be careful, the cat is asleep."
-PIECE = 0.5
-"""[s] of speech that are compared at a time."""
-LIKENESS = 0.9
-"""As between the microphone and the robot, see test_voice.py."""
-PAUSE = 1.0
-"""[s] between two times that the sentence is said."""
-RECORD = """
-(async (seconds) => {
-  const track = document.getElementById("robotSound").srcObject.getAudioTracks()[0];
-  const reader = new MediaStreamTrackProcessor({ track }).readable.getReader();
-  const words = [];
-  for (let count = 0; count < seconds * 48000;) {
-    const { value } = await reader.read();
-    const samples = new Float32Array(value.numberOfFrames);
-    value.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
-    for (const sample of samples) words.push(Math.round(sample * 32767));
-    count += samples.length;
-    value.close();
-  }
-  reader.cancel();
-  const bytes = new Uint8Array(Int16Array.from(words).buffer);
-  let text = "";
-  for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
-  return btoa(text);
-})"""
-ORANGE = (240, 120, 20)
-SETTLED = "localStorage.setItem('sound', JSON.stringify({headset: true}))"
-"""A voice that is left as it is can be compared."""
 
 
 @pytest.fixture(scope="module")
 def spoken(tmp_path_factory) -> tuple[np.ndarray, Path]:
     """What the browser's microphone records, again and again, and the file of it."""
-    samples = np.concatenate([sentence(PILOT_SAYS), np.zeros(int(PAUSE * RATE), np.float32)])
     path = tmp_path_factory.mktemp("microphone") / "pilot.wav"
-    write_wave(path, samples, RATE)
-    return samples, path
+    return microphone(path, PILOT_SAYS), path
 
 
 @pytest.fixture(scope="module")
 def face(tmp_path_factory) -> Path:
-    """What the browser's camera films: one colour."""
+    """What the browser's camera films."""
     path = tmp_path_factory.mktemp("camera") / "pilot.y4m"
-    red, green, blue = (part / 255 for part in ORANGE)
-    levels = (  # ITU-R BT.601, 2.5.3
-        16 + 65.5 * red + 128.6 * green + 25.0 * blue,
-        128 - 37.8 * red - 74.2 * green + 112.0 * blue,
-        128 + 112.0 * red - 93.8 * green - 18.2 * blue,
-    )
-    sizes = (640 * 480, 320 * 240, 320 * 240)
-    planes = b"".join(bytes([round(level)]) * size for level, size in zip(levels, sizes, strict=True))
-    path.write_bytes(b"YUV4MPEG2 W640 H480 F15:1 Ip A1:1 C420mpeg2\n" + 4 * (b"FRAME\n" + planes))
+    camera(path)
     return path
 
 
@@ -81,25 +42,19 @@ def robot(graph):
         *("telepresence_1", "voice", "_microphone:=none", "_speaker:=none", "_patience:=0.2"),
         f"_rtp_port:={graph.free_port()}",
     )
-    camera = graph.run(
+    face = graph.run(
         str(graph.workspace / "lib/telepresence_1/com_cam.py"),
         *(f"--qi-url=tcp://127.0.0.1:{graph.robot_port}", "_source:=/dev/none", "_port:=0", "_show_on_tablet:=false"),
     )
     yield robot
     voice.end()
-    camera.end()
+    face.end()
     robot.close()
 
 
 @pytest.fixture(scope="module")
 def driver(running, robot, spoken, face, until_true):
-    flags = (
-        "--use-fake-ui-for-media-stream",
-        "--use-fake-device-for-media-stream",
-        f"--use-file-for-fake-audio-capture={spoken[1]}",
-        f"--use-file-for-fake-video-capture={face}",
-    )
-    browser = Browser(running[1], SETTLED, flags)
+    browser = Browser(running[1], SETTLED, devices(spoken[1], face))
     yield enter(browser, until_true)
     browser.tools.close()
 
@@ -126,27 +81,6 @@ def played(robot: Simulation, seconds: float) -> np.ndarray:
 
 def is_silent(robot: Simulation) -> bool:
     return float(np.abs(played(robot, 0.4)).max()) < 0.001
-
-
-def recorded(browser: Browser, seconds: float) -> np.ndarray:
-    """What the page plays from now on."""
-    return np.frombuffer(base64.b64decode(browser.evaluate(f"{RECORD}({seconds})")), "<i2") / 32768.0
-
-
-class Likeness:
-    """How well each piece of a sentence has come through so far; a machine that stands still spoils some of them."""
-
-    def __init__(self, samples: np.ndarray) -> None:
-        size = int(PIECE * RATE)
-        pieces = [samples[at : at + size] for at in range(0, len(samples) - size + 1, size)]
-        self._pieces = [piece for piece in pieces if np.sqrt(np.mean(piece**2)) > 0.02]
-        self.best = [0.0] * len(self._pieces)
-
-    def listen(self, heard: np.ndarray) -> bool:
-        """Compare; whether all pieces have come through."""
-        found = (match(piece, heard)[0] for piece in self._pieces)
-        self.best = [max(pair) for pair in zip(self.best, found, strict=True)]
-        return min(self.best) >= LIKENESS
 
 
 @pytest.mark.alone

@@ -1,7 +1,15 @@
 from __future__ import annotations
 
 import pytest
-from telepresence_1.network import NoRoute, choose_address, host_of, is_loopback, local_address_towards
+from telepresence_1 import network
+from telepresence_1.network import (
+    NoRoute,
+    address_for_tablet,
+    choose_address,
+    host_of,
+    is_loopback,
+    local_address_towards,
+)
 
 
 @pytest.mark.parametrize(
@@ -44,3 +52,25 @@ def test_chooses_an_address_that_the_robot_can_reach(wanted: str, own: str, chos
 def test_loopback_is_recognised() -> None:
     assert all(map(is_loopback, ("127.0.0.1", "127.9.9.9", "::1", "localhost")))
     assert not any(map(is_loopback, ("192.168.1.7", "0.0.0.0", "pilot")))
+
+
+@pytest.mark.parametrize(
+    ("served", "own", "asked"),
+    [
+        ("10.88.0.3", "192.0.2.7", "192.0.2.7"),  # the host, which publishes the port
+        ("10.88.0.3", "pilot.example", "pilot.example"),
+        ("127.0.0.1", "127.0.0.1", "127.0.0.1"),  # a simulated robot inside
+        ("10.88.0.3", "", "10.88.0.3"),
+        ("0.0.0.0", "", "127.0.0.1"),
+    ],
+)
+def test_from_a_container_the_tablet_asks_the_host(
+    monkeypatch: pytest.MonkeyPatch, served: str, own: str, asked: str
+) -> None:
+    monkeypatch.setattr(network, "in_image", lambda: True)
+    assert address_for_tablet(served, own, "127.0.0.1") == asked
+
+
+def test_elsewhere_the_tablet_asks_where_the_page_is() -> None:
+    assert address_for_tablet("127.0.0.1", "192.0.2.7", "127.0.0.1") == "127.0.0.1"
+    assert address_for_tablet("0.0.0.0", "192.0.2.7", "127.0.0.1") == "127.0.0.1"

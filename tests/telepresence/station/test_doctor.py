@@ -66,6 +66,26 @@ def test_ros_ip_of_loopback_is_refused_for_a_robot_elsewhere(monkeypatch):
     assert next(doctor.towards("192.168.0.1", 80))[0]
 
 
+def test_a_container_without_its_hosts_network_is_named(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "in_image", lambda: True)
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        here.bind(("127.0.0.1", 0))
+        assert next(doctor.towards("127.0.0.1", here.getsockname()[1]))[0]
+    assert "--network host" not in capsys.readouterr().out, "a robot inside"
+
+    class Bridge(socket.socket):
+        def connect(self, address):
+            """Sends nothing: a datagram socket only chooses a route."""
+
+        def getsockname(self):
+            return ("10.88.0.3", 1234)
+
+    monkeypatch.setattr(doctor.socket, "socket", Bridge)
+    fine, what, _ = next(doctor.towards("192.168.0.1", 9559))
+    assert fine and "10.88.0.3" in what and "--network host" in capsys.readouterr().out
+
+
 def test_ros_for_other_machines_needs_the_firewall_rules(monkeypatch, capsys):
     monkeypatch.delenv("ROS_HOSTNAME", raising=False)
     monkeypatch.setenv("ROS_IP", "127.0.0.1")

@@ -16,7 +16,7 @@ Parameters:
     ~address ("")           where the page is served; "": ~roscore_ip if it is this machine's, else this machine's
                             address on the way to the robot, which is loopback for a simulated one
     ~port (10002)
-    ~roscore_ip ("")        this machine as the robot sees it
+    ~roscore_ip ("")        this machine as the robot sees it; in a container its host, which publishes ~port
     ~token ("auto")         the key to the page; "auto": the environment's TELEPRESENCE_PAGE_KEY, which `./stack up`
                             sets, else a new one in every run; "none"
     ~max_viewers (64)
@@ -49,7 +49,7 @@ from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.page_auth import page_key, was_announced
 from telepresence.web.server import WebServer
 from telepresence_1.camera import Camera, State
-from telepresence_1.network import NoRoute, choose_address
+from telepresence_1.network import NoRoute, address_for_tablet, choose_address
 from telepresence_1.page import KEY_VARIABLE, create_app
 from telepresence_1.page_record import PageRecord, remove_record
 from telepresence_1.robot_focus import ACTIVITY
@@ -95,11 +95,19 @@ class ComCam:
         key = None if token in ("none", "") else token
         self.stream = MjpegStream(self.camera.image, max_viewers=int(rospy.get_param("~max_viewers", 64)))
         self._looking: tuple[str, ...] = ()
-        app = create_app(self.stream, name=name, describe=self._describe, looking=self._who_looks, token=key)
+        app = create_app(
+            self.stream,
+            name=name,
+            describe=self._describe,
+            looking=self._who_looks,
+            token=key,
+            hosts=(own,) if own else (),
+        )
         self.server = WebServer(app, address, int(rospy.get_param("~port", 10002)))
         page_url = str(rospy.get_param("~page_url", ""))
-        if not page_url and self.server.address in ("0.0.0.0", "::"):  # no address that anybody could ask for
-            page_url = f"http://{choose_address('', own, robot)}:{self.server.port}/"
+        asked = self.server.address if page_url else address_for_tablet(self.server.address, own, robot)
+        if asked != self.server.address:
+            page_url = f"http://{asked}:{self.server.port}/"
         page_url = page_url or self.server.url
         if key and "k=" not in urllib.parse.urlsplit(page_url).query:
             page_url += ("&" if "?" in page_url else "?") + urllib.parse.urlencode({"k": key})

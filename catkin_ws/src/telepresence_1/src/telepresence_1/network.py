@@ -6,6 +6,8 @@ import ipaddress
 import socket
 import urllib.parse
 
+from telepresence.station.image import in_image
+
 
 class NoRoute(RuntimeError):
     """This machine knows no way to the robot; the text says what can be done."""
@@ -56,6 +58,23 @@ def choose_address(wanted: str, own: str, robot: str) -> str:
     if own and not is_loopback(own) and _is_ours(own):
         return own
     return local_address_towards(robot)
+
+
+def address_for_tablet(served: str, own: str, robot: str) -> str:
+    """By which address the tablet asks for a page.
+
+    Args:
+        served: Where it is served.
+        own, robot: As for `choose_address`. A container has an address that no robot reaches; `own` is its host's then,
+            which publishes the port.
+    Raises:
+        NoRoute: As `local_address_towards`.
+    """
+    if in_image() and own and not is_loopback(own):
+        return own
+    if served in ("0.0.0.0", "::"):  # no address that anybody could ask for
+        return choose_address("", own, robot)
+    return served
 
 
 def _is_ours(address: str) -> bool:

@@ -1,0 +1,48 @@
+"""Who has only the link that a container prints: comes in by a browser outside, and sees."""
+
+from __future__ import annotations
+
+import time
+
+from container import Container, reached, wait_for
+from newcomer import Newcomer
+
+COLOURS = """(() => {
+  const canvas = new OffscreenCanvas(64, 48), pen = canvas.getContext("2d");
+  pen.drawImage(document.getElementById("picture"), 0, 0, 64, 48);
+  const { data } = pen.getImageData(0, 0, 64, 48), seen = new Set();
+  for (let i = 0; i < data.length; i += 4) seen.add((data[i] >> 4) << 8 | (data[i + 1] >> 4) << 4 | data[i + 2] >> 4);
+  return seen.size;
+})()"""
+"""How many colours the page's picture has: a grey card is none of a flat."""
+LEAST_COLOURS = 30
+
+
+def come_in(container: Container, newcomer: Newcomer, patience: float = 300.0) -> float:
+    """Open the printed link and see.
+
+    Args:
+        patience: [s] for each step.
+    Returns:
+        How long after `run` there was a picture [s].
+    Raises:
+        Failed: There was none.
+    """
+    link = container.said
+    wait_for(lambda: link(r"pilot's page (https://\S+)"), patience)
+    place = link(r"pilot's page (https://\S+)")
+    wait_for(lambda: reached(container.port), patience)
+    print(f"  - the page is there after {time.monotonic() - container.started:.1f} s", flush=True)
+    assert place is not None
+    newcomer.tap(place[1])
+    wait_for(newcomer.asks, patience)
+    newcomer.evaluate("document.querySelector('[name=name]').value = 'anna'; "
+                      "document.querySelector('#enterForm button').click()")  # fmt: skip
+    wait_for(lambda: newcomer.first_picture() is not None and newcomer.evaluate(COLOURS) > LEAST_COLOURS, patience)
+    return time.monotonic() - container.started
+
+
+def part_of(container: Container, newcomer: Newcomer | None) -> str:
+    """What a person would look at when it does not work."""
+    seen = newcomer.evaluate("document.body.innerText") if newcomer is not None else ""
+    return "".join(container.lines[-30:]) + f"\nThe page says:\n{seen}"
