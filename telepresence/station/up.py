@@ -99,13 +99,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
     """
     robots = sorted(path.stem for path in LAUNCH.glob("*.launch"))
     parser = argparse.ArgumentParser(
-        prog="./stack up",
-        description="Bring up a robot, real or simulated, with everything that drives it.",
+        prog="./stack unit" if "--unit" in argv else "./stack up",
+        description="Bring up a robot, real or simulated, with everything that drives it; a unit has no window.",
         epilog="Launch arguments and their defaults:  ./stack exec roslaunch --ros-args launch/pepper.launch",
     )
     parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
     parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
-    parser.add_argument("--unit", action="store_true", help="neither window nor keyboard: what stands beside a robot")
+    parser.add_argument("--unit", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--verbose", action="store_true", help="show here, too, what the programs print")
     found = parser.parse_intermixed_args(argv)
     if ":=" in found.robot:
