@@ -65,14 +65,18 @@ def pepper_links(robot: str, settings: dict[str, str], simulated: bool) -> list[
     return [f"http://127.0.0.1:{port}/?k={key}" for port, key in zip(ports, keys, strict=True)]
 
 
-def next_steps(window: bool, link: str, sound: bool = True) -> str:
+def next_steps(window: bool, link: str, sound: bool = True, keyboard: bool = True) -> str:
     """Return what a person can do now that everything works.
 
     Args:
         window: Whether there is the operator's window.
         link: Opens the pilot's page; empty where there is none.
         sound: Whether this machine has a device to speak and to hear with.
+        keyboard: Whether one drives from the terminal where there is no window.
     """
     silence = "" if sound else "No sound here: no sound server answers, and there is no sound card.\n"
+    if not window and not keyboard:
+        where = f" Drive in any browser:\n  {link}" if link else ""
+        return f"Everything is started.{where}\n{END}"
     begin = f"{FIRST_PICTURE} Drive there" if window else "Everything is started. Drive from here"
     return silence + (f"{begin}, or in any browser:\n  {link}\n{END}" if link else f"{begin}. {END}")

@@ -99,13 +99,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
     """
     robots = sorted(path.stem for path in LAUNCH.glob("*.launch"))
     parser = argparse.ArgumentParser(
-        prog="./stack up",
-        description="Bring up a robot, real or simulated, with everything that drives it.",
+        prog="./stack unit" if "--unit" in argv else "./stack up",
+        description="Bring up a robot, real or simulated, with everything that drives it; a unit has no window.",
         epilog="Launch arguments and their defaults:  ./stack exec roslaunch --ros-args launch/pepper.launch",
     )
     parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
     parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
-    parser.add_argument("--unit", action="store_true", help="neither window nor keyboard: what stands beside a robot")
+    parser.add_argument("--unit", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--verbose", action="store_true", help="show here, too, what the programs print")
     found = parser.parse_intermixed_args(argv)
     if ":=" in found.robot:
@@ -163,7 +163,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     link = page.open() if page is not None else ""
     faults = FaultReporter(watch / FAULTS)
     output = ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ENDING}")
-    terminal = Terminal(output, arguments.verbose, window, link)
+    keyboard = settings.get("teleop", "true").lower() in ("true", "1")
+    terminal = Terminal(output, arguments.verbose, window, link, keyboard)
     keeper = screen = display = None
     kept: list[KeptProgram] = []
     try:
@@ -230,10 +231,12 @@ class Terminal:
         verbose: All of it.
         window: Whether there is the operator's window, whose first picture is waited for.
         link: Opens the pilot's page; empty where there is none.
+        keyboard: Whether one drives from here where there is no window.
     """
 
-    def __init__(self, output: ProgramOutput, verbose: bool, window: bool, link: str) -> None:
+    def __init__(self, output: ProgramOutput, verbose: bool, window: bool, link: str, keyboard: bool = True) -> None:
         self._output, self._verbose, self._window, self._link = output, verbose, window, link
+        self._keyboard = keyboard
         self._works, self._sound = False, True
 
     def look(self, started: bool) -> None:
@@ -258,7 +261,7 @@ class Terminal:
 
     def _say_what_next(self) -> None:
         self._works = True
-        say(next_steps(self._window, self._link, self._sound))
+        say(next_steps(self._window, self._link, self._sound, self._keyboard))
 
 
 def start_roslaunch(robot: str, settings: dict[str, str], watch: Path, beats: Beats, output: int) -> subprocess.Popen:

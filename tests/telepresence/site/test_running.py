@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import subprocess
 import sys
 import tempfile
 import time
@@ -31,6 +32,23 @@ while True:
     time.sleep(0.05)
 """
 """What a unit is to the site: it beats, and its page has a socket."""
+SITE = """
+import sys, time
+from pathlib import Path
+from telepresence.site import running
+from telepresence.site.site_file import read_site
+file, unit = sys.argv[1:]
+running.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(running.page_socket(robot, folder))]
+site = running.RunningSite(read_site(Path(file)), Path(file).parent, lambda text: None)
+while len(site._up) < 1:
+    site.look(0.05)
+    time.sleep(0.05)
+print(*site.pids.values(), flush=True)
+while True:
+    site.look(0.05)
+    time.sleep(0.05)
+"""
+"""A site, to be killed."""
 BROKEN = "print('port 9559 is taken'); raise SystemExit(1)"
 
 
@@ -104,6 +122,22 @@ def test_everything_ends_with_it(started):
     site.close()
     assert not [name for name, pid in pids.items() if processes.send(pid, signal.SIGCONT)]
     assert not listens(file.port)
+
+
+def test_a_site_that_is_killed_leaves_nothing(free_port, monkeypatch, wait_until):
+    with tempfile.TemporaryDirectory(prefix="site-") as name:
+        monkeypatch.setenv("HOME", name)
+        file = Path(name, "site.toml")
+        file.write_text(f"port = {free_port()}\nlogs = '{name}/logs'\n[robot.anna]\n")
+        with subprocess.Popen([sys.executable, "-c", SITE, file, UNIT], stdout=subprocess.PIPE, text=True) as site:
+            pids = [int(word) for word in site.stdout.readline().split()]
+            site.kill()
+        assert len(pids) == 2
+        wait_until(lambda: not any(lives(pid) for pid in pids), "unit and proxy end by themselves")
+
+
+def lives(pid: int) -> bool:
+    return vitals.state(pid) not in ("", "Z")
 
 
 def test_the_link_lets_in_whoever_has_no_account(started, monkeypatch):

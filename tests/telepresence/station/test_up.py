@@ -170,6 +170,13 @@ def test_a_unit_has_neither_window_nor_keyboard(robot, capsys):
     assert "a unit has neither window nor terminal" in capsys.readouterr().err
 
 
+def test_who_has_neither_window_nor_keyboard_is_shown_the_page():
+    said = announcement.next_steps(False, "https://robots.example/#k=1", keyboard=False)
+    assert said == "Everything is started. Drive in any browser:\n  https://robots.example/#k=1\nCtrl-C ends all of it."
+    assert announcement.next_steps(False, "", keyboard=False) == "Everything is started.\nCtrl-C ends all of it."
+    assert "Drive from here" in announcement.next_steps(False, "")
+
+
 def test_a_taken_port_is_named_with_the_argument_that_changes_it():
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
