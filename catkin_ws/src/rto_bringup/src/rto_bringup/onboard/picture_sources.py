@@ -17,6 +17,7 @@ import av
 import numpy as np
 from rto_node.client import RobotinoClient, RobotinoError
 
+from telepresence.start_patience import StartPatience
 from telepresence.video.images import LatestImage
 from telepresence.video.jpeg_header import check_jpeg
 from telepresence.video.webrtc import planes_of
@@ -44,14 +45,15 @@ class PictureSource:
     Args:
         name: For the log.
         open_camera: Gives its pictures; raises CameraLost. Its `close` releases the camera.
+        patience: For a camera behind a program that may have been started together with this one.
     """
 
-    def __init__(self, name: str, open_camera: Callable[[], Pictures]) -> None:
+    def __init__(self, name: str, open_camera: Callable[[], Pictures], patience: StartPatience | None = None) -> None:
         self.image = LatestImage()
         self.problem = ""
         """Why there is no picture; empty while there is one."""
-        self._name = name
-        self._open = open_camera
+        self._name, self._complained = name, ""
+        self._open, self._patience = open_camera, patience
         self._back_off = SHORTEST_BACK_OFF
         self._watchers = 0
         self._changed = threading.Condition()
@@ -106,15 +108,18 @@ class PictureSource:
                     return
                 if self.problem:
                     log.info("%s gives pictures again", self._name)
-                self.problem, self._back_off = "", SHORTEST_BACK_OFF
+                self.problem, self._complained, self._back_off = "", "", SHORTEST_BACK_OFF
+                if self._patience is not None:
+                    self._patience.works()
                 self.image.put(planes)
         finally:
             pictures.close()
 
     def _complain(self, problem: str) -> None:
-        if problem != self.problem:
-            log.error("%s: %s; trying again", self._name, problem)
         self.problem = problem
+        if problem != self._complained and (self._patience is None or self._patience.over):
+            log.error("%s: %s; trying again", self._name, problem)
+            self._complained = problem
 
 
 def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
@@ -134,7 +139,7 @@ def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
     if text.startswith("/"):
         return PictureSource(text, lambda: device_pictures(text, rate, size))
     RobotinoClient(text)  # raises on a bad address
-    return PictureSource(f"the camera of {text}", lambda: web_pictures(text, rate))
+    return PictureSource(f"the camera of {text}", lambda: web_pictures(text, rate), StartPatience())
 
 
 def web_pictures(address: str, rate: float) -> Pictures:

@@ -1,0 +1,50 @@
+"""A camera that gives no pictures yet, or no more: who watches is told at once, the log when it is worth a line."""
+
+import logging
+
+import pytest
+from rto_bringup.onboard.picture_sources import CameraLost, PictureSource
+
+
+class Patience:
+    """As long as a test wants."""
+
+    over = False
+
+    def works(self):
+        self.over = True
+
+
+def asleep():
+    raise CameraLost("connection refused")
+
+
+@pytest.fixture
+def lines(caplog):
+    caplog.set_level(logging.ERROR)
+    return lambda: [record.getMessage() for record in caplog.records]
+
+
+def test_a_robot_that_starts_meanwhile_is_waited_for_without_a_line(lines, until_true):
+    tries, patience = [], Patience()
+    source = PictureSource("camera", lambda: tries.append(1) or asleep(), patience)
+    source.watch()
+    try:
+        until_true(lambda: len(tries) > 2, "it is asked again")
+        assert source.problem == "connection refused" and lines() == []
+        patience.over = True
+        until_true(lines, "now it has had its time")
+        asked = len(tries)
+        until_true(lambda: len(tries) > asked + 2, "it is asked again")
+        assert lines() == ["camera: connection refused; trying again"], "once"
+    finally:
+        source.close()
+
+
+def test_a_device_that_is_missing_is_named_at_once(lines, until_true):
+    source = PictureSource("/dev/none", asleep)
+    source.watch()
+    try:
+        until_true(lines, "it is named")
+    finally:
+        source.close()
