@@ -27,6 +27,9 @@ case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$P
 [ -n "${ROS_HOSTNAME:-}" ] || export ROS_IP="${ROS_IP:-127.0.0.1}"
 # File names and output with umlauts need UTF-8, and a locale such as C has none: Qt and tmux would write question marks.
 [ "$(locale charmap 2>/dev/null)" = UTF-8 ] || export LC_ALL=C.UTF-8
+# Python keeps back what it prints into a pipe or a file: whoever looks at `rosrun PACKAGE NODE | tee log` would see nothing
+# for minutes.
+export PYTHONUNBUFFERED=1
 # Pictures are rendered and decoded in fresh 1 MB buffers; keeping them mapped halves the time to decode one.
 export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=268435456
 # Small logs: three files of 4 MB for each program, see telepresence/station/log_folder.py.

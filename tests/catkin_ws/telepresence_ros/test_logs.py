@@ -52,14 +52,6 @@ def test_what_our_modules_log_is_on_rosout_once(rosout, name):
     assert rosout.lines == ["the robot answers"]
 
 
-def test_lines_go_through_a_pipe_at_once(workspace_environment):
-    """Also those of a program that is killed right afterwards."""
-    program = "import os; from telepresence_ros.logs import print_lines_at_once as at_once; at_once(); print('here')"
-    environment = {**workspace_environment, "PYTHONUNBUFFERED": ""}
-    words = [sys.executable, "-c", f"{program}; os._exit(0)"]
-    assert subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60).stdout == "here\n"
-
-
 def test_every_package_of_ours_that_logs_is_found_where_catkin_shows_it():
     program = "from telepresence_ros.logs import our_packages; print(*our_packages())"
     shown = str(ROOT / "catkin_ws/devel/lib/python3/dist-packages")

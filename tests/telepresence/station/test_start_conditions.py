@@ -92,3 +92,10 @@ def test_the_environment_has_umlauts_in_every_locale(request):
     environment = {**os.environ, "LC_ALL": "C"}
     answer = subprocess.run(words, cwd=request.config.rootpath, env=environment, capture_output=True, text=True)
     assert answer.stdout == "UTF-8\n", answer.stderr
+
+
+def test_the_environment_passes_on_what_a_program_prints_before_it_is_killed(request):
+    words = ["bash", "-c", ". ./env.sh; python -c \"import os; print('here', end=''); os._exit(0)\""]
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    answer = subprocess.run(words, cwd=request.config.rootpath, env=environment, capture_output=True, text=True)
+    assert answer.stdout == "here", answer.stderr

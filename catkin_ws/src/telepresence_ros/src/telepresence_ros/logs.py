@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import io
 import logging
 import os
 import sys
@@ -100,14 +99,6 @@ def close_log_folder() -> None:
         private_files.make_folder(Path(rospkg.get_log_dir()))
     except OSError as error:
         print(f"telepresence: other users may read what is logged: {error}", file=sys.stderr)
-
-
-def print_lines_at_once() -> None:
-    """Pass on each line that is printed, into a pipe or a file too: Python keeps them back there, and whoever looks at
-    `rosrun PACKAGE NODE | tee log` would see nothing for minutes."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(line_buffering=True)
 
 
 def route_logs_to_ros() -> None:

@@ -12,7 +12,7 @@ import rospy
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
 from telepresence.stop_signals import stop_on
-from telepresence_ros.logs import close_log_folder, print_lines_at_once, route_logs_to_ros
+from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 from telepresence_ros.sockets import narrow_sockets
 
@@ -50,7 +50,6 @@ class Node:
         master_timeout: float = START_TIMEOUT,
     ) -> None:
         restrict_new_files()
-        print_lines_at_once()
         close_log_folder()
         wait_for_master(master_timeout, stop)
         narrow_sockets()
