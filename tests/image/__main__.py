@@ -26,9 +26,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "lab"))
 
 from container import Container, Failed, engine, say, wait_for, wrong  # noqa: E402
-from newcomer import DESKTOP, Newcomer  # noqa: E402
+from newcomer import Newcomer  # noqa: E402
 from real_robots import check_pepper, check_robotino  # noqa: E402
-from stranger import come_in, part_of  # noqa: E402
+from stranger import come_in, looked_at  # noqa: E402
 
 MOST_BYTES = 900_000_000
 FIRST_PICTURE_WITHIN = 20.0
@@ -160,28 +160,18 @@ def check_simulated(image: str, arch: str) -> None:
     """Everything about a container with the simulated Pepper. Raises Failed."""
     check_image(image, arch)
     container = Container(image, arch, "up", "pepper")
-    newcomer = None
-    try:
-        newcomer = Newcomer(DESKTOP)
+    with looked_at(container) as newcomer:
         check_station(container, newcomer)
         check_container(container)
         check_health(container)
         check_end(container, newcomer)
-    except Failed as failed:
-        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
-    finally:
-        if newcomer is not None:
-            newcomer.tools.close()
-        container.close()
 
 
 def check_emulated(image: str, arch: str) -> None:
     """An image for another processor: the simulated Pepper answers, and the page shows what it sees. Raises Failed."""
     check_image(image, arch)
     container = Container(image, arch, "up", "pepper", "gui:=false")
-    newcomer = None
-    try:
-        newcomer = Newcomer(DESKTOP)
+    with looked_at(container) as newcomer:
         say("machine", True, container.run("uname", "-m").stdout.strip())
         say("first picture after run", True, f"{come_in(container, newcomer, EMULATION):.0f} s")
         answer = container.run("/opt/telepresence/stack", "exec", "python", "-c", ASK_PEPPER, timeout=EMULATION).stdout
@@ -190,12 +180,6 @@ def check_emulated(image: str, arch: str) -> None:
         engine("kill", "--signal", "TERM", container.name)
         wait_for(lambda: container.code is not None, EMULATION)
         say("SIGTERM ends all of it", True, f"{time.monotonic() - asked:.1f} s, exit code {container.code}")
-    except Failed as failed:
-        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
-    finally:
-        if newcomer is not None:
-            newcomer.tools.close()
-        container.close()
 
 
 SCENARIOS = {"simulated": check_simulated, "pepper": check_pepper, "robotino": check_robotino}

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from container import Container, Failed, say, wait_for
 from machines import Machine
-from newcomer import DESKTOP, Newcomer
+from newcomer import Newcomer
 from page_sound import ORANGE, SETTLED, Likeness, camera, devices, microphone, recorded
 from sound_lab import RATE, sentence
-from stranger import come_in, part_of
+from stranger import come_in, looked_at
 
 from pepper_sim.simulation import Simulation as PepperWorld
 from robotino_sim.simulation import Simulation as RobotinoWorld
@@ -174,20 +174,11 @@ def station(image: str, arch: str, folder: Path, *words: str, options: tuple[str
     spoken = microphone(sound, PILOT_SAYS)
     camera(film)
     container = Container(image, arch, *words, options=options)
-    newcomer = None
-    try:
-        newcomer = Newcomer(DESKTOP, SETTLED, devices(sound, film))
-        with published_alone(container):
-            say("first picture after run", True, f"{come_in(container, newcomer):.1f} s")
-            wait_for(lambda: newcomer.way() in ("direct", "slower"), PATIENCE)
-            say("pictures and sound come by published ports", newcomer.way() == "direct", newcomer.way())
-            yield container, newcomer, spoken
-    except Failed as failed:
-        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
-    finally:
-        if newcomer is not None:
-            newcomer.tools.close()
-        container.close()
+    with looked_at(container, SETTLED, devices(sound, film)) as newcomer, published_alone(container):
+        say("first picture after run", True, f"{come_in(container, newcomer):.1f} s")
+        wait_for(lambda: newcomer.way() in ("direct", "slower"), PATIENCE)
+        say("pictures and sound come by published ports", newcomer.way() == "direct", newcomer.way())
+        yield container, newcomer, spoken
 
 
 def check_pepper(image: str, arch: str) -> None:

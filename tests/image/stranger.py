@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Iterator
+from typing import Any
 
-from container import Container, reached, wait_for
-from newcomer import Newcomer
+from container import Container, Failed, reached, wait_for
+from newcomer import DESKTOP, Newcomer
 
 COLOURS = """(() => {
   const canvas = new OffscreenCanvas(64, 48), pen = canvas.getContext("2d");
@@ -16,6 +19,27 @@ COLOURS = """(() => {
 })()"""
 """How many colours the page's picture has: a grey card is none of a flat."""
 LEAST_COLOURS = 30
+
+
+@contextlib.contextmanager
+def looked_at(container: Container, *browser: Any) -> Iterator[Newcomer]:
+    """Give a browser for a container; end both. What fails meanwhile says what a person would have seen.
+
+    Args:
+        browser: What `Newcomer` takes after the size of its screen.
+    Raises:
+        Failed: As within.
+    """
+    newcomer = None
+    try:
+        newcomer = Newcomer(DESKTOP, *browser)
+        yield newcomer
+    except Failed as failed:
+        raise Failed(f"{failed}\n{part_of(container, newcomer)}") from None
+    finally:
+        if newcomer is not None:
+            newcomer.tools.close()
+        container.close()
 
 
 def come_in(container: Container, newcomer: Newcomer, patience: float = 300.0) -> float:
