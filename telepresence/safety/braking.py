@@ -16,6 +16,7 @@ obstacle, and along a wall.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import overload
@@ -105,7 +106,7 @@ class VelocityBounds:
     def nearest_allowed(self, vx: float, vy: float) -> tuple[float, float]:
         """Return the allowed velocity nearest to (vx, vy): cut towards obstacles, kept along them and away."""
         speed = math.hypot(vx, vy)
-        if speed < _STRAIGHT or not len(self.room):
+        if speed < _STRAIGHT or not len(self.room) or self._none_within_reach(speed):
             return vx, vy
         wanted = velocity = np.array([vx, vy])
         cuts: list[int] = []
@@ -125,6 +126,18 @@ class VelocityBounds:
         fastest = float(self.speed_towards(np.array([[ux], [uy]]))[0])
         length = min(fastest, ux * vx + uy * vy)
         return (ux * length, uy * length) if length > 0.0 else (0.0, 0.0)
+
+    @functools.cached_property
+    def _nearest(self) -> tuple[float, float]:
+        """The least room of any obstacle [m], and the greatest speed at which any approaches [m/s]."""
+        return float(self.room.min()), float(self.coming.max())
+
+    def _none_within_reach(self, speed: float) -> bool:
+        """Whether the nearest obstacle would be far enough even if it came at the robot as the fastest one does, and
+        the robot drove straight at it: then none of them need be looked at."""
+        room, coming = self._nearest
+        taken = coming * (self.reaction + speed / self.braking) + self.extra
+        return stopping_distance(speed, self.reaction, self.braking) + taken <= room
 
     def _in_the_way(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the closing share of every obstacle for every direction, and which lie in the swept strip."""
@@ -197,9 +210,11 @@ def turning_rate(
         levers: (n,) as from `Outline.measure` [m].
         reaction, braking: tau [s], angular deceleration [rad/s²].
     """
+    if wanted == 0.0:
+        return wanted, room
     nearing = levers * math.copysign(1.0, wanted)
     towards = nearing > _STRAIGHT
-    if wanted == 0.0 or not towards.any():
+    if not towards.any():
         return wanted, room
     arc = np.where(towards, np.maximum(room, 0.0) / np.where(towards, nearing, 1.0), math.inf)
     rate = min(abs(wanted), float(stopping_speed(arc.min(), reaction, braking)))

@@ -98,7 +98,7 @@ class Obstacles:
         )
 
     def velocity_bounds(
-        self, limits: Limits, outline: Outline, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)
+        self, limits: Limits, outline: Outline, room: np.ndarray, turns: tuple[float, ...]
     ) -> VelocityBounds:
         """Return the bounds that these obstacles put on the velocity.
 
@@ -107,7 +107,6 @@ class Obstacles:
             turns: How far the body may have turned when the velocity takes effect [rad]; the bounds hold for all.
         """
         points, normals = self.points, self.normals
-        room = self.room if room is None else room
         passing, least_share, coming = self.passing, self.least_share, self.coming
         if len(turns) > 1:
             points, normals = _turned_back(points, turns), _turned_back(normals, turns)

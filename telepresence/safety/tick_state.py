@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -44,7 +45,6 @@ class TickState:
     ) -> None:
         self._profile = profile
         self.now = now
-        self._allowed: np.ndarray | None = None
         self.obstacles = Obstacles.around(profile, *known_obstacles.obstacles(now))
         for echo in known_obstacles.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
@@ -56,15 +56,24 @@ class TickState:
             if normal is not None:
                 self.obstacles = self.obstacles.with_contact(normal)
 
-    def velocity_bounds(self, room: np.ndarray | None = None, turns: tuple[float, ...] = (0.0,)) -> VelocityBounds:
+    def velocity_bounds(self, room: np.ndarray, turns: tuple[float, ...]) -> VelocityBounds:
         """Return the bounds that the obstacles put on the velocity; see `Obstacles.velocity_bounds`."""
+        if room is self.obstacles.room and len(turns) == 1:
+            return self._bounds
         return self.obstacles.velocity_bounds(self._profile.limits, self._profile.outline, room, turns)
 
     def allowed(self) -> np.ndarray:
         """Return the speed allowed straight into each sector (72,) [m/s]."""
-        if self._allowed is None:
-            self._allowed = np.minimum(self.velocity_bounds().speed_towards(_UNIT), self.caps)
         return self._allowed
+
+    @functools.cached_property
+    def _bounds(self) -> VelocityBounds:
+        """The bounds for a robot that does not turn."""
+        return self.obstacles.velocity_bounds(self._profile.limits, self._profile.outline, self.obstacles.room, (0.0,))
+
+    @functools.cached_property
+    def _allowed(self) -> np.ndarray:
+        return np.minimum(self._bounds.speed_towards(_UNIT), self.caps)
 
     def why(self, sector: int) -> str:
         """Return the reason for the speed limit of a sector, as a sentence."""
@@ -78,10 +87,8 @@ class TickState:
         if not len(room) or speed == 0.0:
             return None
         share = self.obstacles.normals @ np.array([vx / speed, vy / speed])
-        ahead = share > 0.01
-        if not ahead.any():
-            return None
-        return int(np.where(ahead, room / np.where(ahead, share, 1.0), math.inf).argmin())
+        ahead = np.flatnonzero(share > 0.01)
+        return int(ahead[(room[ahead] / share[ahead]).argmin()]) if len(ahead) else None
 
     def bearing(self, index: int) -> float:
         """Return the bearing of obstacle `index` [rad]."""

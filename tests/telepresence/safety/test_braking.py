@@ -20,7 +20,7 @@ speeds = st.floats(-0.14, 0.14)
 def velocity_bounds(places, profile=ROBOTINO):
     places = np.array(places, float)
     found = Obstacles.around(profile, places, np.zeros(len(places)), np.zeros_like(places))
-    return found.velocity_bounds(profile.limits, profile.outline)
+    return found.velocity_bounds(profile.limits, profile.outline, found.room, (0.0,))
 
 
 @given(st.floats(0.0, 3.0), st.floats(0.05, 0.6), st.floats(0.1, 1.0))
@@ -50,6 +50,15 @@ def test_what_is_allowed_leaves_every_obstacle_its_room(places, vx, vy):
         limits = profile.limits
         rest = stopping_distance(speed, limits.reaction, limits.braking) * allowed / speed
         assert (profile.outline.measure(outside - rest)[0] > 0.0).all()
+
+
+@given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), min_size=1, max_size=8), speeds, speeds)
+@settings(max_examples=100)
+def test_who_need_not_look_would_find_nothing_in_the_way(places, vx, vy):
+    bounds = velocity_bounds(places, PEPPER)
+    careful = velocity_bounds(places, PEPPER)
+    object.__setattr__(careful, "_none_within_reach", lambda _speed: False)
+    assert bounds.nearest_allowed(vx, vy) == pytest.approx(careful.nearest_allowed(vx, vy), abs=1e-9)
 
 
 def test_straight_at_a_wall_stops_and_along_it_goes():
