@@ -137,7 +137,10 @@ class DriveServer(object):
         except select.error as error:  # Python 2.7, at a signal
             if error.args[0] != errno.EINTR:
                 raise
+        deadline = self._pilots.deadline()
         for _ in range(100):  # of a flood the rest must wait until the robot was served
+            if self._pilots.deadline() != deadline:
+                return  # a command came or was ended, which does not wait for other datagrams
             try:
                 datagram, address = self._socket.recvfrom(MAX_DATAGRAM + 1)
             except socket.error as error:

@@ -69,6 +69,8 @@ STATE_PERIOD = 0.5
 class MoveTo:
     def __init__(self) -> None:
         self._wake = threading.Event()
+        self._stepping = threading.Lock()  # protects the base and the pace
+        self._pace = Pace(MOTION_CYCLE, BURST)
         self._late, self._late_looks = StaleCommandFilter(), StaleCommandFilter()
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
         # First, as both take their time: the greeting, and the sensors' first readings.
@@ -129,7 +131,7 @@ class MoveTo:
             return
         velocity, now = Velocity(twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
         self._gate.command(*velocity, now)
-        self._wake.set()
+        self._obey_at_once()
         self._head.head.drives(velocity, now)
 
     def _on_goal(self, goal: PoseStamped) -> None:
@@ -160,15 +162,33 @@ class MoveTo:
         except RobotError as error:
             raise rospy.ServiceException(str(error)) from None
 
+    def _obey_at_once(self) -> None:
+        """Carry out a new command on the thread that brought it, since a change of threads takes as long as the
+        decision; where that must wait, the loop does."""
+        if not self._stepping.acquire(blocking=False):
+            self._wake.set()
+            return
+        try:
+            now = time.monotonic()
+            if now >= self._pace.due() and not self._node.stop.is_set():
+                self._pace.take(now)
+                self._base.step(now, self._node.master.alive)
+            else:
+                self._wake.set()
+        finally:
+            self._stepping.release()
+
     def _loop(self) -> None:
-        pace = Pace(MOTION_CYCLE, BURST)
         while not self._node.stop.is_set():
-            if self._wake.wait(PERIOD):
-                if self._node.stop.wait(max(0.0, pace.due() - time.monotonic())):
+            woken = self._wake.wait(PERIOD)
+            if woken:
+                if self._node.stop.wait(max(0.0, self._pace.due() - time.monotonic())):
                     break
                 self._wake.clear()
-                pace.take(time.monotonic())
-            self._base.step(time.monotonic(), self._node.master.alive)
+            with self._stepping:
+                if woken:
+                    self._pace.take(time.monotonic())
+                self._base.step(time.monotonic(), self._node.master.alive)
             self._report(time.monotonic())
         if self._gated is not None:
             self._sensors.close()

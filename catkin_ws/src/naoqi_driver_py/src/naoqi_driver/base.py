@@ -42,8 +42,8 @@ LOOK_SPEED = 0.1
 
 
 class BaseDriver:
-    """One thread calls `step` on every command and at least every `PERIOD` seconds, and never waits for the robot.
-    `supervise` and `go_to`, which do, are for other threads.
+    """One thread at a time calls `step`, on every command and at least every `PERIOD` seconds; it never waits for the
+    robot. `supervise` and `go_to`, which do, are for other threads.
 
     Args:
         connection: The link to NAOqi.

@@ -29,7 +29,7 @@ BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_
 class GatedDrive:
     """A `CommandGate` whose output passes through the safety gate.
 
-    `decide` belongs to the loop that drives. All else may be called on other threads, and never waits for the robot.
+    One thread at a time calls `decide`. All else may be called on other threads, and never waits for the robot.
     """
 
     def __init__(self) -> None:
