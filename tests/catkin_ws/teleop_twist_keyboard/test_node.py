@@ -1,9 +1,11 @@
 """The keyboard node on a real ROS graph, in a real terminal."""
 
+import os
 import signal
 import subprocess
 import sys
 import textwrap
+import xmlrpc.client
 
 import pytest
 
@@ -63,6 +65,20 @@ def test_the_help_comes_again_after_fifteen_speed_keys_as_in_the_report(open_ter
     terminal.type("k")
     terminal.type("w")
     wait_until(lambda: terminal.seen.count("Moving around:") == 2, "the help is printed again")
+
+
+def test_it_hears_others_drive_and_not_itself(open_terminal, wait_until, listener, run_program):
+    start(open_terminal, wait_until, listener, *RUN)
+    run_program(sys.executable, "-c", OTHER_INPUT)
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    keyboard = master.lookupNode("/test", "/teleop_twist_keyboard")[2]
+
+    def heard() -> set[str]:
+        links = xmlrpc.client.ServerProxy(keyboard).getBusInfo("/test")[2]
+        return {uri for _, uri, direction, _, topic, *_ in links if (direction, topic) == ("i", "/cmd_vel")}
+
+    wait_until(heard, "it is connected to the other program")
+    assert keyboard not in heard()
 
 
 def test_hanging_up_stops_the_robot(open_terminal, wait_until, listener):

@@ -22,8 +22,10 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from telepresence_ros.node import Node, stop_on_signals
+from telepresence_ros.other_senders import subscribe_to_others
 
 from telepresence.security.outside_text import clean
+from telepresence.station import priority
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
 from twist_keyboard.namesake import wait_for_namesake
 from twist_keyboard.terminal import HungUp, KeyTerminal
@@ -59,6 +61,7 @@ def main() -> int:
     except (ValueError, TypeError) as error:
         print(f"teleop_twist_keyboard: wrong parameter: {error}", file=sys.stderr, flush=True)
         return 1
+    priority.put_commands_first()
     keyboard.run()
     node.shut_down("keyboard driving ended")
     return 0
@@ -89,8 +92,8 @@ class KeyboardNode:
         self._taken_over = threading.Event()
         self._heard_at: dict[str, float] = {}
         self._motion, self._speed_keys = keys.describe_motion(), 0
+        self._others = subscribe_to_others("cmd_vel", Twist, self._receive)
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        rospy.Subscriber("cmd_vel", Twist, self._receive, queue_size=1, tcp_nodelay=True)
         beside = rosgraph.names.namespace(rospy.resolve_name("cmd_vel"))
         self._hold = ""
         self._holds = rospy.Subscriber(f"{beside}drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
@@ -172,8 +175,6 @@ class KeyboardNode:
     def _receive(self, message: Twist) -> None:
         """Let go when another node drives; called on rospy's thread."""
         caller = message._connection_header["callerid"]
-        if caller == rospy.get_name():
-            return
         now = clock()
         if now - self._heard_at.get(caller, -math.inf) > NEWCOMER_SILENCE:
             self._taken_over.set()

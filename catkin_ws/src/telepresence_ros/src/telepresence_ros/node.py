@@ -14,6 +14,7 @@ from telepresence.station import heartbeat
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
+from telepresence_ros.prompt_sending import send_promptly
 from telepresence_ros.sockets import narrow_sockets
 
 SHUTDOWN_TIMEOUT = 2.0
@@ -53,6 +54,7 @@ class Node:
         close_log_folder()
         wait_for_master(master_timeout, stop)
         narrow_sockets()
+        send_promptly()
         rospy.init_node(name, disable_signals=stop is not None)
         route_logs_to_ros()
         self.stop = stop or threading.Event()
