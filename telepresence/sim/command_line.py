@@ -19,6 +19,8 @@ log = logging.getLogger(__name__)
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _ALIVE_PERIOD = 0.5
+SWITCH_INTERVAL = 0.0005
+"""Seconds within which a thread that waits for Python's interpreter lock gets it; Python's own is 0.005."""
 
 
 def parser(program: str, description: str, *, scene: str, port: int | None = None) -> argparse.ArgumentParser:
@@ -60,8 +62,7 @@ def run(
     level = logging.DEBUG if options.verbose else logging.INFO
     logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     logging.getLogger("OpenGL").setLevel(logging.WARNING)
-    # A thread that waits for Python's interpreter lock gets it within half a millisecond instead of five.
-    sys.setswitchinterval(0.0005)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     stopping = threading.Event()
     stop_on(stopping, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     if options.address not in _LOOPBACK:

@@ -6,11 +6,12 @@ is kept by sleeping to absolute deadlines: sleeping for a remainder after each s
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -141,6 +142,16 @@ class World:
     def locked(self) -> _Held:
         """Stop the world and use its state: `with world.locked() as data`. Physics waits meanwhile."""
         return self._held
+
+    @contextlib.contextmanager
+    def locked_if_free(self) -> Iterator[bool]:
+        """Stop the world, as `locked` does, unless that would have to wait: `with world.locked_if_free() as held`."""
+        held = self._lock.acquire(blocking=False)
+        try:
+            yield held
+        finally:
+            if held:
+                self._lock.release()
 
     def rng(self, name: str) -> np.random.Generator:
         """Return a random generator for the part called `name`: the same for the same world seed and name."""

@@ -6,6 +6,7 @@ import os
 import pty
 import queue
 import random
+import sys
 import time
 from collections.abc import Sequence
 from subprocess import DEVNULL
@@ -14,6 +15,7 @@ from report import Row, percentile
 from ros_graph import hop_times, private_master, wait_for
 
 from pepper_sim.simulation import Simulation
+from telepresence.sim.command_line import SWITCH_INTERVAL
 from telepresence.station import processes
 
 PRESSES = 120
@@ -37,6 +39,7 @@ def run() -> list[Row]:
 
 def key_to_setpoint(environment: dict[str, str]) -> list[float]:
     """Seconds from writing the key to the terminal to the call of the robot's `set_velocity`, one per press."""
+    sys.setswitchinterval(SWITCH_INTERVAL)  # as the simulated robot's own program does
     with Simulation(port=0) as simulation:
         return drive_by_keyboard(simulation, environment)
 

@@ -15,6 +15,7 @@ from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown
 from pepper_sim.naoqi.tasks import Watch, chained
 from pepper_sim.robot import BaseLimits, Pepper
+from telepresence.naoqi.incoming_call import NotNow
 
 _MAX_POINTS = 1000
 
@@ -34,7 +35,14 @@ class MotionBase:
 
     # --- commands ----------------------------------------------------------------------------------------------------
 
-    @remote("v(fff)", "v(fffm)")
+    def quick_move(self, x: float, y: float, theta: float, moveConfig: Any = ()) -> None:
+        """move, while nobody has to wait for the world."""
+        with self._robot.world.locked_if_free() as held:
+            if not held:
+                raise NotNow
+            self.move(x, y, theta, moveConfig)
+
+    @remote("v(fff)", "v(fffm)", quick="quick_move")
     def move(self, x: float, y: float, theta: float, moveConfig: Any = ()) -> None:
         """Drives at a velocity [m/s, m/s, rad/s] until the next command."""
         limits = configured_limits(moveConfig)

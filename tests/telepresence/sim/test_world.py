@@ -48,6 +48,27 @@ def test_callbacks_keep_their_periods():
         assert np.diff(times) == pytest.approx(period)
 
 
+def test_it_is_locked_for_whoever_need_not_wait():
+    world = make()
+    found = []
+
+    def look() -> None:
+        with world.locked_if_free() as held:
+            found.append(held)
+
+    def look_elsewhere() -> None:
+        thread = threading.Thread(target=look)
+        thread.start()
+        thread.join()
+
+    look_elsewhere()
+    with world.locked():
+        look_elsewhere()
+        look()
+    look_elsewhere()
+    assert found == [True, False, True, True]
+
+
 def test_a_phase_delays_the_first_call():
     world = make()
     times: list[float] = []

@@ -52,6 +52,17 @@ def test_move_holds_in_metres_per_second_until_stopped(naoqi, wait_until):
     assert not motion.moveIsActive()
 
 
+def test_a_move_that_waits_for_the_world_holds_no_other_call_up(naoqi, wait_until):
+    with naoqi.robot.world.locked():
+        moving = naoqi.ALMotion.move(0.2, 0.0, 0.0, _async=True)
+        assert naoqi.ALSystem.ping()
+        assert moving.isRunning()
+    assert moving.value(10_000) is None
+    assert naoqi.ALMotion.moveIsActive()
+    naoqi.ALMotion.stopMove()
+    wait_until(lambda: not naoqi.ALMotion.moveIsActive(), "it stands")
+
+
 def test_move_toward_takes_fractions_of_top_speed(naoqi, wait_until):
     motion = naoqi.ALMotion
     motion.moveToward(0.5, 0.0, -0.25)
