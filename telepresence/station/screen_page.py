@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+import socket
 import threading
 from pathlib import Path
 
@@ -54,13 +55,15 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where Xvfb's option -fbdir writes the screen")
     parser.add_argument("--port", type=int, default=10003, help="default 10003")
     parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is; default loopback")
+    parser.add_argument("--listening", type=int, help="descriptor of a socket that listens already, in place of both")
     arguments = parser.parse_args()
+    listening = socket.socket(fileno=arguments.listening) if arguments.listening is not None else None
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     image = LatestImage()
     stream = MjpegStream(image)
     key = page_key(KEY_VARIABLE)
-    with WebServer(create_app(stream, key), arguments.address, arguments.port) as server:
+    with WebServer(create_app(stream, key), arguments.address, arguments.port, listening=listening) as server:
         print(f"listening on {server.url}?k={key}", flush=True)
         while not stop.wait(PERIOD):
             if stream.viewers:

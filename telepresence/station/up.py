@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -46,6 +47,7 @@ from telepresence.station.launch_settings import (
 from telepresence.station.log_folder import LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
+from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.program_output import ENDING, ProgramOutput
 from telepresence.station.ros_master import master_answers
 from telepresence.station.station_folder import StationFolder
@@ -53,6 +55,7 @@ from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
 from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
+from telepresence.web.listener import listener
 from telepresence.web.page_auth import ANNOUNCED, page_key
 
 ARENAS = "2"
@@ -166,13 +169,15 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     keyboard = settings.get("teleop", "true").lower() in ("true", "1")
     terminal = Terminal(output, arguments.verbose, window, link, keyboard)
     keeper = screen = display = None
-    kept: list[KeptProgram] = []
+    kept: list[KeptProgram | ProgramOnDemand] = []
     try:
         if window and not display_answers(os.environ.get("DISPLAY")):
             require_free(screen_port, "screen_port", "the picture of the window", address=screen_address())
-            display = VirtualDisplay()
+            display = VirtualDisplay(opengl=False)  # the window uses none
             os.environ.update(display.environment)
-            screen = KeptProgram("screen_page", partial(serve_screen, display, screen_port), faults.report)
+            listening = listener(screen_address(), screen_port)
+            serve = partial(serve_screen, display, listening)
+            screen = ProgramOnDemand("screen_page", listening, serve, faults.report)
             kept = [KeptProgram("Xvfb", partial(restart_display, display), faults.report), screen]
         # roslaunch reads its files while roscore starts.
         beats = Beats(watch / "roslaunch")
@@ -299,11 +304,12 @@ def screen_address() -> str:
     return image.own_address() if image.in_image() else "127.0.0.1"
 
 
-def serve_screen(display: VirtualDisplay, port: int) -> subprocess.Popen:
+def serve_screen(display: VirtualDisplay, listening: socket.socket) -> subprocess.Popen:
     """Start a web server for the picture of the display, as a separate process so that it cannot slow driving."""
     program = [sys.executable, "-m", "telepresence.station.screen_page", str(display.folder)]
     return processes.start(
-        ["nice", *program, "--port", str(port), "--address", screen_address()],
+        ["nice", *program, "--listening", str(listening.fileno())],
         tied=True,
         stdout=subprocess.DEVNULL,
+        pass_fds=[listening.fileno()],
     )

@@ -40,11 +40,13 @@ class VirtualDisplay:
 
     Args:
         width, height: Size of the screen [px].
+        opengl: Whether programs there can use OpenGL, for which Xvfb loads a compiler of 40 MB.
     Raises:
         RuntimeError: Xvfb is missing or ends at once.
     """
 
-    def __init__(self, width: int = 1280, height: int = 720) -> None:
+    def __init__(self, width: int = 1280, height: int = 720, opengl: bool = True) -> None:
+        self._extensions = "" if opengl else "-extension GLX"
         self._size = f"{width}x{height}x24"
         self.folder = Path(
             tempfile.mkdtemp(prefix="telepresence-display-")
@@ -61,11 +63,11 @@ class VirtualDisplay:
         """Start Xvfb, on a free display unless its number is given; return the number."""
         reader, writer = os.pipe()
         # -noreset: otherwise the server restarts when its last client leaves, and refuses new ones meanwhile.
-        options = f"-screen 0 {self._size} -nolisten tcp -noreset -fbdir {self.folder} -auth {self.authority}"
+        options = f"-screen 0 {self._size} -nolisten tcp -noreset {self._extensions}"
         display = f":{number}" if number else ""
         try:
             self.process = processes.start(
-                f"Xvfb {display} -displayfd {writer} {options}".split(),
+                f"Xvfb {display} -displayfd {writer} {options} -fbdir {self.folder} -auth {self.authority}".split(),
                 tied=True,
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

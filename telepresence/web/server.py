@@ -18,38 +18,12 @@ import gevent.socket
 from gevent import pywsgi
 
 from telepresence.web.connections import Connections, Handler
+from telepresence.web.listener import SEND_BUFFER, listener
 
 log = logging.getLogger(__name__)
 
-SEND_BUFFER = 65536
-"""Bytes asked for in the kernel per viewer (Linux doubles it): at 640x480 a reader of 600 kB/s sees pictures 0.4 s old
-instead of 5.6 s with default buffers, and a fast one still gets 6 MB/s at 20 ms round trip."""
 SPARE_PLACES = 32
 """Connections taken beyond the limit, so that those that must go for them have the time to."""
-
-
-def listener(address: str, port: int, send_buffer: int = SEND_BUFFER) -> socket.socket:
-    """Return a listening TCP socket whose connections hold little unsent data and do not wait to fill packets.
-
-    Args:
-        address: Of one interface; "0.0.0.0" or "::" for all of them.
-        port: 0 picks a free one.
-    Raises:
-        OSError: The port is taken or the address is not this machine's; the text names both.
-    """
-    family = socket.AF_INET6 if ":" in address else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        # Accepted connections inherit both. Without TCP_NODELAY the body of a long poll waits for its header's ACK.
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, send_buffer)
-        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        listening.bind((address, port))
-        listening.listen(1024)  # a burst waits in the queue instead of being asked to come again
-    except OSError as error:
-        listening.close()
-        raise OSError(error.errno, f"cannot listen on {address}, port {port}: {error.strerror}") from error
-    return listening
 
 
 class WebServer:
@@ -60,10 +34,11 @@ class WebServer:
 
     Args:
         application: WSGI callable, for example a Flask object.
-        address, port, send_buffer: See `listener`.
+        address, port, send_buffer: See `telepresence.web.listener`.
         timeout: A connection that takes or sends nothing for this long [s] is closed.
         max_connections: Open at the same time; see `telepresence.web.connections` for who goes when more come.
         max_per_address: Of these, for one address that is not this machine's.
+        listening: From `listener`, if it has been opened already; then address, port and send_buffer mean nothing.
     """
 
     def __init__(
@@ -76,10 +51,11 @@ class WebServer:
         send_buffer: int = SEND_BUFFER,
         max_connections: int = 256,
         max_per_address: int = 96,
+        listening: socket.socket | None = None,
     ) -> None:
-        self._socket = listener(address, port, send_buffer)
+        self._socket = listening or listener(address, port, send_buffer)
         self.address, self.port = self._socket.getsockname()[:2]
-        if address in ("0.0.0.0", "::"):
+        if self.address in ("0.0.0.0", "::"):
             log.warning("port %d is open to every network of this machine; give the address of one", self.port)
         self._application = application
         self._max_connections = max_connections

@@ -2,8 +2,12 @@
 
 import json
 import os
+import select
 import signal
+import socket
+import subprocess
 import sys
+from dataclasses import asdict
 
 import pytest
 from telepresence_ros import forked_process
@@ -197,3 +201,19 @@ def test_without_the_server_programs_go_on_and_start_as_usual(tmp_path, monkeypa
     assert forked.ends(until_true) == UNKNOWN
     until_true(lambda: vitals.state(forked.process.pid) in ("", "Z"), "nothing is left")
     starter.close()
+
+
+def test_a_server_whose_client_was_killed_ends_in_order(tmp_path):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with theirs:
+        words = [sys.executable, "-m", "telepresence_ros.fork_server", str(theirs.fileno())]
+        server = subprocess.Popen(words, pass_fds=[theirs.fileno()], stderr=subprocess.PIPE, text=True)
+    script = tmp_path / "short"
+    script.write_text("")
+    for _ in range(2):
+        program = Program([str(script)], dict(os.environ), str(tmp_path))
+        socket.send_fds(ours, [json.dumps(asdict(program)).encode()], [1, 2])
+    assert select.select([ours], [], [], 30.0)[0], "it has answered"
+    ours.close()  # with the answer in it
+    _, said = server.communicate(timeout=30)
+    assert (server.returncode, said) == (0, "")

@@ -16,7 +16,8 @@ from flask import Flask, Response, request
 
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
-from telepresence.web.server import WebServer, listener
+from telepresence.web.listener import listener
+from telepresence.web.server import WebServer
 
 SIZE = 57_000  # bytes of a 640x480 picture at quality 80
 

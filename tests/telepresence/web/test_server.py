@@ -8,7 +8,8 @@ import logging
 import pytest
 from flask import Flask
 
-from telepresence.web.server import WebServer, listener
+from telepresence.web.listener import listener
+from telepresence.web.server import WebServer
 
 
 def test_a_taken_port_is_named_in_the_error() -> None:

@@ -86,7 +86,10 @@ def serve(channel: socket.socket) -> Program | None:
                 os.read(reader, 512)
                 _report_ends(channel)
                 continue
-            text, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 2)
+            try:
+                text, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 2)
+            except ConnectionResetError:  # the client was killed, and had not read an answer
+                return None
             if not text:
                 return None
             program = Program(**json.loads(text))

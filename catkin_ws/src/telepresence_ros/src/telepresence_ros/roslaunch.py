@@ -14,90 +14,24 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import roslaunch
-import roslaunch.core
-import roslaunch.launch
-import roslaunch.nodeprocess
-import roslaunch.parent
-import roslaunch.pmon
-from rosgraph.names import ns_join
-
-from telepresence.station import heartbeat, running
-from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence_ros.forked_process import NodeStarter
-from telepresence_ros.node_monitor import NodeMonitor
-from telepresence_ros.sockets import narrow_sockets
-from telepresence_ros.watched_node import WatchedNode
 
 FOLDER = "TELEPRESENCE_WATCH"
 """Environment variable: the folder of the station's watch. Without it the nodes are not adopted by anybody."""
-CLOSABLE = "TELEPRESENCE_CLOSABLE"
-"""Marks a node in a launch file, as Debian's roslaunch knows no such attribute and ignores the mark."""
-
-
-class Supervisor(roslaunch.parent.ROSLaunchParent):
-    """roslaunch's parent, with one more node, which says that everything was started."""
-
-    folder: Path
-
-    def _load_config(self) -> None:
-        super()._load_config()
-        node = roslaunch.core.Node(
-            "telepresence_ros", "station_faults", "station_faults", args=str(self.folder / SOCKET), respawn=True
-        )
-        self.config.add_node(node, verbose=False)
-        node.machine = self.config.machines[""]
-
-    def start(self, auto_terminate: bool = True) -> None:
-        """As in the base class; then end what no node of the launch file goes on with."""
-        super().start(auto_terminate)
-        names = {ns_join(node.namespace, node.name) for node in self.config.nodes}
-        for left in running.everything(self.folder):
-            if left.name not in names and left.lives:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(os.getpgid(left.pid), signal.SIGKILL)
-        heartbeat.notify("READY=1")
 
 
 def main() -> None:
     """Run roslaunch with the arguments of the command line."""
-    narrow_sockets()
     station = os.getppid() if FOLDER in os.environ else None
     with watch_folder() as folder, contextlib.closing(NodeStarter()) as starter:
-        supervise(folder, station, starter)
-        roslaunch.main()
+        # Imported now: what forks the nodes imports at the same time what they need.
+        from telepresence_ros import supervisor
 
-
-def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
-    """Replace those parts of roslaunch that start, watch and restart nodes.
-
-    Args:
-        folder: Of the station's watch.
-        station: Process id of the `./stack up` that has started us, if one has.
-        starter: Starts the nodes.
-    """
-
-    def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
-        process: Any = original(run_id, node, master_uri, **timeouts)
-        closable = dict(node.env_args).get(CLOSABLE) == "true"
-        return WatchedNode(process, ns_join(node.namespace, node.name), folder, closable)
-
-    original = roslaunch.nodeprocess.create_node_process
-    roslaunch.launch.create_node_process = make_process
-    roslaunch.nodeprocess.subprocess = SimpleNamespace(Popen=starter.start, PIPE=subprocess.PIPE)
-    roslaunch.pmon.ProcessMonitor = NodeMonitor
-    NodeMonitor.faults = FaultReporter(folder / SOCKET)
-    NodeMonitor.station = station
-    Supervisor.folder = folder
-    roslaunch.parent.ROSLaunchParent = Supervisor
+        supervisor.run(folder, station, starter)
 
 
 @contextlib.contextmanager

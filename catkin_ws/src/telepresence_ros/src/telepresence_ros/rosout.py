@@ -9,6 +9,10 @@ every address of the machine whatever ROS_IP says.
 
 from __future__ import annotations
 
+import telepresence_ros.without_numpy  # noqa: F401  before genpy
+
+# isort: split
+
 import logging
 import logging.handlers
 import os
