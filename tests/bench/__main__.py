@@ -47,7 +47,7 @@ PROGRAMS = {
 }
 """Benchmarks with a command line of their own, never among all: they take hours, or need `qi` and the processors."""
 
-DRAWS = {"control", "safety"}
+DRAWS = {"control", "safety", "startup"}
 """Benchmarks that can write a record and pictures into a folder."""
 
 
@@ -65,7 +65,9 @@ def main() -> int:
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; default all")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="control, safety: record and pictures go here")
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="control, safety, startup: records and pictures go here"
+    )
     arguments = parser.parse_args()
     unknown = set(arguments.names) - BENCHMARKS.keys()
     if unknown:

@@ -12,29 +12,41 @@ from pathlib import Path
 
 from report import Row
 from ros_graph import free_port, private_environment, wait_for
+from startup.timeline import Timeline, draw
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 ROUNDS = 3
-FIRST_PICTURE = "first picture"
+FIRST_PICTURE, BANNER = "first picture", "Ctrl-C ends all of it"
 EMPTY_NODE = "#!/usr/bin/env python3\nimport rospy\nrospy.init_node('empty')\nrospy.spin()\n"
 
 
-def run() -> list[Row]:
+def run(out: Path | None = None) -> list[Row]:
+    """Start the station and as many empty nodes, in turn.
+
+    Args:
+        out: Folder for startup.png, of one more start; None to draw nothing.
+    """
     ours, bare = [], []
     for _ in range(ROUNDS):
         seconds, nodes = time_up()
         ours.append(seconds)
         bare.append(time_empty_nodes(nodes))
+    if out is not None:
+        time_up(out / "startup.png")
     return [
         Row("start to first picture", statistics.median(ours), statistics.median(bare), "s", f"{nodes} empty nodes")
     ]
 
 
-def time_up() -> tuple[float, int]:
-    """Seconds until the window says that it shows a picture, and the number of nodes then."""
+def time_up(picture: Path | None = None) -> tuple[float, int]:
+    """Seconds until the window says that it shows a picture, and the number of nodes then.
+
+    Args:
+        picture: File for a picture of who computes when.
+    """
     with private_environment() as environment:
         environment.pop("DISPLAY", None)
         ports = [
@@ -50,12 +62,21 @@ def time_up() -> tuple[float, int]:
             stderr=subprocess.STDOUT,
             text=True,
         )
+        timeline = Timeline(up.pid, begin)
         try:
-            lines = []
+            if picture is not None:
+                timeline.start()
+            lines, marks = [], {}
             for line in up.stdout:
                 lines.append(line)
+                if BANNER in line:
+                    marks["says where everything is"] = time.monotonic() - begin
                 if FIRST_PICTURE in line:
-                    return time.monotonic() - begin, len(node_names(environment["ROS_MASTER_URI"]))
+                    marks["first picture"] = seconds = time.monotonic() - begin
+                    if picture is not None:
+                        timeline.stop()
+                        draw(timeline, marks, picture)
+                    return seconds, len(node_names(environment["ROS_MASTER_URI"]))
             raise RuntimeError("./stack up ended without a picture:\n" + "".join(lines[-20:]))
         finally:
             processes.end(up, patience=20.0)
