@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
@@ -69,11 +69,13 @@ def apply(theme: str) -> None:
     """
     sheet = style_sheet(theme)
     application().setProperty(_PROPERTY, theme)
+    current.cache_clear()
     application().setStyleSheet(sheet)
     for widget in application().allWidgets():
         widget.update()
 
 
+@cache
 def current() -> str:
     """Return the theme that `apply` was last called with."""
     return application().property(_PROPERTY) or DEFAULT
@@ -87,6 +89,11 @@ def colour(name: str, alpha: float = 1.0) -> QColor:
     Raises:
         KeyError: No such colour.
     """
-    found = QColor(colours(current())[name])
+    return QColor(_colour(current(), name, alpha))
+
+
+@lru_cache(1024)  # a fading one has many alphas
+def _colour(theme: str, name: str, alpha: float) -> QColor:
+    found = QColor(colours(theme)[name])
     found.setAlphaF(alpha)
     return found

@@ -25,6 +25,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from gui.application_events import filter_events
 from gui.periodic_timer import PeriodicTimer
 from gui.styling import set_property
 from gui.theme import application
@@ -145,7 +146,9 @@ class DrivePad(QFrame):
         self._bounce.setInterval(BOUNCE)
         self._bounce.setSingleShot(True)
         self._bounce.timeout.connect(self._release_lifted)
-        application().installEventFilter(self)
+        keys = (QEvent.Type.KeyPress, QEvent.Type.KeyRelease)
+        leaving = (QEvent.Type.WindowDeactivate, QEvent.Type.WindowBlocked, QEvent.Type.Hide)
+        filter_events(self, *keys, *leaving)
         application().focusChanged.connect(self._on_focus)
 
     def set_guide_keys(self, wanted: bool) -> None:

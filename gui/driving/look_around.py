@@ -16,9 +16,9 @@ from PyQt5.QtGui import QKeyEvent, QPainter
 from PyQt5.QtWidgets import QApplication, QPushButton, QWidget
 
 from gui import theme
+from gui.application_events import filter_events
 from gui.driving.drive_pad import wants_letters
 from gui.periodic_timer import PeriodicTimer
-from gui.theme import application
 from telepresence.teleop.gaze import TURNS, Gaze
 from telepresence.teleop.looking import HeadState
 
@@ -93,7 +93,7 @@ class LookAround(QObject):
         self.buttons = self._make_buttons() if link.has("head") else ()
         if link.has("head"):
             link.channel("head").arrived.connect(self._on_head)
-            application().installEventFilter(self)
+            filter_events(self, QEvent.Type.KeyPress, QEvent.Type.KeyRelease)
 
     @property
     def head(self) -> HeadState | None:

@@ -18,10 +18,10 @@ from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocket
 from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QStackedLayout, QWidget
 
+from gui.application_events import filter_events
 from gui.periodic_timer import PeriodicTimer
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
 from gui.terminal.x11 import HostWindow, X11Error
-from gui.theme import application
 from gui.widgets.label import Label
 
 log = logging.getLogger(__name__)
@@ -84,7 +84,8 @@ class TerminalView(QFrame):
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
         self._search = PeriodicTimer(SEARCH_PERIOD, self._find_guest, self)
-        application().installEventFilter(self)
+        kinds = (QEvent.Type.WindowActivate, QEvent.Type.WindowDeactivate, QEvent.Type.MouseButtonPress)
+        filter_events(self, *kinds)
 
     @property
     def has_keyboard(self) -> bool:

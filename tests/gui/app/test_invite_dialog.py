@@ -47,7 +47,7 @@ def read_code(dialog):
     shown = dialog.code.grab().toImage().convertToFormat(QImage.Format_Grayscale8)
     data = shown.constBits().asstring(shown.byteCount())
     pixels = np.frombuffer(data, np.uint8).reshape(shown.height(), shown.bytesPerLine())[:, : shown.width()]
-    return cv2.QRCodeDetector().detectAndDecode(np.ascontiguousarray(pixels))[0]
+    return cv2.QRCodeDetectorAruco().detectAndDecode(np.ascontiguousarray(pixels))[0]
 
 
 def test_a_link_is_made_shown_copied_used_and_withdrawn(dialog, invitations, spin):
