@@ -189,7 +189,7 @@ class WebrtcCamera:
 
     def _say(self, problem: str) -> None:
         if problem != self.problem:
-            log.warning("%s", problem)
+            log.info("%s", problem)  # whoever looks says so, when it has lasted
         self.problem = problem
 
 
