@@ -25,7 +25,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "lab"))
 
-from container import Container, Failed, engine, say, wait_for, wrong  # noqa: E402
+from container import Container, Failed, engine, reached, say, wait_for, wrong  # noqa: E402
 from newcomer import Newcomer  # noqa: E402
 from real_robots import check_pepper, check_robotino  # noqa: E402
 from stranger import come_in, looked_at  # noqa: E402
@@ -40,6 +40,8 @@ NOTICES_WITHIN = 20.0
 NATIVE = {"x86_64": "amd64", "aarch64": "arm64"}.get(os.uname().machine, "")
 EMULATION = 1200.0
 """[s] of patience for a processor that is emulated."""
+LIGHT = ROOT / "tests" / "image" / "emulated.launch"
+"""What is started where one processor emulates another, which takes ten times as long."""
 ASK_PEPPER = """
 import telepresence.naoqi as qi
 session = qi.Session()
@@ -170,10 +172,17 @@ def check_simulated(image: str, arch: str) -> None:
 def check_emulated(image: str, arch: str) -> None:
     """An image for another processor: the simulated Pepper answers, and the page shows what it sees. Raises Failed."""
     check_image(image, arch)
-    container = Container(image, arch, "up", "pepper", "gui:=false")
+    start = f"roslaunch /{LIGHT.name} page:=$(hostname -i)"
+    container = Container(image, arch, "exec", "bash", "-c", start, options=["--volume", f"{LIGHT}:/{LIGHT.name}:ro"])
     with looked_at(container) as newcomer:
         say("machine", True, container.run("uname", "-m").stdout.strip())
-        say("first picture after run", True, f"{come_in(container, newcomer, EMULATION):.0f} s")
+        wait_for(lambda: reached(container.port), EMULATION)
+        invited = container.run("/opt/telepresence/stack", "invite", "--drive", timeout=EMULATION).stdout
+        link = re.search(r"https://\S+", invited)
+        if link is None:
+            raise Failed(f"no link: {invited}")
+        took = come_in(container, newcomer, EMULATION, link[0])
+        say("first picture after run", True, f"{took:.0f} s")
         answer = container.run("/opt/telepresence/stack", "exec", "python", "-c", ASK_PEPPER, timeout=EMULATION).stdout
         say("the simulated Pepper answers on NAOqi", answer.strip().isdigit(), f"{answer.strip()} services")
         asked = time.monotonic()

@@ -42,23 +42,27 @@ def looked_at(container: Container, *browser: Any) -> Iterator[Newcomer]:
         container.close()
 
 
-def come_in(container: Container, newcomer: Newcomer, patience: float = 300.0) -> float:
-    """Open the printed link and see.
+def come_in(container: Container, newcomer: Newcomer, patience: float = 300.0, link: str = "") -> float:
+    """Open a link and see.
 
     Args:
         patience: [s] for each step.
+        link: The one that the container prints unless another is given.
     Returns:
         How long after `run` there was a picture [s].
     Raises:
         Failed: There was none.
     """
-    link = container.said
-    wait_for(lambda: link(r"pilot's page (https://\S+)"), patience)
-    place = link(r"pilot's page (https://\S+)")
+
+    def printed() -> str:
+        """a link to the page"""
+        found = container.said(r"pilot's page (https://\S+)")
+        return found[1] if found else ""
+
+    wait_for(lambda: link or printed(), patience)
     wait_for(lambda: reached(container.port), patience)
     print(f"  - the page is there after {time.monotonic() - container.started:.1f} s", flush=True)
-    assert place is not None
-    newcomer.tap(place[1])
+    newcomer.tap(link or printed())
     wait_for(newcomer.asks, patience)
     newcomer.evaluate("document.querySelector('[name=name]').value = 'anna'; "
                       "document.querySelector('#enterForm button').click()")  # fmt: skip
