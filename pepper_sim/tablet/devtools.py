@@ -25,7 +25,10 @@ from typing import Any
 
 log = logging.getLogger(__name__)
 
-REPLY_TIMEOUT = 10.0  # seconds; Chromium itself starts within one
+REPLY_TIMEOUT = 10.0
+"""[s]"""
+START_TIMEOUT = 40.0
+"""Seconds for the first answer: Chromium starts within one, or in 15 beside a station that starts on a slow machine."""
 _MESSAGE_LIMIT = 64_000_000  # bytes
 _FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
@@ -79,7 +82,7 @@ class DevTools:
         self._reader = threading.Thread(target=self._read, name="tablet-chromium", daemon=True)
         self._reader.start()
         try:
-            targets = self.call("Target.getTargets")["targetInfos"]
+            targets = self._call("Target.getTargets", {}, START_TIMEOUT)["targetInfos"]
             page = next(target["targetId"] for target in targets if target["type"] == "page")
             self._session = self.call("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
         except (BrowserError, StopIteration) as error:
@@ -91,18 +94,21 @@ class DevTools:
         return self._process.poll() is None
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """Send a request and return its result.
+        """Send a request and return its result; it has `REPLY_TIMEOUT` seconds.
 
         Raises:
             BrowserError: The request was refused or not answered, or the browser has ended.
         """
+        return self._call(method, params, REPLY_TIMEOUT)
+
+    def _call(self, method: str, params: dict[str, Any], timeout: float) -> dict[str, Any]:
         number, reply = self._send(method, params)
         try:
-            answer = reply.result(REPLY_TIMEOUT)
+            answer = reply.result(timeout)
         except FutureTimeout:
             with self._lock:
                 self._replies.pop(number, None)
-            raise BrowserError(f"{method}: no answer within {REPLY_TIMEOUT:g} s") from None
+            raise BrowserError(f"{method}: no answer within {timeout:g} s") from None
         if "error" in answer:
             raise BrowserError(f"{method}: {answer['error'].get('message')}")
         return answer["result"]
