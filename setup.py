@@ -39,7 +39,7 @@ EXTRAS = {
 
 setup(
     name="telepresence",
-    version="0.8.0",
+    version="0.9.0",
     description="Telepresence and safe teleoperation of Pepper and Robotino on ROS 1, with or without the robot",
     license="BSD-3-Clause",
     python_requires=">=3.11",

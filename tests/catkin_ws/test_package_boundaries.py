@@ -26,7 +26,7 @@ INSTALLED = Path("/usr/share")
 WITHOUT_MANIFEST = {"roslib", "visualization_msgs"}
 """ROS packages that Debian installs without one."""
 PACKAGES = {path.parent.name: path.parent for path in sorted(SOURCES.glob("*/package.xml"))}
-VERSION = "0.8.0"
+VERSION = "0.9.0"
 INTERFACES = ("*.msg", "*.srv", "*.action")
 
 
