@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import TextIO
 
+from telepresence import start_patience
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import health, heartbeat, image, processes, start_conditions, station_folder, vitals
 from telepresence.station.announcement import (
@@ -160,6 +161,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     start_conditions.require_no_station(master_uri)
     for variable in (PAGE_KEY, SCREEN_KEY, ROBOT_PAGE_KEY):
         os.environ[variable] = page_key(variable)
+    if simulated:
+        os.environ.setdefault(start_patience.VARIABLE, str(start_patience.PATIENCE_WITH_SIMULATION))
     os.environ[ANNOUNCED] = " ".join(pepper_links(arguments.robot, settings, simulated))
     watch = Path(os.environ[station_folder.VARIABLE]) / "watch"
     watch.mkdir(mode=0o700)

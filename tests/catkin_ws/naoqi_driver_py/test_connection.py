@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 import qi
-from naoqi_driver import connection
 from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable
+
+from telepresence import start_patience
 
 
 class Motion:
@@ -90,7 +91,7 @@ def test_call_without_a_link_fails_at_once(free_port):
 
 
 def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, caplog, wait_until, monkeypatch):
-    monkeypatch.setattr(connection, "REPORT_AFTER", 0.1)
+    monkeypatch.setenv(start_patience.VARIABLE, "0.1")
     port = free_port()
     with caplog.at_level(logging.INFO), Connection(Address.parse("127.0.0.1", port)) as link:
         wait_until(lambda: caplog.records, "the trouble is reported")

@@ -23,7 +23,7 @@ from typing import Any
 
 from naoqi_driver.certificate_pin import CertificatePin, tls_context
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
-from telepresence import naoqi
+from telepresence import naoqi, start_patience
 from telepresence.security.outside_text import LONGEST, clean
 
 log = logging.getLogger(__name__)
@@ -37,9 +37,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.2, 1.0
 """Seconds between two attempts to connect; doubled after every failure once `EAGER_TIME` is over."""
 EAGER_TIME = 10.0
 """Seconds of quick retries, so that a robot that starts together with us is reached as soon as it listens."""
-REPORT_AFTER, LOSS_REPORT_AFTER = 10.0, 2.0
-"""Seconds without a link before it is reported: before the first one, as robot and drivers are often started together,
-on a machine that may be busy; and after one was lost."""
+LOSS_REPORT_AFTER = 2.0
+"""Seconds without a link before it is reported, once there was one; before, see `telepresence.start_patience`."""
 CALL_TIMEOUT = 1.0
 
 
@@ -270,7 +269,7 @@ class Connection:
 
     def _run(self) -> None:
         pause, dropped, reported = FIRST_PAUSE, 0.0, None
-        failing_since, patience = time.monotonic(), REPORT_AFTER
+        failing_since, patience = time.monotonic(), start_patience.patience()
         while not self._stop.is_set():
             try:
                 session = self._connect()
