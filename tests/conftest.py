@@ -116,6 +116,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say why tests were run again: what passes then is a defect nevertheless, and would leave no trace."""
+    for report in terminalreporter.stats.get("rerun", ()):
+        terminalreporter.section(f"run again: {report.nodeid}, after its {report.when}")
+        report.toterminal(terminalreporter._tw)
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(vendors_qi)
     if hasattr(config, "workerinput"):

@@ -237,8 +237,7 @@ def test_a_newcomer_opens_the_link_sees_and_drives(station, moves, wait_until, s
             tapped = time.monotonic()
             wait_until(newcomer.is_there, "the picture is there, and the window has let go of the robot")
             moves.restart()
-            newcomer.hold_forward()
-            wait_until(lambda: moves() > 0.05, "the robot drives")
+            wait_until(lambda: newcomer.insists() and moves() > 0.05, "the robot drives")
             drove, seen = time.monotonic() - tapped, newcomer.first_picture()
             if folder := os.environ.get("NEWCOMER_PICTURES"):  # for docs/page.md
                 Path(folder, f"pilot_page_{screen.name}.png").write_bytes(newcomer.picture())

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from page_browser import Browser
+from page_browser import PATIENCE, Browser
 
 FIRST_PICTURE = """
 addEventListener("DOMContentLoaded", () => {
@@ -42,6 +44,7 @@ class Newcomer(Browser):
     def __init__(self, screen: Screen, before: str = "", flags: Sequence[str] = ()) -> None:
         super().__init__("about:blank", FIRST_PICTURE + before, flags)
         self.screen = screen
+        self._held_since = -math.inf
         self.tools.call(
             "Emulation.setDeviceMetricsOverride", width=screen.width, height=screen.height,
             deviceScaleFactor=2 if screen.touch else 1, mobile=screen.touch,
@@ -76,8 +79,20 @@ class Newcomer(Browser):
         else:
             self.key("KeyW", True)
 
+    def insists(self) -> bool:
+        """Hold forward, and press anew what has moved nothing for a while; true.
+
+        A page that gets no picture or no processor for half a second lets go of what is held.
+        """
+        if time.monotonic() - self._held_since > PATIENCE:
+            self.let_go()
+            self.hold_forward()
+            self._held_since = time.monotonic()
+        return True
+
     def let_go(self) -> None:
         """Hold it no more."""
+        self._held_since = -math.inf
         if self.screen.touch:
             self._touch("touchEnd")
         else:

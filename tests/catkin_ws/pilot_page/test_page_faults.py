@@ -75,19 +75,23 @@ def test_another_tab_is_looked_at(pilot, probe, until_true):
     drives(probe, until_true, pilot)
     pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=False)
     pilot.evaluate("globalThis.other = open('about:blank'); 0", userGesture=True)
-    stands(probe, until_true)
-    assert pilot.evaluate("document.hidden")
-    time.sleep(2 * SURE)  # until pictures would count as lost
-    pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
-    pilot.evaluate("other.close()")
+    try:
+        stands(probe, until_true)
+        assert pilot.evaluate("document.hidden")
+        time.sleep(2 * SURE)  # until pictures would count as lost
+    finally:
+        pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
+        pilot.evaluate("other.close()")
     comes_back(probe, until_true, pilot)
 
 
 def test_the_page_is_killed(pilot, running, probe, until_true):
     drives(probe, until_true, pilot)
     pilot.tools.post("Page.crash")
-    stands(probe, until_true)
-    pilot.tools.call("Page.navigate", url=running[1])
+    try:
+        stands(probe, until_true)
+    finally:  # a crashed page answers nobody
+        pilot.tools.call("Page.navigate", url=running[1])
     comes_back(probe, until_true, pilot)
 
 
@@ -115,8 +119,10 @@ def test_the_browser_is_killed(open_page, pilot, probe, until_true):
 def test_the_page_s_program_is_killed(page, running, pilot, probe, until_true):
     drives(probe, until_true, pilot)
     running[0].kill()
-    stands(probe, until_true)
-    page().wait_for("https://")
+    try:
+        stands(probe, until_true)
+    finally:
+        page().wait_for("https://")
     comes_back(probe, until_true, pilot)
 
 
