@@ -9,8 +9,8 @@ import time
 PATIENCE = 10.0
 """Seconds that a machine needs which is busy with starting a whole station."""
 PATIENCE_WITH_SIMULATION = 60.0
-"""The same where the robot itself starts with the station, on a machine that others may keep busy, too. A simulated robot
-whose program ends is reported at once by whoever started it."""
+"""The same where the robot itself starts with the station, on a machine that others may keep busy, too. A simulated
+robot whose program ends is reported at once by whoever started it."""
 VARIABLE = "TELEPRESENCE_START_PATIENCE"
 """Environment variable: these seconds, from who starts the station."""
 
