@@ -85,7 +85,8 @@ class Newcomer(Browser):
         A page that gets no picture or no processor for half a second lets go of what is held.
         """
         if time.monotonic() - self._held_since > PATIENCE:
-            self.let_go()
+            if math.isfinite(self._held_since):  # a finger that touches nothing can't be lifted
+                self.let_go()
             self.hold_forward()
             self._held_since = time.monotonic()
         return True
