@@ -30,6 +30,8 @@ class Talker:
         self.process.stdin.write(json.dumps(words) + "\n")
         self.process.stdin.flush()
         answer = self.process.stdout.readline()
+        while answer.startswith("[INFO]"):  # rospy says such things there, too
+            answer = self.process.stdout.readline()
         assert answer, f"{self.process.args[1]} died while it was asked for {words}"
         return json.loads(answer)
 

@@ -395,7 +395,7 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     hidden = lambda browser, part: browser.evaluate(f"document.getElementById('{part}').hidden")  # noqa: E731
     press = lambda browser, part: browser.evaluate(f"document.getElementById('{part}').click()")  # noqa: E731
     until_true(lambda: ben.text("take") == "Ask to drive" and ben.width(), "ben sees, and that somebody drives")
-    assert "anna drives" in ben.text("status")
+    until_true(lambda: "anna drives" in ben.text("status"), "and who that is")
 
     def told():
         ben.key("KeyW", False)

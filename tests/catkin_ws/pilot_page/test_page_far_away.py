@@ -14,7 +14,7 @@ from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
-REST, BACK = 0.5, 3.0
+REST, BACK = 0.5, 12.0
 """[s], see test_page_faults.py."""
 CUT = 10.0
 SURE = 0.5

@@ -39,10 +39,19 @@ def gestures(naoqi, wait_until):
 
 
 def test_a_stroke(gestures, wait_until):
+    """Where a busy machine held the hand up on its way, that was no stroke: it strokes again."""
     _, told, touch = gestures
-    for pattern in ("100", "010", "001", "000"):
-        touch(pattern)
-    wait_until(lambda: sorted(told) == ["CaressFtoR", "released"], "the stroke was recognised")
+
+    def stroked():
+        told.clear()
+        for pattern in ("100", "010", "001", "000"):
+            touch(pattern)
+        deadline = time.monotonic() + 1.0  # until the service is sure
+        while sorted(told) != ["CaressFtoR", "released"] and time.monotonic() < deadline:
+            time.sleep(0.05)
+        return sorted(told) == ["CaressFtoR", "released"]
+
+    wait_until(stroked, "the stroke was recognised")
 
 
 def test_a_hand_that_rests(gestures, wait_until):
