@@ -120,6 +120,8 @@ def test_victims_are_found_in_the_process_tree_and_seen_to_freeze():
     parent = processes.start([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     try:
         parent.stdout.readline()
+        # Linux closes the files of execve(2)'s caller before the new program has a command line.
+        trial.wait(lambda: len(victims(parent.pid)) == 3, 10.0)
         found = victims(parent.pid)
         assert list(found)[1:] == ["sleep", "sleep#2"] and found[next(iter(found))] == parent.pid
         assert not frozen(found["sleep"])
