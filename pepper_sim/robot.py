@@ -7,6 +7,7 @@ futures are completed outside the world's lock, on the thread that steps the wor
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 
@@ -99,6 +100,7 @@ class Pepper:
         """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
+        self._ordered: deque[tuple[float, float, float]] = deque()  # velocities that came during a tick
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
@@ -130,11 +132,11 @@ class Pepper:
         values = (limits.max_xy, limits.max_theta, limits.acc_xy, limits.acc_theta)
         if not all(math.isfinite(value) and value > 0.0 for value in values):
             raise ValueError(f"base limits must be positive numbers, got {limits}")
-        with self.world.locked():
-            self._base.limits = limits
+        self._base.limits = limits
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
-        """Drive until the next call, within the base's limits.
+        """Drive until the next call, within the base's limits. It never waits: during a tick the velocity is kept for
+        whoever has the world next, and nobody sees the robot before it counts.
 
         Args:
             vx, vy: Forward and left in base_footprint [m/s].
@@ -143,10 +145,10 @@ class Pepper:
             ValueError: A value is not finite.
         """
         _require_finite("velocity", (vx, vy, wz))
-        with self.world.locked():
-            self._motion.set_velocity(vx, vy, wz)
-            self._check_able()
-            self._snapshot = None
+        self._ordered.append((vx, vy, wz))
+        with self.world.locked_if_free() as held:
+            if held:
+                self._obey()
 
     def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
         """Drive through `waypoints` and stop in the last one.
@@ -166,6 +168,7 @@ class Pepper:
         if duration is not None and not (math.isfinite(duration) and duration >= 0.0):
             raise ValueError(f"the duration must be a positive number of seconds, got {duration}")
         with self.world.locked():
+            self._obey()
             future = self._motion.move_to([(float(x), float(y), float(t)) for x, y, t in waypoints], duration)
             self._check_able()
             self._snapshot = None
@@ -174,6 +177,7 @@ class Pepper:
     def stop_move(self, *, abrupt: bool = False) -> Future:
         """End every motion of the base. The future is done when the wheels stand still."""
         with self.world.locked():
+            self._obey()
             self._snapshot = None
             return self._motion.stop(abrupt)
 
@@ -186,6 +190,7 @@ class Pepper:
     def hold_base(self, held: bool) -> None:
         """Refuse every motion of the base, because the robot is on its charging station, or allow them again."""
         with self.world.locked():
+            self._obey()
             self._held = held
             self._check_able()
 
@@ -221,6 +226,7 @@ class Pepper:
     def set_stiffness(self, stiffness: Mapping[str, float]) -> None:
         """Set the share of torque the motors may use, 0 limp ... 1 full. Legs at 0 are held by their brakes."""
         with self.world.locked():
+            self._obey()
             self._joints.set_stiffness(stiffness)
             self._check_able()
             self._snapshot = None
@@ -276,14 +282,15 @@ class Pepper:
     def has_snapshot(self) -> bool:
         """Return whether `snapshot` answers without waiting for the world: it has been asked since the last tick."""
         taken = self._snapshot
-        return taken is not None and taken[0] == self.world.tick
+        return taken is not None and taken[0] == self.world.tick and not self._ordered
 
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
         taken = self._snapshot
-        if taken is not None and taken[0] == self.world.tick:  # without waiting for a tick that may be on its way
+        if taken is not None and self.has_snapshot():  # without waiting for a tick that may be on its way
             return taken[1]
         with self.world.locked() as data:
+            self._obey()
             if self._snapshot is None or self._snapshot[0] != self.world.tick:
                 self._snapshot = self.world.tick, self._readings.snapshot(data, fallen=self._fallen)
             return self._snapshot[1]
@@ -334,6 +341,7 @@ class Pepper:
 
     def _reset(self) -> None:
         with self.world.locked() as data:
+            self._ordered.clear()
             self._motion.reset()
             self.security.reset()
             self.consent.reset()
@@ -357,10 +365,18 @@ class Pepper:
 
     def _tick(self, now: float) -> None:
         with self.world.locked() as data:
+            self._obey()
             self._motion.tick(now, TICK)
             self._base.write(data)
             self._joints.tick(now, TICK, data)
             self._inertial.tick(data)
+
+    def _obey(self) -> None:
+        """Take the velocities that were ordered, before anything else is done with the base or seen of it."""
+        while self._ordered:
+            self._motion.set_velocity(*self._ordered.popleft())
+            self._check_able()
+            self._snapshot = None
 
     def _add_obstacles(self, sensor: str, points: np.ndarray) -> None:
         self.security.update(sensor, points, self._base.odometry)

@@ -59,8 +59,9 @@ def remote(*signatures: str, name: str | None = None, quick: str = "") -> Callab
     Args:
         signatures: Return type and parameters as in a qi metaobject, for example "b(fff)".
         name: The method's remote name if the function has another one (two overloads that need two functions).
-        quick: Name of a method of the same object that takes the same arguments and answers without waiting for the
-            world or anybody else, or raises `NotNow`; it is asked first, on the thread that serves every client.
+        quick: Name of a method of the same object, perhaps this one, that takes the same arguments and answers without
+            waiting for the world or anybody else, or raises `NotNow`; it is asked first, on the thread that serves
+            every client.
     """
 
     def mark(function: _F) -> _F:

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _ALIVE_PERIOD = 0.5
-SWITCH_INTERVAL = 0.0005
+SWITCH_INTERVAL = 0.0001
 """Seconds within which a thread that waits for Python's interpreter lock gets it; Python's own is 0.005."""
 
 

@@ -6,12 +6,11 @@ is kept by sleeping to absolute deadlines: sleeping for a remainder after each s
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -61,6 +60,21 @@ class _Held:
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
+
+
+class _HeldIfFree:
+    """Context manager of `World.locked_if_free`."""
+
+    def __init__(self, lock: threading.RLock) -> None:
+        self._lock = lock
+
+    def __enter__(self) -> bool:
+        self._held = self._lock.acquire(blocking=False)
+        return self._held
+
+    def __exit__(self, *_: object) -> None:
+        if self._held:
+            self._lock.release()
 
 
 class World:
@@ -143,15 +157,9 @@ class World:
         """Stop the world and use its state: `with world.locked() as data`. Physics waits meanwhile."""
         return self._held
 
-    @contextlib.contextmanager
-    def locked_if_free(self) -> Iterator[bool]:
+    def locked_if_free(self) -> _HeldIfFree:
         """Stop the world, as `locked` does, unless that would have to wait: `with world.locked_if_free() as held`."""
-        held = self._lock.acquire(blocking=False)
-        try:
-            yield held
-        finally:
-            if held:
-                self._lock.release()
+        return _HeldIfFree(self._lock)
 
     def rng(self, name: str) -> np.random.Generator:
         """Return a random generator for the part called `name`: the same for the same world seed and name."""

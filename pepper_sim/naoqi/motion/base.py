@@ -15,7 +15,6 @@ from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown
 from pepper_sim.naoqi.tasks import Watch, chained
 from pepper_sim.robot import BaseLimits, Pepper
-from telepresence.naoqi.incoming_call import NotNow
 
 _MAX_POINTS = 1000
 
@@ -35,20 +34,13 @@ class MotionBase:
 
     # --- commands ----------------------------------------------------------------------------------------------------
 
-    def quick_move(self, x: float, y: float, theta: float, moveConfig: Any = ()) -> None:
-        """move, while nobody has to wait for the world."""
-        with self._robot.world.locked_if_free() as held:
-            if not held:
-                raise NotNow
-            self.move(x, y, theta, moveConfig)
-
-    @remote("v(fff)", "v(fffm)", quick="quick_move")
+    @remote("v(fff)", "v(fffm)", quick="move")
     def move(self, x: float, y: float, theta: float, moveConfig: Any = ()) -> None:
         """Drives at a velocity [m/s, m/s, rad/s] until the next command."""
         limits = configured_limits(moveConfig)
         self._drive(x, y, theta, limits)
 
-    @remote("v(fff)", "v(fffm)")
+    @remote("v(fff)", "v(fffm)", quick="moveToward")
     def moveToward(self, x: float, y: float, theta: float, moveConfig: Any = ()) -> None:
         """Drives at fractions (-1 to 1) of the top speeds until the next command; (0, 0, 0) stops."""
         limits = configured_limits(moveConfig)

@@ -41,6 +41,8 @@ def configured_limits(config: Any) -> BaseLimits:
     Raises:
         ServiceError: Not [[name, value], ...], or an unknown name.
     """
+    if config == ():
+        return BaseLimits(MAX_XY, MAX_THETA, ACC_XY, ACC_THETA)
     values = {name: default for name, (default, _, _) in PARAMETERS.items()}
     if not isinstance(config, list | tuple):
         raise ServiceError(f"moveConfig must be [[name, value], ...], got {shown(config)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from itertools import pairwise
 
 import pytest
@@ -49,6 +50,24 @@ def test_speed_and_acceleration_are_limited():
     assert max(v[2] for v in speeds) == pytest.approx(1.0)
     steepest = max(b[0] - a[0] for a, b in pairwise(speeds)) / TICK
     assert steepest == pytest.approx(0.3)
+
+
+def test_a_velocity_never_waits_for_the_world_and_counts_before_anything_else():
+    pepper = make()
+    at_once = threading.Event()
+
+    def order():
+        for speed in (0.1, 0.2):
+            pepper.set_velocity(speed, 0.0, 0.0)
+        at_once.set()
+
+    with pepper.world.locked():
+        threading.Thread(target=order, daemon=True).start()
+        assert at_once.wait(30.0), "it waits for the world"
+        assert not pepper.has_snapshot()
+    assert pepper.snapshot().moving
+    pepper.world.step(300)
+    assert pepper.snapshot().velocity[0] == pytest.approx(0.2), "the newest counts"
 
 
 def test_limits_can_be_changed_and_are_checked():

@@ -52,15 +52,20 @@ def test_move_holds_in_metres_per_second_until_stopped(naoqi, wait_until):
     assert not motion.moveIsActive()
 
 
-def test_a_move_that_waits_for_the_world_holds_no_other_call_up(naoqi, wait_until):
+def test_a_move_does_not_wait_for_the_world_and_whoever_does_sees_it(naoqi, wait_until):
     with naoqi.robot.world.locked():
-        moving = naoqi.ALMotion.move(0.2, 0.0, 0.0, _async=True)
+        naoqi.ALMotion.move(0.2, 0.0, 0.0)
+        asked = naoqi.ALMotion.moveIsActive(_async=True)
         assert naoqi.ALSystem.ping()
-        assert moving.isRunning()
-    assert moving.value(10_000) is None
-    assert naoqi.ALMotion.moveIsActive()
-    naoqi.ALMotion.stopMove()
-    wait_until(lambda: not naoqi.ALMotion.moveIsActive(), "it stands")
+        assert asked.isRunning()
+    assert asked.value(10_000)
+    wait_until(lambda: naoqi.ALMotion.getRobotVelocity()[0] > 0.1, "it drives")
+    with naoqi.robot.world.locked():
+        naoqi.ALMotion.move(-0.2, 0.0, 0.0)
+        stopping = naoqi.ALMotion.stopMove(_async=True)
+        assert naoqi.ALSystem.ping()
+    assert stopping.value(10_000)
+    assert not naoqi.ALMotion.moveIsActive(), "what was ordered before the stop does not come after it"
 
 
 def test_move_toward_takes_fractions_of_top_speed(naoqi, wait_until):
