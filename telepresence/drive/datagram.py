@@ -47,6 +47,8 @@ MAX_TEXT = 300
 """Bytes of a sentence; more would not fit one datagram."""
 
 
+_VELOCITY = '{"type":"drive","echo":%r,"after":%r,"velocity":[%r,%r,%r],"careful":%s}'
+
 DRIVING, REACHED, ENDED = GOAL_STATES = ("driving", "reached", "ended")
 
 
@@ -101,6 +103,15 @@ def encode(**fields):
     # type: (**Any) -> bytes
     """A body of these fields. Infinity goes as null."""
     return _utf8(_ENCODER.encode(dict((name, _sendable(value)) for name, value in fields.items())))
+
+
+def encode_velocity(echo, after, velocity, careful):
+    # type: (float, float, Vector, bool) -> bytes
+    """Return the body of a drive with a velocity and nothing else; all numbers are finite. A command waits for it, and
+    a template takes a third of the time of `encode`."""
+    x, y, turn = velocity
+    numbers = float(echo), float(after), float(x), float(y), float(turn)
+    return (_VELOCITY % (numbers + ("true" if careful else "false",))).encode("ascii")  # noqa: RUF005
 
 
 def encode_report(report):
@@ -271,7 +282,7 @@ def _numbers(fields, name, count):
     values = fields.get(name)
     if not isinstance(values, list) or len(values) != count:
         raise BadMessage("%s is not a list of %d" % (name, count))
-    return tuple(_finite(value, name) for value in values)
+    return tuple([_finite(value, name) for value in values])
 
 
 def _three(fields, name):

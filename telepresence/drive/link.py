@@ -26,6 +26,7 @@ from telepresence.drive.datagram import (
     Report,
     decode,
     encode,
+    encode_velocity,
     parse_report,
     short,
 )
@@ -295,15 +296,19 @@ class DriveLink:
             after, careful, hard = given_at - heard_at, self._careful, self._hard
         if echo is None:
             return
+        after = after if math.isfinite(after) else 0.0
+        if velocity is not None:
+            self._send_body(encode_velocity(echo, after, velocity, careful))
+            return
         self._send_body(
             encode(
                 type="drive",
                 echo=echo,
-                after=after if math.isfinite(after) else 0.0,
-                velocity=velocity,
+                after=after,
+                velocity=None,
                 careful=careful,
                 goal=goal and {"id": goal.number, "pose": goal.pose},
-                hard=hard and velocity is None and goal is None,
+                hard=hard and goal is None,
             )
         )
 

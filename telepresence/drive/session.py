@@ -23,7 +23,7 @@ from collections import namedtuple
 from telepresence.drive.datagram import MAX_DATAGRAM, TEXT, WHOLE, BadMessage, decode, encode, is_printable
 from telepresence.security import signing
 from telepresence.security.shared_key import hexadecimal
-from telepresence.security.signing import NONCE, PROOF, SEAL, Received, same, seal
+from telepresence.security.signing import NONCE, PROOF, SEAL, PreparedKey, Received, same, seal
 
 MYPY = False
 if MYPY:
@@ -68,7 +68,7 @@ class Session(object):
 
     def __init__(self, key, sends, receives):
         # type: (bytes, str, str) -> None
-        self._key, self._sends, self._receives = key, sends, receives
+        self._key, self._sends, self._receives = PreparedKey(key), sends, receives
         self._received = Received(key)
         self._number = 0
         self.id = signing.mac(key, "drive session id")[:8]

@@ -85,7 +85,9 @@ class LatestCommand:
     def put(self, vx: float, vy: float, wz: float, now: float) -> None:
         """Take a command [m/s, m/s, rad/s] that arrived at `now` [s]; one that is not finite means stop."""
         velocity = Velocity(vx, vy, wz)
-        bad = [f"{name} is {value}" for name, value in velocity._asdict().items() if not math.isfinite(value)]
+        bad = []
+        if not all(map(math.isfinite, velocity)):
+            bad = [f"{name} is {value}" for name, value in velocity._asdict().items() if not math.isfinite(value)]
         with self._lock:
             self._arrival = now
             self._refusal = f"command refused: {', '.join(bad)}" if bad else ""
@@ -111,7 +113,8 @@ class LatestCommand:
             return CommandState.NO_MASTER, "the ROS master does not answer"
         if self._arrival == -math.inf:
             return CommandState.NONE, "no command yet"
-        zero = all(part == 0.0 or abs(part) < self._standstill for part in self._velocity)
+        size = max(map(abs, self._velocity))
+        zero = size == 0.0 or size < self._standstill
         if now - self._arrival > self.timeout:
             return (CommandState.OVER, "") if zero else (CommandState.SILENT, f"no command for {self.timeout:g} s")
         if self._refusal:

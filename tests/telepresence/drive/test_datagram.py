@@ -40,6 +40,18 @@ REPORT = Report(
 )  # fmt: skip
 
 
+_FINITE = st.floats(-datagram.LARGEST, datagram.LARGEST)
+
+
+@fed(_FINITE, _FINITE, st.tuples(_FINITE, _FINITE, _FINITE | st.integers(-9, 9)), st.booleans())
+def test_a_velocity_from_the_template_is_what_encode_makes_of_it(echo, after, velocity, careful):
+    body = datagram.encode_velocity(echo, after, velocity, careful)
+    assert parse_for_robot(body) == Drive(echo, after, velocity, careful, None, False)
+    assert parse_for_robot(body) == parse_for_robot(
+        encode(type="drive", echo=echo, after=after, velocity=velocity, careful=careful, goal=None, hard=False)
+    )
+
+
 def test_a_report_fits_one_datagram_and_survives():
     body = datagram.encode_report(REPORT)
     assert len(body) <= MAX_BODY

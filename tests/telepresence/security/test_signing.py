@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from telepresence.security.signing import PROOF, SEAL, Check, Received, mac, nonce, seal, session_key, sign
+from telepresence.security.signing import PROOF, SEAL, Check, PreparedKey, Received, mac, nonce, seal, session_key, sign
 
 KEY = session_key(b"shared", "test", bytes(16), bytes(range(16)))
 
@@ -48,6 +48,13 @@ def test_numbers_out_of_range_never_count(number):
 @given(st.lists(st.binary(max_size=6), max_size=4), st.lists(st.binary(max_size=6), max_size=4))
 def test_no_two_lists_of_parts_sign_alike(one, other):
     assert (mac(KEY, "p", *one) == mac(KEY, "p", *other)) == (one == other)
+
+
+@given(st.binary(max_size=100), st.lists(st.binary(max_size=6), max_size=4))
+def test_a_prepared_key_signs_again_and_again_as_the_key_itself(key, parts):
+    prepared = PreparedKey(key)
+    for _ in range(2):
+        assert mac(prepared, "p", *parts) == mac(key, "p", *parts)
 
 
 @given(st.integers(min_value=0), st.integers(0, 7), st.integers(0, 40))

@@ -65,4 +65,4 @@ class CommandGate:
 
 def is_zero(velocity: Velocity) -> bool:
     """Whether the velocity counts as zero."""
-    return all(abs(part) < STANDSTILL for part in velocity)
+    return max(map(abs, velocity)) < STANDSTILL

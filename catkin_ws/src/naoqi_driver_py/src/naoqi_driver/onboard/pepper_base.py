@@ -37,7 +37,7 @@ RELEASE_TIME = 1.5
 """Seconds after which a robot that was let go must stand; then `killMove`."""
 ANSWER_TIMEOUT = 0.4
 """Seconds within which ALMotion answers `move` and `killMove`; else it counts as hanging, which is a fault."""
-AGAIN_PERIOD, AGAIN_TIME = 0.005, 0.05
+AGAIN_PERIOD, AGAIN_TIME = 0.001, 0.05
 """Seconds after which a velocity is tried again that came while the one before was on its way, and for how long so
 often."""
 PROBE_PERIOD = 0.5
