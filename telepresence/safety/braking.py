@@ -128,14 +128,14 @@ class VelocityBounds:
         return (ux * length, uy * length) if length > 0.0 else (0.0, 0.0)
 
     @functools.cached_property
-    def _nearest(self) -> tuple[float, float]:
+    def nearest(self) -> tuple[float, float]:
         """The least room of any obstacle [m], and the greatest speed at which any approaches [m/s]."""
-        return float(self.room.min()), float(self.coming.max())
+        return float(self.room.min(initial=math.inf)), float(self.coming.max(initial=0.0))
 
     def _none_within_reach(self, speed: float) -> bool:
         """Whether the nearest obstacle would be far enough even if it came at the robot as the fastest one does, and
         the robot drove straight at it: then none of them need be looked at."""
-        room, coming = self._nearest
+        room, coming = self.nearest
         taken = coming * (self.reaction + speed / self.braking) + self.extra
         return stopping_distance(speed, self.reaction, self.braking) + taken <= room
 

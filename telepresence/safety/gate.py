@@ -127,7 +127,7 @@ class VelocityGate:
         """
         if math.isfinite(now) and odometry is not None and not self._advance_pose(now, odometry):
             self._looked = self._tick_state(now, odometry)
-            self._looked.allowed()
+            self._looked.prepare()
 
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
         """Decide what to output. Call it at a fixed rate and send every result to the base, zeros too.

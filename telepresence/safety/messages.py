@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,7 @@ SECTORS = 72
 """Directions for which an allowed speed is published; sector k is centred on k * 5 degrees, counter-clockwise."""
 
 
-@dataclass(frozen=True)
-class Command:
+class Command(NamedTuple):
     """The velocity that the pilot requests, in base_link.
 
     Args:
@@ -29,11 +29,10 @@ class Command:
 
     @property
     def finite(self) -> bool:
-        return all(map(math.isfinite, (self.vx, self.vy, self.wz, self.stamp)))
+        return all(map(math.isfinite, self))
 
 
-@dataclass(frozen=True)
-class Odometry:
+class Odometry(NamedTuple):
     """Pose of base_link in the odometry frame (x, y [m], theta [rad]) at `stamp` [s] on the gate's clock."""
 
     x: float
@@ -43,7 +42,7 @@ class Odometry:
 
     @property
     def finite(self) -> bool:
-        return all(map(math.isfinite, (self.x, self.y, self.theta, self.stamp)))
+        return all(map(math.isfinite, self))
 
 
 class State(str, Enum):

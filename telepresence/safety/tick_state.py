@@ -72,6 +72,11 @@ class TickState:
         return self.obstacles.velocity_bounds(self._profile.limits, self._profile.outline, self.obstacles.room, (0.0,))
 
     @functools.cached_property
+    def _walls(self) -> list[tuple[float, list[float]]]:
+        """Room and normal of each obstacle. They are few: a loop takes a tenth of what NumPy's calls take."""
+        return list(zip(self.obstacles.room.tolist(), self.obstacles.normals.tolist()))  # noqa: B905 Python 3.9
+
+    @functools.cached_property
     def _allowed(self) -> np.ndarray:
         return np.minimum(self._bounds.speed_towards(_UNIT), self.caps)
 
@@ -83,12 +88,19 @@ class TickState:
 
     def tightest(self, vx: float, vy: float) -> int | None:
         """Return the index of the obstacle that limits driving along (vx, vy) most; None if none is on that side."""
-        speed, room = math.hypot(vx, vy), self.obstacles.room
-        if not len(room) or speed == 0.0:
+        speed = math.hypot(vx, vy)
+        if speed == 0.0:
             return None
-        share = self.obstacles.normals @ np.array([vx / speed, vy / speed])
-        ahead = np.flatnonzero(share > 0.01)
-        return int(ahead[(room[ahead] / share[ahead]).argmin()]) if len(ahead) else None
+        tightest, least = None, math.inf
+        for index, (room, (x, y)) in enumerate(self._walls):
+            share = (x * vx + y * vy) / speed
+            if share > 0.01 and (tightest is None or room / share < least):
+                tightest, least = index, room / share
+        return tightest
+
+    def prepare(self) -> None:
+        """Work out now what a command would have to wait for."""
+        self._allowed, self._walls, self._bounds.nearest  # noqa: B018 they are kept
 
     def bearing(self, index: int) -> float:
         """Return the bearing of obstacle `index` [rad]."""
