@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from robotino_sim.controller import CYCLE
-from telepresence.sim.rays import RayBundle
+from telepresence.sim.rays import RayRing
 
 COUNT = 9
 """Sensor i points at i times 40 degrees counter-clockwise, sensor 0 straight ahead (api2 DistanceSensorArrayImpl)."""
@@ -77,11 +77,12 @@ class InfraredRing:
 
     def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         self._rng = rng
-        self._beams = [RayBundle(model, f"{prefix}infrared_{i}", _beam(), _DARK + RAY_START) for i in range(COUNT)]
+        sites = [f"{prefix}infrared_{i}" for i in range(COUNT)]
+        self._beams = RayRing(model, sites, _beam(), _DARK + RAY_START)
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Return voltages [V] as digitised and readings [m], shape (9,) each."""
-        distances = np.stack([beam.cast(data) for beam in self._beams]) - RAY_START
+        distances = self._beams.cast(data) - RAY_START
         volts = voltage(spot_distance(np.maximum(distances, 0.0)))
         if self._rng is not None:
             volts = volts * (1.0 + NOISE * self._rng.standard_normal(COUNT))

@@ -23,7 +23,7 @@ from pepper_sim.body.description import (
     SONAR_PERIOD,
     SONAR_RESOLUTION,
 )
-from telepresence.sim.rays import RayBundle, add_noise, cone, fan
+from telepresence.sim.rays import RayBundle, RayRing, add_noise, cone, fan
 from telepresence.sim.world import World
 
 SONAR_NOISE = 0.01
@@ -74,7 +74,7 @@ class Sensors:
             name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), SONAR_MAX) for name, site in _SONARS.items()
         }
         rays = fan(np.array(LASER_ANGLES))
-        self._lasers = {name: RayBundle(model, prefix + site, rays, LASER_MAX) for name, site in _LASERS.items()}
+        self._lasers = RayRing(model, [prefix + site for site in _LASERS.values()], rays, LASER_MAX)
         self._ground_lasers = {
             name: RayBundle(model, prefix + site, fan(np.array(angles)), LASER_MISS)
             for name, (site, angles) in _GROUND_LASERS.items()
@@ -123,7 +123,7 @@ class Sensors:
 
     def _read_lasers(self, now: float) -> None:
         with self._world.locked() as data:
-            true = np.concatenate([bundle.cast(data) for bundle in self._lasers.values()])
+            true = self._lasers.cast(data).ravel()
             hit = np.isfinite(true)
             read = add_noise(
                 true,
@@ -174,10 +174,10 @@ class Sensors:
 
     def _read_bumpers(self, now: float) -> None:
         with self._world.locked() as data:
-            geoms = data.contact.geom
-            touching = (geoms == self._hull).any(axis=1) & (data.contact.dist < _CONTACT_DISTANCE)
             pressed = set(self._held)
-            if touching.any():
+            touching = data.contact.geom == self._hull
+            if touching.any():  # hardly ever, and the rest takes longer than this question
+                touching = touching.any(axis=1) & (data.contact.dist < _CONTACT_DISTANCE)
                 rotation = data.xmat[self._base].reshape(3, 3)
                 local = (data.contact.pos[touching] - data.xpos[self._base]) @ rotation
                 for bearing in np.arctan2(local[:, 1], local[:, 0]):

@@ -1,14 +1,15 @@
 """Distance sensors: a bundle of rays from one point, cast in one call when the sensor is due.
 
-Rays pass through the robot that carries them and through invisible geoms. A robot has many bodies, and MuJoCo leaves
-out only one, or groups of geoms, of which there are six for any number of robots; so a robot's geoms are put into a
-group of their own for the length of a cast. In a crowded world so is everything outside the cone of a large bundle:
-MuJoCo would try each of its rays on all of them.
+Rays pass through the robot that carries them, and see others as the hulls that can be run into, not as the many parts
+that are painted there. MuJoCo leaves out only one body, or groups of geoms, of which there are six for any number of
+robots; so what rays pass through is put into a group of its own for the length of a cast. In a crowded world so is
+everything outside the box around the rays: MuJoCo would try each of them on all geoms.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -19,10 +20,11 @@ BLIND_GROUP = 5
 FEW_RAYS = 3
 """Up to this many rays are cast one by one: preparing a bundle costs as much as eight single rays."""
 
-MANY_RAYS, MANY_GEOMS = 10, 300
-"""Numbers from which on testing what is in the cone costs less than it saves."""
-WIDEST = math.radians(75.0)
-"""A wider cone excludes nearly nothing [rad]."""
+MANY_RAYS, MANY_GEOMS = 10, 100
+"""Numbers from which on finding what is in the box costs less than it saves."""
+_SEEN = np.array([group != BLIND_GROUP for group in range(GROUPS)], np.uint8)
+_HAIR = 1e-6
+"""Added to every size [m], against rounding."""
 
 
 def fan(angles: np.ndarray) -> np.ndarray:
@@ -60,12 +62,8 @@ class RayBundle:
         self.max_range = max_range
         self._model = model
         self._site = model.site(site).id
-        self._mask = np.ones(GROUPS, np.uint8)
-        self._mask[BLIND_GROUP] = 0
-        self._own_groups = _groups_of_robot(model, self._site)
-        self._usual_groups = self._own_groups.copy()
-        self._all_groups = model.geom_group.copy()
-        self._cone = _Cone(model, self._site, self.directions, max_range)
+        self._others = _Others(model, self._site)
+        self._crowded = len(directions) >= MANY_RAYS and self._others.count >= MANY_GEOMS
         count = len(directions)
         self._geoms = np.empty(count, np.int32)
         self._distances = np.empty(count)
@@ -74,7 +72,7 @@ class RayBundle:
     def cast(self, data: mujoco.MjData) -> np.ndarray:
         """Return the distance along each ray [m], shape (n,); infinity where nothing is within `max_range`."""
         self._shoot(data, None)
-        return self._finite()
+        return _finite(self._distances, self._geoms, self.max_range)
 
     def cast_echo(self, data: mujoco.MjData, max_incidence: float) -> np.ndarray:
         """Do as `cast`, for a sensor that receives an echo only from surfaces that face it.
@@ -84,7 +82,7 @@ class RayBundle:
         """
         vectors = self._shoot(data, self._normals)
         facing = np.abs(np.einsum("ij,ij->i", vectors, self._normals.reshape(-1, 3)))
-        distances = self._finite()
+        distances = _finite(self._distances, self._geoms, self.max_range)
         distances[facing < math.cos(max_incidence)] = np.inf
         return distances
 
@@ -95,83 +93,152 @@ class RayBundle:
         return frame @ data.site_xmat[self._site].reshape(3, 3), origin
 
     def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
+        origin = data.site_xpos[self._site]
         vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
-        self._own_groups[:] = BLIND_GROUP
-        if self._cone.narrows:
-            np.copyto(self._model.geom_group, BLIND_GROUP, where=self._cone.outside(data))
-        try:
+        if self._crowded:
+            ends = self.max_range * vectors
+            low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)
+            hidden = self._others.outside(data, origin + low, origin + high)
+        else:
+            hidden = self._others.none
+        with _Hidden(self._model, hidden):
             if normals is None and len(vectors) <= FEW_RAYS:
-                self._shoot_singly(data, vectors)
+                for i, vector in enumerate(vectors):
+                    hit = self._geoms[i : i + 1]
+                    self._distances[i] = mujoco.mj_ray(self._model, data, origin, vector, _SEEN, True, -1, hit)
             else:
-                self._shoot_together(data, vectors, normals)
-        finally:
-            if self._cone.narrows:
-                self._model.geom_group[:] = self._all_groups
-            else:
-                self._own_groups[:] = self._usual_groups
+                _shoot_together(
+                    *(self._model, data, origin, vectors, self._geoms, self._distances, normals, self.max_range)
+                )
         return vectors
 
-    def _shoot_together(self, data: mujoco.MjData, vectors: np.ndarray, normals: np.ndarray | None) -> None:
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            data.site_xpos[self._site],
-            vectors.ravel(),
-            self._mask,
-            True,
-            -1,
-            self._geoms,
-            self._distances,
-            normals,
-            len(vectors),
-            self.max_range,
-        )
 
-    def _shoot_singly(self, data: mujoco.MjData, vectors: np.ndarray) -> None:
-        origin = data.site_xpos[self._site]
-        for i, vector in enumerate(vectors):
-            hit = self._geoms[i : i + 1]
-            self._distances[i] = mujoco.mj_ray(self._model, data, origin, vector, self._mask, True, -1, hit)
+class RayRing:
+    """Bundles of rays all around a robot and away from it, all alike. `cast` needs the world's lock.
 
-    def _finite(self) -> np.ndarray:
-        distances = self._distances.copy()
-        distances[(self._geoms < 0) | (distances > self.max_range)] = np.inf
-        return distances
+    What is out of reach of all of them is left out once; with nothing in reach, no ray is cast.
+    """
 
+    def __init__(self, model: mujoco.MjModel, sites: Sequence[str], directions: np.ndarray, max_range: float) -> None:
+        """
+        Args:
+            sites: Names of the sites.
+            directions: Unit vectors in each site's frame, shape (n, 3).
+            max_range: Hits beyond this distance [m] count as misses.
+        """
+        self._model = model
+        self._directions = directions
+        self._max_range = max_range
+        self._sites = np.array([model.site(name).id for name in sites])
+        self._others = _Others(model, int(self._sites[0]))
+        self._geoms = np.empty((len(sites), len(directions)), np.int32)
+        self._distances = np.empty((len(sites), len(directions)))
 
-class _Cone:
-    """The cone that holds a bundle's rays, and which geoms are not in it."""
-
-    def __init__(self, model: mujoco.MjModel, site: int, directions: np.ndarray, reach: float) -> None:
-        self._site = site
-        axis = directions.sum(axis=0)
-        length = float(np.linalg.norm(axis))
-        self._axis = axis / length if length > 0.0 else axis
-        half_angle = math.acos(max(-1.0, min(1.0, float((directions @ self._axis).min()))))
-        self.narrows = len(directions) >= MANY_RAYS and model.ngeom >= MANY_GEOMS and half_angle <= WIDEST
-        """Whether the test is worth its time."""
-        self._cos, self._sin = math.cos(half_angle), math.sin(half_angle)
-        # Radius of the sphere around a geom [m], and a hair; a plane has none.
-        self._radii = np.where(model.geom_rbound > 0.0, model.geom_rbound + 1e-6, np.inf)
-        self._reaches = (reach + self._radii) ** 2
-
-    def outside(self, data: mujoco.MjData) -> np.ndarray:
-        """Return for each geom whether all rays miss it: its sphere is out of reach or outside the cone."""
-        away = data.geom_xpos - data.site_xpos[self._site]
-        along = away @ (data.site_xmat[self._site].reshape(3, 3) @ self._axis)
-        squares = np.einsum("ij,ij->i", away, away)
-        across = np.sqrt(np.maximum(squares - along * along, 0.0))
-        return (across * self._cos - along * self._sin > self._radii) | (squares > self._reaches)
+    def cast(self, data: mujoco.MjData) -> np.ndarray:
+        """Return the distance along each ray [m], shape (sites, n); infinity where nothing is within `max_range`."""
+        origins = data.site_xpos[self._sites]
+        frames = data.site_xmat[self._sites].reshape(-1, 3, 3)
+        vectors = self._directions @ frames.transpose(0, 2, 1)
+        ends = (origins[:, None] + self._max_range * vectors).reshape(-1, 3)
+        outside = self._others.outside(data, ends.min(axis=0), ends.max(axis=0))  # they point outward
+        if outside.all():
+            return np.full(self._distances.shape, np.inf)
+        with _Hidden(self._model, outside):
+            for bundle in zip(origins, vectors, self._geoms, self._distances):  # noqa: B905 Python 3.9
+                _shoot_together(self._model, data, *bundle, None, self._max_range)
+        return _finite(self._distances, self._geoms, self._max_range)
 
 
-def _groups_of_robot(model: mujoco.MjModel, site: int) -> np.ndarray:
-    """Return the groups of all geoms of the robot that carries `site`, as a view into the model; empty for a site of
-    the scene. MuJoCo numbers the geoms of one tree of bodies in a row."""
-    robot = model.body_rootid[model.site_bodyid[site]]
-    if robot == 0:
-        return model.geom_group[:0]
-    own = np.flatnonzero(model.body_rootid[model.geom_bodyid] == robot)
-    return model.geom_group[own[0] : own[-1] + 1] if len(own) else model.geom_group[:0]
+class _Hidden:
+    """While it is entered, rays pass through some geoms (ngeom,) bool."""
+
+    def __init__(self, model: mujoco.MjModel, which: np.ndarray) -> None:
+        self._groups, self._which = model.geom_group, which
+
+    def __enter__(self) -> None:
+        self._usual = self._groups.copy()
+        np.copyto(self._groups, BLIND_GROUP, where=self._which)
+
+    def __exit__(self, *_: object) -> None:
+        self._groups[:] = self._usual
+
+
+class _Others:
+    """What can stop the rays of a robot, which goes by a site of it; and boxes around it, along the axes of the world:
+    what lies outside the box around some rays is not hit.
+
+    Those of the scene are measured once; a geom that can move has the box around its sphere, wherever it turns.
+
+    Attributes:
+        none: (ngeom,) bool; true for what never stops them.
+        count: How many do.
+    """
+
+    def __init__(self, model: mujoco.MjModel, site: int) -> None:
+        self._model = model
+        roots = model.body_rootid[model.geom_bodyid]
+        robot = model.body_rootid[model.site_bodyid[site]]
+        stands = model.body_weldid[model.geom_bodyid] == 0  # the room, and people
+        solid = (model.geom_contype | model.geom_conaffinity) != 0
+        seen = (stands | solid) & ((roots != robot) | (roots == 0))  # a sensor of the scene sees the scene
+        fixed = stands & (model.body_mocapid[roots] < 0)
+        self.none, self.count = ~seen, int(seen.sum())
+        self._outside = self.none.copy()
+        self._fixed, self._moving = np.flatnonzero(seen & fixed), np.flatnonzero(seen & ~fixed)
+        self._order = np.concatenate([self._fixed, self._moving])
+        self._reaches = _radii(model)[self._moving]
+        self._low, self._high = np.empty((2, 3, 0))
+
+    def outside(self, data: mujoco.MjData, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return for each geom whether its box and the one from `low` to `high` (3,) [m] have nothing in common; true
+        for what never stops rays."""
+        if not self._low.size:
+            self._measure(data)
+        places, moving = data.geom_xpos[self._moving].T, slice(len(self._fixed), None)
+        np.subtract(places, self._reaches, out=self._low[:, moving])
+        np.add(places, self._reaches, out=self._high[:, moving])
+        apart = (self._low > high[:, None]) | (self._high < low[:, None])
+        self._outside[self._order] = apart[0] | apart[1] | apart[2]
+        return self._outside
+
+    def _measure(self, data: mujoco.MjData) -> None:
+        model, radii = self._model, _radii(self._model)
+        self._low, self._high = np.empty((2, 3, len(self._order)))
+        for i, geom in enumerate(self._fixed):
+            place, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+            if np.isfinite(radii[geom]):
+                middle = place + rotation @ model.geom_aabb[geom, :3]
+                half = np.abs(rotation) @ model.geom_aabb[geom, 3:] + _HAIR
+                self._low[:, i], self._high[:, i] = middle - half, middle + half
+            else:  # a plane: everything below it, if it is level
+                self._low[:, i], self._high[:, i] = -np.inf, np.inf
+                if rotation[2, 2] == 1.0:
+                    self._high[2, i] = place[2] + _HAIR
+
+
+def _shoot_together(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    origin: np.ndarray,
+    vectors: np.ndarray,
+    geoms: np.ndarray,
+    distances: np.ndarray,
+    normals: np.ndarray | None,
+    reach: float,
+) -> None:
+    """Cast rays from one point; what they hit, and where, is written into the arrays."""
+    mujoco.mj_multiRay(
+        *(model, data, origin, vectors.ravel(), _SEEN, True, -1, geoms, distances, normals, len(vectors), reach)
+    )
+
+
+def _finite(distances: np.ndarray, geoms: np.ndarray, reach: float) -> np.ndarray:
+    return np.where((geoms < 0) | (distances > reach), np.inf, distances)
+
+
+def _radii(model: mujoco.MjModel) -> np.ndarray:
+    """Return the radius of the sphere around each geom [m], and a hair; a plane has none: infinity."""
+    return np.where(model.geom_rbound > 0.0, model.geom_rbound + _HAIR, np.inf)
 
 
 def add_noise(

@@ -183,20 +183,26 @@ def _measure_here(kind: str, counts: Sequence[int]) -> dict[int, dict[str, float
 def _counted_casts() -> Iterator[list[float]]:
     """The processor time of every cast of rays meanwhile [s]."""
     spent: list[float] = []
-    shoot = rays.RayBundle._shoot
+    kinds = (rays.RayBundle, rays.RayRing)
+    casts = [kind.cast for kind in kinds]
 
-    def timed(bundle, data, normals):
-        start = time.thread_time()
-        try:
-            return shoot(bundle, data, normals)
-        finally:
-            spent.append(time.thread_time() - start)
+    def timed(cast):
+        def call(bundle, data):
+            start = time.thread_time()
+            try:
+                return cast(bundle, data)
+            finally:
+                spent.append(time.thread_time() - start)
 
-    rays.RayBundle._shoot = timed
+        return call
+
+    for kind, cast in zip(kinds, casts, strict=True):
+        kind.cast = timed(cast)
     try:
         yield spent
     finally:
-        rays.RayBundle._shoot = shoot
+        for kind, cast in zip(kinds, casts, strict=True):
+            kind.cast = cast
 
 
 def _timed(work: Callable[[], object]) -> float:

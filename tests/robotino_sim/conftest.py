@@ -64,16 +64,21 @@ class Stepped:
         )
 
     def ray(self, radius: float, height: float, bearing: float) -> float:
-        """True distance [m] from a point of the robot's outline outward; infinity if nothing is there."""
+        """True distance [m] from a point of the robot's outline outward; infinity if nothing is there. What is painted
+        on things that move does not count."""
         x, y, z, _, _, yaw = self.robot.truth()
         heading = yaw + bearing
         direction = np.array([math.cos(heading), math.sin(heading), 0.0])
         start = np.array([x, y, z + height]) + radius * direction
-        groups = np.ones(6, np.uint8)
+        model, groups = self.world.model, np.ones(6, np.uint8)
         groups[ROBOT_GROUP] = 0
+        painted = (model.geom_contype == 0) & (model.body_weldid[model.geom_bodyid] != 0)
         hit = np.zeros(1, np.int32)
         with self.world.locked() as data:
-            distance = mujoco.mj_ray(self.world.model, data, start, direction, groups, True, -1, hit)
+            usual = model.geom_group.copy()
+            model.geom_group[painted] = ROBOT_GROUP
+            distance = mujoco.mj_ray(model, data, start, direction, groups, True, -1, hit)
+            model.geom_group[:] = usual
         return distance if distance >= 0.0 else math.inf
 
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from telepresence.sim.rays import MANY_GEOMS, RayBundle, add_noise, cone, fan
+from telepresence.sim.rays import MANY_GEOMS, RayBundle, RayRing, add_noise, cone, fan
 
 BOX_ROOM = """
 <mujoco>
@@ -103,6 +103,46 @@ def test_in_a_crowd_every_ray_hits_what_a_single_ray_would(directions, reach):
         hits += int(np.isfinite(alone).sum())
         assert seen == pytest.approx(alone)
     assert hits > 50, "there is something to see"
+
+
+def _ring_of_sensors(others):
+    sites = "".join(f'<site name="s{i}" pos="{x} {y} .1" euler="0 0 {i * 90}"/>' for i, (x, y) in enumerate(_RIM))
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><geom type="plane" size="9 9 .1"/><body name="robot"><freejoint/>'
+        f'<geom type="cylinder" size=".2 .2" pos="0 0 .2"/>{sites}</body>{others}</worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+_RIM = [(0.2, 0.0), (0.0, 0.2), (-0.2, 0.0), (0.0, -0.2)]
+_NEIGHBOUR = (
+    '<body pos="0 .6 0"><freejoint/><geom type="cylinder" size=".1 .2" pos="0 0 .2"/>'
+    '<geom type="box" size=".15 .15 .2" pos="0 0 .2" contype="0" conaffinity="0"/></body>'
+)
+
+
+def test_a_ring_sees_what_its_bundles_see_and_others_as_their_hulls():
+    model, data = _ring_of_sensors(_NEIGHBOUR + '<geom type="box" pos="-.5 0 .2" size=".1 .3 .2"/>')
+    beam = cone(math.radians(10.0), 1)
+    seen = RayRing(model, [f"s{i}" for i in range(4)], beam, 0.5).cast(data)
+    assert seen.shape == (4, 7)
+    assert seen == pytest.approx(np.stack([RayBundle(model, f"s{i}", beam, 0.5).cast(data) for i in range(4)]))
+    assert seen[1, 0] == pytest.approx(0.3), "not what is painted around the neighbour's hull"
+    assert seen[2, 0] == pytest.approx(0.2)
+    assert np.isinf(seen[[0, 3]]).all()
+    data.qpos[:2] = 0.0, -0.25  # and it moves
+    mujoco.mj_forward(model, data)
+    assert RayRing(model, ["s1"], beam, 0.6).cast(data)[0, 0] == pytest.approx(0.55)
+    assert (model.geom_group == 0).all(), "the groups are as they were"
+
+
+def test_a_ring_without_anything_in_reach_casts_no_ray(monkeypatch):
+    model, data = _ring_of_sensors(_NEIGHBOUR)
+    monkeypatch.setattr(mujoco, "mj_multiRay", lambda *_: pytest.fail("a ray was cast"))
+    ring = RayRing(model, ["s0", "s2"], cone(math.radians(10.0), 1), 0.3)
+    assert np.isinf(ring.cast(data)).all()
 
 
 def test_a_sensor_of_the_scene_sees_the_scene():
