@@ -1,5 +1,7 @@
 """Programs about the robot's system, memory and notifications, run unchanged; what they did is seen in the world."""
 
+import contextlib
+import subprocess
 import time
 
 import numpy as np
@@ -38,11 +40,19 @@ def test_a_gesture(naoqi, start_against_robot, wait_until):
     program = start_against_robot("core_gestures")
     assert program.stdout.readline() == "Touch my head.\n"
     begin = time.monotonic()
-    for pressed in (True, False):
-        with naoqi.robot.world.locked():  # all at once, as a hand does
-            for sensor in ("FrontTactil", "MiddleTactil", "RearTactil"):
-                naoqi.robot.press(sensor, pressed)
-        time.sleep(0.3)  # a hand rests
+
+    def tapped():
+        """Where a busy machine felt one finger before the others, that was no tap: it taps again."""
+        for pressed in (True, False):
+            with naoqi.robot.world.locked():  # all at once, as a hand does
+                for sensor in ("FrontTactil", "MiddleTactil", "RearTactil"):
+                    naoqi.robot.press(sensor, pressed)
+            time.sleep(0.3)  # a hand rests
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            program.wait(1.0)  # longer than the pause of a double tap
+        return program.poll() is not None
+
+    wait_until(tapped, "the gesture was recognised")
     assert program.communicate(timeout=60)[0] == "SingleTap\n"
     assert program.returncode == 0 and heard_since(naoqi, begin) > 0.01
 
