@@ -46,7 +46,8 @@ def read_picture(message: Any, arrived: float) -> Picture:
 
 
 def as_qimage(picture: Picture) -> QImage:
-    """Return the picture as an image with pixels of its own. Depth and other single-channel numbers become grey levels
+    """Return the picture as an image with pixels of its own, in the form that is painted fastest: of three bytes for a
+    pixel each painting takes twice as long. Depth and other single-channel numbers become grey levels
     between their least and greatest finite value, near things bright.
 
     Raises:
@@ -62,4 +63,4 @@ def as_qimage(picture: Picture) -> QImage:
     shape = _FORMATS.get(picture.encoding, QImage.Format.Format_Grayscale8)
     # PyQt5's stub knows no buffers other than bytes, which would be one more copy.
     image = QImage(pixels.data, width, height, pixels.strides[0], shape)  # type: ignore[call-overload]
-    return image.copy()
+    return image.convertToFormat(QImage.Format.Format_RGB32)  # a copy, whatever it was
