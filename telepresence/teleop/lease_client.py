@@ -11,6 +11,7 @@ import dataclasses
 import hmac
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -43,6 +44,8 @@ UNANSWERED_PERIOD = 0.2
 """[s] between two attempts to join that nobody has answered: drive_lease was just started, or has died meanwhile."""
 MISSED = 0.2
 """[s] for which `drive/state` may lack this window before it asks why."""
+AT_ONCE = ("stop", "leave")
+"""Requests that wait for no answer to others."""
 IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
 
 
@@ -109,6 +112,8 @@ class LeaseClient:
         self.state: LeaseState | None = None
         self._session, self._key, self._epoch = "", b"", ""
         self._number = self._asked = self._looked = 0
+        self._unanswered: set[int] = set()
+        self._waiting: deque[tuple[str, str, bool]] = deque()
         self._hold = ""
         self._wants = False
         self._joining = ""
@@ -207,16 +212,34 @@ class LeaseClient:
         self.ask("release")
 
     def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
-        """Send a request, see `DriveLease.ask`; a refusal is reported by `refused`."""
+        """Send a request, see `DriveLease.ask`; a refusal is reported by `refused`.
+
+        Requests go one after the other, each when the one before is answered: drive_lease refuses one that another has
+        overtaken on the way.
+        """
         if not self._session:
             if not quiet:
                 self._refused(self.obstacle() or "This window has not joined yet; try again in a moment.")
             return
+        if self._unanswered and action not in AT_ONCE:
+            self._waiting.append((action, to, quiet))
+        else:
+            self._request(action, to, quiet)
+
+    def _request(self, action: str, to: str, quiet: bool) -> None:
         self._asked += 1
         number, session, key = self._asked, self._session, self._key
         proof = sign_request(key, number, action, to)
+        self._unanswered.add(number)
 
         def answered(answer: Answer) -> None:
+            take(answer)
+            if session == self._session:
+                self._unanswered.discard(number)
+                if self._waiting and not self._unanswered:
+                    self._request(*self._waiting.popleft())
+
+        def take(answer: Answer) -> None:
             if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
                 if not answer.ok and not quiet and session == self._session:
                     self._refused(answer.text)
@@ -326,6 +349,8 @@ class LeaseClient:
                 self._join_at, self._missed_at = -math.inf, math.inf
                 self._session, self._key, self._epoch = session, key, epoch
                 self._number = self._asked = self._looked = 0
+                self._unanswered.clear()
+                self._waiting.clear()
                 finish("")
                 self._send(None)
 

@@ -34,6 +34,8 @@ class Robot:
         self.windows = []
         self.held_up = None
         """What waits for an answer to joining; None while all are answered at once."""
+        self.on_the_way = None
+        """Requests that drive_lease has not received yet; None while they come at once."""
         monkeypatch.setattr(lease_client.time, "monotonic", lambda: self.now)
 
     def open(self, name):
@@ -127,6 +129,13 @@ class Link:
         robot.tell()
 
     def ask(self, session, number, action, to, proof, then):
+        robot = self.robot
+        if robot.on_the_way is not None:
+            robot.on_the_way.append((action, lambda: self._ask(session, number, action, to, proof, then)))
+        else:
+            self._ask(session, number, action, to, proof, then)
+
+    def _ask(self, session, number, action, to, proof, then):
         robot = self.robot
         reply = robot.lease.ask(session, number, action, to, proof, robot.now)
         then(Answer(reply.ok, reply.reason, Asked(reply.ended, robot.lease.sign(session, number, reply))))
@@ -373,3 +382,24 @@ def test_the_red_stop_ends_the_way_to_a_place(robot):
     robot.given.clear()
     hand.point()
     assert not any(any(given) for given in robot.given)
+
+
+def test_requests_go_one_after_the_other_and_a_stop_at_once(robot):
+    """Each has a thread of its own: on a busy machine the later one would be there first, and the other refused."""
+    window, _ = robot.take("anna")
+    window.said.clear()
+    robot.on_the_way = []
+
+    def arrives():
+        action, ask = robot.on_the_way.pop(0)
+        ask()
+        return action
+
+    for action in ("release", "take", "keep"):
+        window.ask(AskMessage(1, action, None))
+    assert arrives() == "release"
+    assert [action for action, _ in robot.on_the_way] == ["take"]
+    window.ask(AskMessage(1, "stop", None))
+    assert [action for action, _ in robot.on_the_way] == ["take", "stop"]
+    assert [arrives(), arrives(), arrives()] == ["take", "stop", "keep"]
+    assert robot.on_the_way == [] and window.said == [] and robot.lease.state(robot.now).stopped_by == "anna"
