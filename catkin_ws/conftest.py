@@ -116,7 +116,7 @@ class Rostest(pytest.Item):
             output += "".join(text.text or "" for text in suite.iter() if text.tag in ("system-out", "system-err"))
         if not tests:
             problems.append("no test was run")
-        problems += [f"a node printed {complaint!r}" for complaint in COMPLAINTS if complaint in output]
+        problems += [f"a node printed\n{_from(complaint, output)}" for complaint in COMPLAINTS if complaint in output]
         if lingering := self._end(left):
             problems.append(f"still running: {lingering}")
         if code or problems:
@@ -131,3 +131,9 @@ class Rostest(pytest.Item):
         for pid in left:
             processes.send(pid, signal.SIGKILL)
         return sorted(left)
+
+
+def _from(words: str, output: str) -> str:
+    """The line in which these words are, and those that follow: a traceback, whatever was printed after it."""
+    begin = output.rindex("\n", 0, output.index(words)) + 1 if "\n" in output[: output.index(words)] else 0
+    return "\n".join(output[begin:].splitlines()[:30])
