@@ -50,9 +50,3 @@ class _Budget:
         self._lines -= 1.0
         left_out, self._left_out = self._left_out, 0
         return left_out
-
-
-def limit_log_flood() -> None:
-    """Add the filter to every handler of the root logger."""
-    for handler in logging.getLogger().handlers:
-        handler.addFilter(LogFlood())

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from telepresence.security.log_flood import limit_log_flood
+from telepresence.security.log_flood import LogFlood
 from telepresence.security.robot_key import RobotKey, is_loopback
 from telepresence.station import priority
 from telepresence.stop_signals import heeded
@@ -35,7 +35,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one of the three programs; the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s: %(message)s", handlers=log_handlers())
-    limit_log_flood()
     logging.getLogger("aioice").setLevel(logging.WARNING)
     try:
         return options.run(options)
@@ -45,12 +44,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def log_handlers() -> list[logging.Handler]:
-    """All goes to standard error; under a supervisor only warnings do: in a station that is what a person sees."""
+    """All goes to standard error; under a supervisor only warnings do: in a station that is what a person sees. What
+    strangers cause over and over is limited."""
     handlers: list[logging.Handler] = [logging.StreamHandler(sys.stderr)]
     if "NOTIFY_SOCKET" in os.environ:
         handlers[0].setLevel(logging.WARNING)
         handlers.append(logging.StreamHandler(sys.stdout))
         handlers[1].addFilter(lambda record: record.levelno < logging.WARNING)
+    for handler in handlers:
+        handler.addFilter(LogFlood())
     return handlers
 
 
