@@ -41,6 +41,25 @@ NODE = textwrap.dedent("""
     sys.exit(node.run(*loops))
 """)
 
+LATE = textwrap.dedent("""
+    import sys, threading, rospy
+    from telepresence_ros.node import hide_late_publications
+    rospy.init_node("late")
+    hide_late_publications()
+
+    def publish():
+        raise rospy.ROSException("publish() to a closed topic")
+
+    def publish_late(_reason):
+        print("shut down" if rospy.is_shutdown() else "not yet shut down", flush=True)
+        thread = threading.Thread(target=publish)
+        thread.start()
+        thread.join()
+
+    publish_late("") if sys.argv[1] == "early" else rospy.core.add_preshutdown_hook(publish_late)
+    rospy.signal_shutdown("the test")
+""")
+
 KEYS = textwrap.dedent("""
     import threading, rospy
     from telepresence_ros.node import Node, stop_on_signals
@@ -95,3 +114,11 @@ def test_without_a_master_it_says_so_and_gives_up(ros_environment, start):
     output, errors = node.communicate(timeout=20)
     assert node.returncode == 1 and output == ""
     assert "No ROS master answered at " + ros_environment["ROS_MASTER_URI"] in errors
+
+
+@pytest.mark.parametrize(("when", "shown"), [("late", False), ("early", True)])
+def test_only_what_is_published_while_rospy_shuts_down_is_hidden(ros_master, when, shown):
+    program = [sys.executable, "-c", LATE, when]
+    ended = subprocess.run(program, capture_output=True, text=True, timeout=30)
+    assert ended.stdout == "not yet shut down\n" and ended.returncode == 0
+    assert ("closed topic" in ended.stderr) is shown

@@ -147,11 +147,14 @@ def stop_on_signals(stop: threading.Event) -> threading.Event:
 
 
 def hide_late_publications() -> None:
-    """Hide, in nodes with actions, that actionlib publishes from a timer that outlives the topics by a moment."""
+    """Hide, in nodes with actions, that actionlib publishes from a timer that outlives the topics by a moment.
+
+    rospy closes topics before it says that it is shut down, so what counts is that a shutdown was asked for.
+    """
     report = threading.excepthook
 
     def hook(arguments: threading.ExceptHookArgs) -> None:
-        if not (rospy.is_shutdown() and isinstance(arguments.exc_value, rospy.ROSException)):
+        if not (rospy.core.is_shutdown_requested() and isinstance(arguments.exc_value, rospy.ROSException)):
             report(arguments)
 
     threading.excepthook = hook
