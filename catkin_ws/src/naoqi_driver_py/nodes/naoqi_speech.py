@@ -44,8 +44,9 @@ class Speech:
     def _on_goal(self, goal) -> None:
         try:
             saying = self._node.connection.call_async("ALTextToSpeech", "say", goal.say)
-            self._action.publish_feedback(SpeechWithFeedbackFeedback())
             while not saying.done:
+                # again and again: actionlib's client drops what comes before it has noted that it sent the goal
+                self._action.publish_feedback(SpeechWithFeedbackFeedback())
                 if self._node.stop.wait(POLL_PERIOD):
                     return
                 if self._action.is_preempt_requested():
