@@ -24,6 +24,7 @@ from typing import Any
 from pepper_sim.animations.behavior import Box, read_behavior
 from pepper_sim.animations.flow import Flow
 from pepper_sim.animations.timeline import NotReadable, Timeline
+from telepresence.naoqi import Session
 
 
 class Proxy:
@@ -253,10 +254,8 @@ def _finish(future: Future) -> None:
 
 def main(arguments: list[str]) -> int:
     """Run a behaviour; 1 and a line on standard error, "box: error", if it fails."""
-    import qi
-
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    session = qi.Session()
+    session = Session()
     session.connect(os.environ["QI_URL"])
     try:
         program = Program(session, Path(arguments[0]), arguments[1])
