@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
 from pathlib import Path
 
 import av
@@ -17,7 +16,7 @@ from telepresence.station import processes
 
 ROOT = Path(__file__).resolve().parents[3]
 TALK = textwrap.dedent("""
-    import cv2, itertools, numpy, rospy
+    import cv2, itertools, numpy, rospy, sys
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import CompressedImage
     rospy.init_node("talker")
@@ -33,6 +32,8 @@ TALK = textwrap.dedent("""
         picture.header.stamp = rospy.Time.from_sec(1.7e9 + 0.05 * number)
         picture.data = cv2.imencode(".jpg", numpy.full((48, 64, 3), number % 200, numpy.uint8))[1].tobytes()
         camera.publish(picture)
+        with open(sys.argv[1], "ab") as published:
+            published.write(b".")
         rospy.sleep(0.05)
 """)
 RECORD = textwrap.dedent("""
@@ -63,7 +64,9 @@ RECORD = textwrap.dedent("""
 @pytest.fixture
 def recording(ros_master, run_program, wait_until, tmp_path):
     """A process that records; its bag has begun to fill."""
-    run_program(sys.executable, "-c", TALK)
+    published = tmp_path / "published"
+    published.touch()
+    run_program(sys.executable, "-c", TALK, str(published))
     process = run_program(
         sys.executable, "-c", RECORD, str(tmp_path / "kept"), cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
@@ -71,7 +74,8 @@ def recording(ros_master, run_program, wait_until, tmp_path):
     wait_until(active.exists, "the recording has begun")
     film = tmp_path / "kept" / "session.mp4"
     wait_until(film.exists, "the film has begun")
-    time.sleep(1.0)  # so that there is something in them
+    before = published.stat().st_size
+    wait_until(lambda: published.stat().st_size >= before + 20, "there is something in them")
     return process
 
 
