@@ -39,7 +39,7 @@ TICKS = round(TURN / TICK)
 TURNS, TURNS_ALONE = 16, 4
 """The median of so many counts; fewer for a world that is compared with none."""
 LARGEST = 48
-"""The number of robots that the hall holds."""
+"""No more are tried."""
 PACED = 8
 PACED_SECONDS = 8.0
 POLL_PERIOD = 0.05
@@ -83,9 +83,10 @@ def measure(what: str, counts: Sequence[int]) -> dict[int, dict[str, float]]:
 
 
 def largest(kind: str, costs: dict[int, dict[str, float]]) -> int:
-    """The largest fleet that needs no more than a second for a second, to a sixteenth: bisected between worlds."""
+    """The largest fleet that needs no more than a second for a second, to a sixteenth: bisected between worlds. If
+    the hall is full before, as many as it holds."""
     good = max((count for count, cost in costs.items() if cost["all"] <= 1.0), default=0)
-    bad = min((count for count, cost in costs.items() if cost["all"] > 1.0), default=LARGEST + 1)
+    bad = min((count for count, cost in costs.items() if cost["all"] > 1.0), default=_room(kind) + 1)
     while bad - good > max(1, good // 16):
         middle = (good + bad) // 2
         if measure(kind, [middle])[middle]["all"] <= 1.0:
@@ -93,6 +94,17 @@ def largest(kind: str, costs: dict[int, dict[str, float]]) -> int:
         else:
             bad = middle
     return good
+
+
+def _room(kind: str) -> int:
+    """How many robots of that kind the hall holds, up to LARGEST."""
+    places, spawn = FreePlaces(SCENE), find_kind(kind)("x/").model.spawn
+    for count in range(LARGEST):
+        try:
+            places.find(spawn)
+        except ValueError:
+            return count
+    return LARGEST
 
 
 def picture() -> Row:
