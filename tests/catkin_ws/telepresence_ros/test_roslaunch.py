@@ -36,6 +36,24 @@ while name != "foreign" and not (folder / f"hang.{{os.getpid()}}").exists():
         sys.exit(0)
 threading.Event().wait()
 """
+SLOW_TO_END = f"""#!{sys.executable}
+import signal, sys, threading, time
+from pathlib import Path
+
+name, folder = sys.argv[1], Path(sys.argv[2])
+
+def end(*_):
+    with open(folder / "interrupted", "a") as file:
+        print(name, file=file)
+    time.sleep(0.5)
+    sys.exit(0)
+
+signal.signal(signal.SIGINT, end)
+(folder / (name + ".runs")).touch()
+threading.Event().wait()
+"""
+AT_ONCE = 10
+"""So many nodes does roslaunch end at a time."""
 LISTENER = """
 import json, rospy
 from telepresence_msgs.msg import Fault
@@ -151,6 +169,24 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     )
     listener.kill()
     listener.stdout.close()
+
+
+def test_what_brings_a_robot_to_rest_is_ended_first(launch, wait_until):
+    program = launch.folder / "package" / "small_nodes" / "small"
+    program.write_text(SLOW_TO_END)
+    names = ["driver", *(f"other_{i}" for i in range(AT_ONCE + 2))]
+    mark = '<env name="TELEPRESENCE_ENDS_FIRST" value="true" />'
+    nodes = "".join(
+        f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {launch.folder}">'
+        f"{mark if name == 'driver' else ''}</node>"
+        for name in names
+    )
+    (launch.folder / "all.launch").write_text(f"<launch>{nodes}</launch>")
+    roslaunch = launch.start()
+    wait_until(lambda: all((launch.folder / f"{name}.runs").exists() for name in names), "all nodes run")
+    assert processes.end(roslaunch, patience=20.0) == 0
+    interrupted = (launch.folder / "interrupted").read_text().split()
+    assert sorted(interrupted) == sorted(names) and "driver" in interrupted[:AT_ONCE]
 
 
 def test_a_station_that_is_stopped_is_reported_once(run_program, wait_until, tmp_path):

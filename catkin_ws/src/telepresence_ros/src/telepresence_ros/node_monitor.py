@@ -66,6 +66,13 @@ class NodeMonitor(pmon.ProcessMonitor):
             self.faults.report(STATION, "died", "takes everything with it")  # by now the kernel has interrupted us
             time.sleep(LAST_WORD)
 
+    def _post_run(self) -> None:
+        """End all nodes, in tens, those first that bring a robot to rest: it shall not drive until the others have
+        ended."""
+        with self.plock:
+            self.procs.sort(key=lambda process: isinstance(process, WatchedNode) and process.ends_first)
+        super()._post_run()  # goes through them backwards
+
     def _look_at_station(self) -> None:
         """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it."""
         stands = self.station is not None and state(self.station) == "T"

@@ -4,6 +4,7 @@ It takes the arguments of roslaunch and any launch file. What differs:
 
 * a node with respawn="true" that dies or freezes starts again at once (`telepresence_ros.node_monitor`), and so does
   one with <env name="TELEPRESENCE_CLOSABLE" value="true" />, unless it ends with exit code 0: a person has closed it;
+* a node with <env name="TELEPRESENCE_ENDS_FIRST" value="true" /> is ended before the others: it brings a robot to rest;
 * each such fault is published on /station/faults, by the node station_faults that it starts besides;
 * nodes that an earlier one has started in the same station, and that still run, go on;
 * nodes that are scripts for this Python are forked, and so start sooner (`telepresence_ros.fork_server`);

@@ -31,6 +31,7 @@ from telepresence_ros.sockets import narrow_sockets
 from telepresence_ros.watched_node import WatchedNode
 
 CLOSABLE = "TELEPRESENCE_CLOSABLE"
+ENDS_FIRST = "TELEPRESENCE_ENDS_FIRST"
 """Marks a node in a launch file, as Debian's roslaunch knows no such attribute and ignores the mark."""
 
 
@@ -76,8 +77,9 @@ def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
 
     def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
         process: Any = original(run_id, node, master_uri, **timeouts)
-        closable = dict(node.env_args).get(CLOSABLE) == "true"
-        return WatchedNode(process, ns_join(node.namespace, node.name), folder, closable)
+        asked = {name for name, value in node.env_args if value == "true"}
+        name = ns_join(node.namespace, node.name)
+        return WatchedNode(process, name, folder, closable=CLOSABLE in asked, ends_first=ENDS_FIRST in asked)
 
     original = roslaunch.nodeprocess.create_node_process
     roslaunch.launch.create_node_process = make_process

@@ -45,11 +45,14 @@ class WatchedNode(LocalProcess):
         node: The node's full name, as other nodes see it.
         folder: Where its socket is and where is written down that it runs.
         closable: It starts again unless it ended with exit code 0, whatever `respawn` says.
+        ends_first: Before the others, because its end brings a robot to rest.
     """
 
     popen: subprocess.Popen | ForkedProcess | Adopted | None
 
-    def __init__(self, process: LocalProcess, node: str, folder: Path, closable: bool = False) -> None:
+    def __init__(
+        self, process: LocalProcess, node: str, folder: Path, *, closable: bool = False, ends_first: bool = False
+    ) -> None:
         super().__init__(
             process.run_id,
             process.package,
@@ -65,7 +68,7 @@ class WatchedNode(LocalProcess):
             sigint_timeout=process.sigint_timeout,
             sigterm_timeout=process.sigterm_timeout,
         )
-        self.node, self.closable = node, closable
+        self.node, self.closable, self.ends_first = node, closable, ends_first
         self._folder = folder
         self._beats: Beats | None = None
         try:
