@@ -128,9 +128,9 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
         wait_until(lambda: keeper.restarts == 2, "a frozen roscore is started again, too")
         assert reports == [("rosmaster", "died: signal 9", "starts again"), ("rosmaster", "froze", "starts again")]
         assert stranger.poll() is None
-        monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 0.0)
-        wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
         wait_until(lambda: knows(uri, "/phoenix"), "our node is registered once more")
+        monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 0.0)  # from now on: who is still missing
+        wait_until(lambda: stranger.poll() is not None, "the node that cannot register again ends, for respawning")
 
         # What a roslaunch in a terminal does that finds no master: it has the port first.
         start = keeper._start_master
