@@ -35,6 +35,7 @@ from telepresence.page.browser_link import BrowserLink
 from telepresence.page.browser_messages import StationEnd
 from telepresence.page.browser_socket import BrowserSocket
 from telepresence.page.browser_window import BrowserWindow
+from telepresence.page.commands import AskMessage
 from telepresence.page.entering import Entering, read_fields, refuse
 from telepresence.page.people import PeopleReport, people_of
 from telepresence.page.pictures import Pictures
@@ -318,7 +319,7 @@ class PilotPage:
         fields = await read_fields(request, {"robot": str, "page": str})
         robot, tab = self._robot(fields["robot"]), await self._tab(sign_in, fields["page"])
         window = robot.window(tab, lambda text: self._say(tab, text))
-        window.press_stop(time.monotonic())
+        window.ask(AskMessage(1, "stop", None))
         return web.json_response({})
 
     async def _on_left(self, sign_in: SignIn) -> None:

@@ -166,7 +166,10 @@ class BrowserWindow:
             self.refused += 1
 
     def ask(self, message: AskMessage) -> None:
-        """Make a request; whoever watches may press the red stop, and nothing else."""
+        """Make a request; whoever watches may press the red stop, and nothing else.
+
+        The red stop waits until the window has joined: its page may just have come, or have been forgotten.
+        """
         stop, now = message.action == "stop", time.monotonic()
         if self._account.role != PILOT and not stop:
             self.refused += 1
@@ -178,20 +181,14 @@ class BrowserWindow:
             self.refused += 1
             return
         self._asks[stop].note("", now)
-        if message.action == "take":
+        if stop and not self._client.session:
+            self._stop_until = now + STOP_KEPT
+        elif message.action == "take":
             self._client.take()
         elif message.action == "release":
             self._client.release()
         else:
             self._client.ask(message.action, message.value or "")
-
-    def press_stop(self, now: float) -> None:
-        """Press the red stop, or do it as soon as the window has joined: its page may have no connection, and have been
-        forgotten. `now` [s]: our clock."""
-        if self._client.session:
-            self.ask(AskMessage(1, "stop", None))
-        else:
-            self._stop_until = now + STOP_KEPT
 
     def end(self) -> None:
         """The browser has gone."""

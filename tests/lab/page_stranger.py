@@ -136,9 +136,13 @@ class Pilot(threading.Thread):
         except ConnectionClosed:
             self.hung_up = True
 
+    def ask(self, action: str) -> None:
+        """Ask for something."""
+        self._socket.send(ask(1, action))
+
     def _drive(self) -> None:
         number = 0
-        self._socket.send(ask(1, "take"))  # from another page of the same person
+        self.ask("take")  # from another page of the same person
         due = time.monotonic()
         while not self._over.is_set():
             number += 1

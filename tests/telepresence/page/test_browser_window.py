@@ -243,7 +243,7 @@ def test_a_red_stop_waits_until_the_window_has_joined(robot):
     robot.held_up = []
     other = robot.open("ben")
     assert not other.describe()["joined"]
-    other.press_stop(robot.now)
+    other.ask(AskMessage(1, "stop", None))
     robot.pass_time(0.1)
     assert not other.describe()["stopped_by"] and other.said == []
     robot.go_on()
@@ -254,7 +254,7 @@ def test_a_red_stop_waits_until_the_window_has_joined(robot):
 def test_a_red_stop_is_not_made_long_after_it_was_pressed(robot):
     robot.held_up = []
     window = robot.open("anna")
-    window.press_stop(robot.now)
+    window.ask(AskMessage(1, "stop", None))
     robot.pass_time(STOP_KEPT + 0.1)
     assert len(window.said) == 1, "the person learns that it was not"
     robot.go_on()
