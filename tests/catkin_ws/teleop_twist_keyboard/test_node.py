@@ -116,7 +116,7 @@ def test_a_lost_master_stops_the_robot_until_a_new_key(open_terminal, wait_until
     processes.send(master.pid, signal.SIGKILL)
     master.wait()
     wait_until(lambda: listener.heard[-1].is_zero, "the robot is stopped")
-    assert "master does not answer" in terminal.seen
+    wait_until(lambda: "The ROS master does not answer" in terminal.seen, "the person learns why")
 
     run_program(*command, **quiet)
     wait_until(lambda: master_answers(uri), "a new master answers")
