@@ -18,6 +18,7 @@ import numpy as np
 
 from robotino_sim.controller import CYCLE
 from telepresence.sim.rays import RayRing
+from telepresence.sim.stillness import Stillness
 
 COUNT = 9
 """Sensor i points at i times 40 degrees counter-clockwise, sensor 0 straight ahead (api2 DistanceSensorArrayImpl)."""
@@ -79,11 +80,15 @@ class InfraredRing:
         self._rng = rng
         sites = [f"{prefix}infrared_{i}" for i in range(COUNT)]
         self._beams = RayRing(model, sites, _beam(), _DARK + RAY_START)
+        self._rest = Stillness(self._beams.bodies)
+        self._volts: np.ndarray = np.zeros(COUNT)
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Return voltages [V] as digitised and readings [m], shape (9,) each."""
-        distances = self._beams.cast(data) - RAY_START
-        volts = voltage(spot_distance(np.maximum(distances, 0.0)))
+        if not self._rest.holds(data):
+            distances = self._beams.cast(data) - RAY_START
+            self._volts = voltage(spot_distance(np.maximum(distances, 0.0)))
+        volts = self._volts
         if self._rng is not None:
             volts = volts * (1.0 + NOISE * self._rng.standard_normal(COUNT))
         volts = np.round(volts / ADC_STEP) * ADC_STEP

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from telepresence.sim.rays import RayBundle, add_noise, fan
+from telepresence.sim.stillness import Stillness
 
 COUNT = 441
 ANGLE_MIN, ANGLE_MAX, ANGLE_INCREMENT = -1.9198628664, 1.9285876751, 0.0087266453
@@ -46,11 +47,15 @@ class LaserScanner:
     def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         angles = ANGLE_MIN + ANGLE_INCREMENT * np.arange(COUNT)
         self._rays = RayBundle(model, prefix + "laser", fan(angles), RANGE_MAX)
+        self._rest = Stillness(self._rays.bodies)
+        self._ranges: np.ndarray = np.full(COUNT, np.inf)
         self._rng = rng
         self._seq = 0
 
     def measure(self, data: mujoco.MjData, stamp: float) -> Scan:
-        ranges = self._rays.cast(data)
+        if not self._rest.holds(data):
+            self._ranges = self._rays.cast(data)
+        ranges = self._ranges
         if self._rng is not None:
             ranges = add_noise(ranges, self._rng, sigma=NOISE, resolution=RESOLUTION)
         self._seq += 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -24,6 +26,7 @@ from pepper_sim.body.description import (
     SONAR_RESOLUTION,
 )
 from telepresence.sim.rays import RayBundle, RayRing, add_noise, cone, fan
+from telepresence.sim.stillness import Stillness
 from telepresence.sim.world import World
 
 SONAR_NOISE = 0.01
@@ -57,38 +60,99 @@ _INFRARED = {"Left": "infrared_left", "Right": "infrared_right"}
 OnObstacles = Callable[[str, np.ndarray], None]
 
 
+@dataclass(frozen=True)
+class _Hits:
+    """What rays have met.
+
+    Args:
+        distances: True distances (n,) [m]; infinity for nothing.
+        points: In base_footprint, shape (m, 2) [m].
+    """
+
+    distances: np.ndarray
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
+class _RaysFromAbove:
+    """Rays fixed to the base, as base_footprint sees them from above.
+
+    Args:
+        directions: Shape (n, 2).
+        origins: Shape (n, 2) [m].
+    """
+
+    directions: np.ndarray
+    origins: np.ndarray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, rays: Iterable[tuple[str, np.ndarray]]) -> _RaysFromAbove:
+        """Return the rays of some sites of the base one after the other.
+
+        Args:
+            rays: Name of each site, and unit vectors in its frame, shape (n, 3).
+        """
+        directions, origins = [], []
+        for name, vectors in rays:
+            site, rotation = model.site(name), np.zeros(9)
+            mujoco.mju_quat2Mat(rotation, site.quat)
+            directions.append((vectors @ rotation.reshape(3, 3).T)[:, :2])
+            origins.append(np.tile(site.pos[:2], (len(vectors), 1)))
+        return cls(np.concatenate(directions), np.concatenate(origins))
+
+    def points(self, distances: np.ndarray) -> np.ndarray:
+        """Return where rays end (n, 2) [m] that are so long (n,) [m]."""
+        return distances[:, None] * self.directions + self.origins
+
+    def met(self, distances: np.ndarray) -> _Hits:
+        """Return what was met at these distances (n,) [m]."""
+        hit = np.isfinite(distances)
+        return _Hits(distances, distances[hit, None] * self.directions[hit] + self.origins[hit])
+
+
 class Sensors:
     """Newest readings of sonars, lasers, infrared spots and bumpers."""
 
     def __init__(self, world: World, prefix: str, on_obstacles: OnObstacles, rng: np.random.Generator) -> None:
         """`on_obstacles(sensor, points)` receives what an obstacle sensor hit, in base_footprint, shape (n, 2) [m]."""
         model = world.model
-        self._model = model
         self._world = world
         self._on_obstacles = on_obstacles
         self._rng = rng
         self._base = model.body(prefix + "base_footprint").id
         self._hull = model.geom(prefix + "base_hull").id
-        self._ground = model.site(prefix + _GROUND_FRAME).pos.copy()
+        self._ground = model.site(prefix + _GROUND_FRAME).pos[:2].copy()
         self._sonars = {
             name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), SONAR_MAX) for name, site in _SONARS.items()
         }
         rays = fan(np.array(LASER_ANGLES))
         self._lasers = RayRing(model, [prefix + site for site in _LASERS.values()], rays, LASER_MAX)
-        self._ground_lasers = {
-            name: RayBundle(model, prefix + site, fan(np.array(angles)), LASER_MISS)
-            for name, (site, angles) in _GROUND_LASERS.items()
-        }
+        self._ground_lasers = [
+            RayBundle(model, prefix + site, fan(np.array(angles)), LASER_MISS)
+            for site, angles in _GROUND_LASERS.values()
+        ]
         straight = np.array([[1.0, 0.0, 0.0]])
         self._infrared = {
             name: RayBundle(model, prefix + site, straight, INFRARED_RANGE) for name, site in _INFRARED.items()
         }
-        # All three lasers as one array of rays, seen from above: in the device's own frame and in base_footprint.
-        self._laser_rows = {name: i * SEGMENTS for i, name in enumerate(_LASERS)}
-        poses = [_pose_on_floor(model, prefix + site) for site in _LASERS.values()]
+        # The rays as base_footprint sees them from above, those of all lasers in one array.
+        above = partial(_RaysFromAbove.of, model)
+        self._sonars_above = {
+            name: above([(prefix + _SONARS[name], bundle.directions)]) for name, bundle in self._sonars.items()
+        }
+        self._laser_rows = {name: slice(i * SEGMENTS, (i + 1) * SEGMENTS) for i, name in enumerate(_LASERS)}
         self._laser_directions = np.tile(rays[:, :2], (len(_LASERS), 1))
-        self._laser_directions_in_base = np.concatenate([rays[:, :2] @ rotation.T for rotation, _ in poses])
-        self._laser_origins = np.repeat([origin for _, origin in poses], SEGMENTS, axis=0)
+        self._lasers_above = above([(prefix + site, rays) for site in _LASERS.values()])
+        ground = [(prefix + site, fan(np.array(angles))) for site, angles in _GROUND_LASERS.values()]
+        self._ground_above = above(ground)
+        self._ground_ends = np.cumsum([len(directions) for _, directions in ground])[:-1]
+        # What was measured last, until something moves.
+        self._sonars_rest = _rest(self._sonars.values())
+        self._lasers_rest = _rest([self._lasers, *self._ground_lasers])
+        self._infrared_rest = _rest(self._infrared.values())
+        self._echoes: dict[str, _Hits] = {}
+        self._laser_hits = _Hits(np.empty(0), np.empty((0, 2)))
+        self._ground_distances = np.empty(0)
         self.sonar = dict.fromkeys(_SONARS, SONAR_MAX)
         self.laser = {name: _frozen(LASER_MISS * rays[:, :2]) for name in _LASERS}
         self.ground = {name: np.zeros((len(angles), 2)) for name, (_, angles) in _GROUND_LASERS.items()}
@@ -123,54 +187,56 @@ class Sensors:
 
     def _read_lasers(self, now: float) -> None:
         with self._world.locked() as data:
-            true = self._lasers.cast(data).ravel()
-            hit = np.isfinite(true)
-            read = add_noise(
-                true,
-                self._rng,
-                sigma=LASER_NOISE,
-                proportional=LASER_NOISE_PER_METRE,
-                resolution=LASER_RESOLUTION,
-                minimum=LASER_MIN,
-            )
-            points = _frozen(np.where(hit, read, LASER_MISS)[:, None] * self._laser_directions)
-            self.laser = {name: points[i : i + SEGMENTS] for name, i in self._laser_rows.items()}
-            self._on_obstacles(
-                "Laser", true[hit, None] * self._laser_directions_in_base[hit] + self._laser_origins[hit]
-            )
-            for name, bundle in self._ground_lasers.items():
-                self._read_ground_laser(data, name, bundle)
+            if not self._lasers_rest.holds(data):
+                self._laser_hits = self._lasers_above.met(self._lasers.cast(data).ravel())
+                self._ground_distances = np.concatenate([bundle.cast(data) for bundle in self._ground_lasers])
+            self._on_obstacles("Laser", self._laser_hits.points)
+        true = self._laser_hits.distances
+        read = np.where(np.isfinite(true), self._noisy(true, LASER_MIN), LASER_MISS)
+        points = _frozen(read[:, None] * self._laser_directions)
+        self.laser = {name: points[rows] for name, rows in self._laser_rows.items()}
+        read = self._noisy(np.minimum(self._ground_distances, LASER_MISS))
+        points = _frozen(self._ground_above.points(read) - self._ground)
+        self.ground = dict(zip(_GROUND_LASERS, np.split(points, self._ground_ends), strict=True))
 
-    def _read_ground_laser(self, data: mujoco.MjData, name: str, bundle: RayBundle) -> None:
-        distances = bundle.cast(data)
-        read = np.where(np.isfinite(distances), distances, LASER_MISS)
-        read = add_noise(
-            read, self._rng, sigma=LASER_NOISE, proportional=LASER_NOISE_PER_METRE, resolution=LASER_RESOLUTION
+    def _noisy(self, distances: np.ndarray, minimum: float = 0.0) -> np.ndarray:
+        """Return what lasers read instead of the true distances."""
+        return add_noise(
+            distances,
+            self._rng,
+            sigma=LASER_NOISE,
+            proportional=LASER_NOISE_PER_METRE,
+            resolution=LASER_RESOLUTION,
+            minimum=minimum,
         )
-        rotation, origin = bundle.pose_in_body(data, self._base)
-        self.ground[name] = _frozen((read[:, None] * bundle.directions @ rotation.T + origin - self._ground)[:, :2])
 
     def _read_sonars(self, now: float) -> None:
         with self._world.locked() as data:
-            for name, bundle in self._sonars.items():
-                distances = bundle.cast_echo(data, ECHO_INCIDENCE)
-                nearest = int(distances.argmin())
-                true = distances[nearest : nearest + 1]
-                if np.isfinite(true[0]):
-                    read = add_noise(true, self._rng, sigma=SONAR_NOISE, resolution=SONAR_RESOLUTION, minimum=SONAR_MIN)
-                    self.sonar[name] = min(float(read[0]), SONAR_MAX)
-                    rotation, origin = bundle.pose_in_body(data, self._base)
-                    point = true[0] * rotation @ bundle.directions[nearest] + origin
-                    self._on_obstacles("Sonar" + name, point[None, :2])
-                else:
-                    self.sonar[name] = SONAR_MAX
-                    self._on_obstacles("Sonar" + name, np.zeros((0, 2)))
+            if not self._sonars_rest.holds(data):
+                self._echoes = {name: self._first_echo(data, name) for name in self._sonars}
+            for name, echo in self._echoes.items():
+                self.sonar[name] = self._sonar_reading(echo.distances)
+                self._on_obstacles("Sonar" + name, echo.points)
+
+    def _first_echo(self, data: mujoco.MjData, name: str) -> _Hits:
+        """Return the nearest of what sends an echo to a sonar; nothing, if nothing does."""
+        distances = self._sonars[name].cast_echo(data, ECHO_INCIDENCE)
+        distances[np.arange(len(distances)) != distances.argmin()] = np.inf
+        return self._sonars_above[name].met(distances)
+
+    def _sonar_reading(self, distances: np.ndarray) -> float:
+        nearest = float(distances.min())
+        if math.isinf(nearest):
+            return SONAR_MAX
+        steps = round((nearest + SONAR_NOISE * self._rng.standard_normal()) / SONAR_RESOLUTION)
+        return min(max(steps * SONAR_RESOLUTION, SONAR_MIN), SONAR_MAX)
 
     def _read_infrared(self, now: float) -> None:
         """Read the spots. They measure no distance, so the collision protection does not use them."""
         with self._world.locked() as data:
-            for name, bundle in self._infrared.items():
-                self.infrared[name] = bool(np.isfinite(bundle.cast(data)[0]))
+            if not self._infrared_rest.holds(data):
+                for name, bundle in self._infrared.items():
+                    self.infrared[name] = bool(np.isfinite(bundle.cast(data)[0]))
 
     def _read_bumpers(self, now: float) -> None:
         with self._world.locked() as data:
@@ -192,14 +258,12 @@ def _bumper_at(bearing: float) -> str:
     return "FrontLeft" if bearing > 0.0 else "FrontRight"
 
 
+def _rest(rays: Iterable[RayBundle | RayRing]) -> Stillness:
+    """Return what holds while nothing moves that decides how far these rays go."""
+    return Stillness(np.concatenate([each.bodies for each in rays]))
+
+
 def _frozen(array: np.ndarray) -> np.ndarray:
     """Make a reading read-only, because snapshots share it."""
     array.flags.writeable = False
     return array
-
-
-def _pose_on_floor(model: mujoco.MjModel, site: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return rotation (2, 2) and origin (2,) of a site of the base, seen from above."""
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, model.site(site).quat)
-    return rotation.reshape(3, 3)[:2, :2].copy(), model.site(site).pos[:2].copy()

@@ -49,7 +49,11 @@ def cone(half_angle: float, rings: int = 2) -> np.ndarray:
 
 
 class RayBundle:
-    """Rays fixed to a site of a robot; they do not see that robot. `cast` needs the world's lock."""
+    """Rays fixed to a site of a robot; they do not see that robot. `cast` needs the world's lock.
+
+    Attributes:
+        bodies: Numbers of the one that carries the site, and of those that can move into the rays; see `Stillness`.
+    """
 
     def __init__(self, model: mujoco.MjModel, site: str, directions: np.ndarray, max_range: float) -> None:
         """
@@ -63,6 +67,7 @@ class RayBundle:
         self._model = model
         self._site = model.site(site).id
         self._others = _Others(model, self._site)
+        self.bodies = self._others.bodies
         self._crowded = len(directions) >= MANY_RAYS and self._others.count >= MANY_GEOMS
         count = len(directions)
         self._geoms = np.empty(count, np.int32)
@@ -85,12 +90,6 @@ class RayBundle:
         distances = _finite(self._distances, self._geoms, self.max_range)
         distances[facing < math.cos(max_incidence)] = np.inf
         return distances
-
-    def pose_in_body(self, data: mujoco.MjData, body: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return rotation (3, 3) and origin (3,) of the rays' frame in the frame of `body`."""
-        frame = data.xmat[body].reshape(3, 3).T
-        origin = frame @ (data.site_xpos[self._site] - data.xpos[body])
-        return frame @ data.site_xmat[self._site].reshape(3, 3), origin
 
     def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
         origin = data.site_xpos[self._site]
@@ -117,12 +116,15 @@ class RayRing:
     """Bundles of rays all around a robot and away from it, all alike. `cast` needs the world's lock.
 
     What is out of reach of all of them is left out once; with nothing in reach, no ray is cast.
+
+    Attributes:
+        bodies: As of `RayBundle`.
     """
 
     def __init__(self, model: mujoco.MjModel, sites: Sequence[str], directions: np.ndarray, max_range: float) -> None:
         """
         Args:
-            sites: Names of the sites.
+            sites: Names of the sites, all on one body.
             directions: Unit vectors in each site's frame, shape (n, 3).
             max_range: Hits beyond this distance [m] count as misses.
         """
@@ -131,6 +133,7 @@ class RayRing:
         self._max_range = max_range
         self._sites = np.array([model.site(name).id for name in sites])
         self._others = _Others(model, int(self._sites[0]))
+        self.bodies = self._others.bodies
         self._geoms = np.empty((len(sites), len(directions)), np.int32)
         self._distances = np.empty((len(sites), len(directions)))
 
@@ -172,6 +175,7 @@ class _Others:
     Attributes:
         none: (ngeom,) bool; true for what never stops them.
         count: How many do.
+        bodies: Numbers of the one that carries the site, and of those of the others that can move.
     """
 
     def __init__(self, model: mujoco.MjModel, site: int) -> None:
@@ -186,6 +190,7 @@ class _Others:
         self._outside = self.none.copy()
         self._fixed, self._moving = np.flatnonzero(seen & fixed), np.flatnonzero(seen & ~fixed)
         self._order = np.concatenate([self._fixed, self._moving])
+        self.bodies = np.append(np.unique(model.geom_bodyid[self._moving]), model.site_bodyid[site])
         self._reaches = _radii(model)[self._moving]
         self._low, self._high = np.empty((2, 3, 0))
 
