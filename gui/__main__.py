@@ -18,7 +18,7 @@ from types import FrameType
 from typing import NoReturn
 
 from PyQt5.QtCore import QObject, QSocketNotifier, QTimer
-from PyQt5.QtWidgets import QApplication, QMainWindow
+from PyQt5.QtWidgets import QApplication, QMainWindow, QWidget
 
 from gui import theme
 from gui.app.authorization import Authorization
@@ -75,6 +75,7 @@ def main(argv: list[str] | None = None) -> int:
     os.environ.update(chosen)
     with runtime_folder():
         application = QApplication(sys.argv[:1])
+    QWidget().winId()  # Qt starts OpenGL, or does not, with its first window
     for name in chosen:
         del os.environ[name]  # programs that the terminal starts choose their own
     _gc = GcOnQtThread()  # collects for as long as this variable refers to it

@@ -8,6 +8,7 @@ import math
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from window_station import PASSWORD, QUIET, ROOT, ROWS, SPEED, Desk, Station
@@ -107,6 +108,14 @@ def test_a_wrong_password_shows_nothing_and_the_right_one_everything(desk, stati
     desk.key("Return")
     wait_until(lambda: "first picture" in desk.window.output, "the picture is shown")
     wait_until(lambda: "a key holds until the next one" in desk.window.terminal_text(), "the keyboard program runs")
+
+
+def test_the_window_does_without_opengl_and_keeps_no_program_of_its_terminal_from_it(signed_in, desk):
+    """Qt loads it with the first window unless told otherwise, and with it a compiler of 40 MB."""
+    window, *terminal = desk.window.family()
+    loaded = Path(f"/proc/{window}/maps").read_text()
+    assert "libQt5Gui" in loaded and not [name for name in ("libGLX_mesa", "libLLVM", "_dri.so") if name in loaded]
+    assert terminal and not [pid for pid in terminal if b"QT_XCB_GL" in Path(f"/proc/{pid}/environ").read_bytes()]
 
 
 def test_a_held_key_drives_for_as_long_as_it_is_held_and_then_the_robot_stands(
