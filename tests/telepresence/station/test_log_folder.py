@@ -99,3 +99,23 @@ def test_the_environment_names_the_configuration():
     environment = {name: value for name, value in os.environ.items() if name != "ROS_PYTHON_LOG_CONFIG_FILE"}
     told = subprocess.run(["bash", "-c", words], cwd=root, env=environment, capture_output=True, text=True, timeout=60)
     assert told.stdout.strip() == str(CONFIGURATION)
+
+
+@pytest.mark.parametrize(
+    ("first", "handlers"), [("import sys", {"StreamHandler"}), ("import sys, rospy", {"RosStreamHandler"})]
+)
+def test_only_a_node_imports_rospy_to_log(ros_environment, tmp_path, first, handlers):
+    """For its handler, that is; roslaunch and the ROS master would have 10 MB more."""
+    asks = f"""
+{first}
+import logging, rosgraph.roslogging
+before = "rospy" in sys.modules
+rosgraph.roslogging.configure_logging("x", filename={str(tmp_path / "x.log")!r})
+assert ("rospy" in sys.modules) is before
+print(*(type(handler).__name__ for handler in logging.getLogger("rosout").handlers))
+"""
+    environment = ros_environment | {"ROS_PYTHON_LOG_CONFIG_FILE": str(CONFIGURATION)}
+    printed = subprocess.run(
+        [sys.executable, "-c", asks], env=environment, check=True, capture_output=True, text=True
+    ).stdout
+    assert set(printed.split()) == handlers
