@@ -31,7 +31,8 @@ case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$P
 # for minutes.
 export PYTHONUNBUFFERED=1
 # Pictures are rendered and decoded in fresh 1 MB buffers; keeping them mapped halves the time to decode one.
-export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=268435456
+# More than a few of them are given back.
+export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=16777216
 # Small logs: three files of 4 MB for each program, see telepresence/station/log_folder.py.
 export ROS_PYTHON_LOG_CONFIG_FILE="${ROS_PYTHON_LOG_CONFIG_FILE:-$_telepresence_root/telepresence/station/python_logging.conf}"
 
