@@ -5,11 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-import av
 import numpy as np
 
 from telepresence.audio.pipeline import SILENCE
+
+if TYPE_CHECKING:
+    import av
 
 RATES = (8000, 48000)
 """Of a voice from elsewhere, least and most [Hz]."""
@@ -66,6 +69,8 @@ class VoiceInput:
             raise ValueError(f"sound of {rate} Hz and {channels} channels is not played")
         if len(frames) % (2 * channels) or not 0 < len(frames) <= 2 * channels * LONGEST * rate:
             raise ValueError(f"{len(frames)} bytes are no piece of sound of at most {LONGEST:g} s")
+        import av  # PyAV and FFmpeg: 15 MB that only a station needs to which somebody speaks
+
         samples = np.frombuffer(frames, "<i2")
         self._on_level(_level(samples))
         with self._lock:
