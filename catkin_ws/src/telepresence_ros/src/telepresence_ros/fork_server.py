@@ -27,8 +27,10 @@ import setproctitle
 
 PRELOADED = (
     "rospy", "numpy", "cv2", "tf2_ros", "sensor_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "diagnostic_msgs.msg",
-    "telepresence_msgs.msg", "telepresence_msgs.srv", "std_srvs.srv", "telepresence_ros.node",
-    "telepresence_ros.diagnostics", "telepresence.naoqi", "telepresence.video.images", "aiohttp",
+    "telepresence_msgs.msg", "telepresence_msgs.srv", "std_srvs.srv", "naoqi_bridge_msgs.msg", "telepresence_ros.node",
+    "telepresence_ros.diagnostics", "telepresence.naoqi.references", "telepresence.video.images",
+    "telepresence.start_patience", "telepresence.geometry", "telepresence.teleop.accounts", "telepresence.page.qr_code",
+    "aiohttp", "argparse", "configparser", "encodings.idna", "naoqi_driver.naoqi_node",
 )  # fmt: skip
 """What is imported before. Nothing here may start a thread: fork copies only the one that calls it."""
 LOOK_AT_ENVIRONMENT = ("rospy.names", "telepresence.station.heartbeat")
