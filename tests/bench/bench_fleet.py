@@ -1,9 +1,9 @@
 """Robots in one world: how many at real time on one core, what one more costs, and where the time goes.
 
-Worlds of every size are stepped in turns by one process, unpaced, with all sensors of all robots on. Costs are
-processor time for one simulated second, and each size is compared with the single robot of the same turn: what else
-runs on the machine slows both down alike. Then a fleet runs paced behind its wires, with a client per robot that drives
-and reads it 20 times a second.
+Worlds of every size are stepped in turns by one process, unpaced, with all sensors of all robots on. All robots turn on
+the spot: a distance sensor measures nothing anew while everything stands. Costs are processor time for one simulated
+second, and each size is compared with the single robot of the same turn: what else runs on the machine slows both down
+alike. Then a fleet runs paced behind its wires, with a client per robot that drives and reads it 20 times a second.
 """
 
 from __future__ import annotations
@@ -36,6 +36,10 @@ SCENE = "flat"
 TURN = 0.25
 """Simulated time that a world is stepped before the next one has its turn [s]."""
 TICKS = round(TURN / TICK)
+SPIN = 0.3
+"""[rad/s]"""
+COMMAND_TICKS = round(0.05 / TICK)
+"""Ticks between two commands of a driver."""
 TURNS, TURNS_ALONE = 16, 4
 """The median of so many counts; fewer for a world that is compared with none."""
 LARGEST = 48
@@ -138,7 +142,7 @@ def drive(url: str, end: float) -> int:
     """Turn on the spot and read the distances until `end`; the number of answers."""
     answers, due = 0, time.monotonic()
     while time.monotonic() < end:
-        for path, body in (("/data/omnidrive", b"[0.0,0.0,0.3]"), ("/data/distancesensorarray", None)):
+        for path, body in (("/data/omnidrive", b"[0.0,0.0,%g]" % SPIN), ("/data/distancesensorarray", None)):
             with urllib.request.urlopen(urllib.request.Request(url + path, body), timeout=5.0) as answer:
                 answers += answer.status == 200
         due += POLL_PERIOD
@@ -154,13 +158,19 @@ class Measured:
 
     def __init__(self, kind: str, count: int) -> None:
         self.world, self._robots = _world(kind, count)
-        self.world.step(TICKS)
+        self._step()
         self.turns: dict[str, list[float]] = {"all": [], "physics": [], "rays": []}
 
+    def _step(self) -> None:
+        for _ in range(TICKS // COMMAND_TICKS):
+            for robot in self._robots:
+                robot.robot.set_velocity(0.0, 0.0, SPIN)
+            self.world.step(COMMAND_TICKS)
+
     def take_turn(self) -> None:
-        self.turns["all"].append(_timed(lambda: self.world.step(TICKS)) / TURN)
+        self.turns["all"].append(_timed(self._step) / TURN)
         with _counted_casts() as spent:
-            self.world.step(TICKS)
+            self._step()
         self.turns["rays"].append(sum(spent) / TURN)
         with self.world.locked() as data:
             cost = _timed(lambda: mujoco.mj_step(self.world.model, data, nstep=TICKS * STEPS_PER_TICK))
