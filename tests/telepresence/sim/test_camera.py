@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from telepresence.sim.camera import Cameras, CamerasFailed, next_due
-from telepresence.sim.painter import Painter
+from telepresence.sim.painter import SKY_KEPT, Painter
 from telepresence.sim.world import World
 
 ROOM = """
@@ -150,6 +150,29 @@ def test_a_changed_colour_is_painted(world, painted):
     world.model.mat_rgba[0] = (1.0, 0.0, 0.0, 1.0)
     draw(painter, world, "behind")
     assert len(cameras) == 2
+
+
+SKY = '<texture type="skybox" builtin="gradient" rgb1="0 .5 1" rgb2=".2 .7 1" width="32" height="192"/>'
+
+
+@pytest.mark.parametrize(("camera", "seen"), [("eye", False), ("behind", True)])
+def test_the_sky_is_painted_where_it_is_seen(camera, seen, monkeypatch):
+    """Every picture is what it would be if the sky were always painted."""
+    world, skies = World(mujoco.MjSpec.from_string(ROOM.replace("<asset>", f"<asset>{SKY}"))), []
+    paint = Painter._draw_colours
+    monkeypatch.setattr(
+        Painter, "_draw_colours", lambda self, area, sky: (skies.append(sky), paint(self, area, sky))[1]
+    )
+    painter = Painter(world)
+    for _ in range(SKY_KEPT + 3):
+        painter._drawn.clear()  # else nothing would be painted again
+        picture = draw(painter, world, camera)
+        expected = paint(painter, mujoco.MjrRect(0, 0, 80, 60), True)[::-1]
+        assert np.array_equal(picture, expected)
+    assert skies.count(True) == (SKY_KEPT + 3 if seen else 0)
+    assert skies.count(False) == (2 if seen else SKY_KEPT + 3), "now and then it looks whether the sky is still there"
+    painter.close()
+    world.close()
 
 
 def test_a_new_texture_is_seen_upright_and_unmirrored(cameras):
