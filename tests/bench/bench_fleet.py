@@ -244,6 +244,9 @@ def _picture_here(count: int) -> float:
     camera = world.model.camera("robotino_1/camera").id
     costs = []
     for _ in range(43):
+        for robot in robots:
+            robot.robot.set_velocity(0.0, 0.0, SPIN)
+        world.step(COMMAND_TICKS)  # a picture in which nothing has moved is not painted
         # OpenGL draws on threads of its own.
         begin = time.process_time()
         painter.snapshot()
