@@ -10,6 +10,7 @@ import atexit
 import logging
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import mujoco
@@ -200,6 +201,7 @@ class Cameras:
                 return False
             now = time.monotonic()
             due = [feed for feed in self._feeds if feed._due <= now]
+            painter.fit(*_largest(self._feeds))
         stamp = painter.snapshot()
         views = {
             (camera, feed.width // len(feed._camera_ids), feed.height) for feed in due for camera in feed._camera_ids
@@ -225,6 +227,11 @@ class Cameras:
                 self._next_upload[texture] = now + 1.0 / TEXTURE_RATE
                 ready[texture] = self._textures.pop(texture)
         return ready
+
+
+def _largest(feeds: Sequence[Feed]) -> tuple[int, int]:
+    """Return width and height that no picture of one camera exceeds [px]."""
+    return max(feed.width // len(feed._camera_ids) for feed in feeds), max(feed.height for feed in feeds)
 
 
 def _draw(painter: Painter, cameras: tuple[int, ...], width: int, height: int, kind: str) -> np.ndarray:

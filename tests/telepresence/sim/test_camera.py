@@ -126,6 +126,44 @@ def test_a_picture_in_which_nothing_has_moved_is_not_painted_again(world, painte
     assert (later is not before, len(cameras)) == (again, 1 + again)
 
 
+@pytest.mark.parametrize("kind", ["rgb", "depth"])
+def test_a_picture_is_the_same_in_a_room_that_fits_it(world, painted, kind):
+    painter, _ = painted
+    painter.snapshot()
+    pictures = []
+    for room in ((640, 480), (80, 60), (160, 480)):
+        painter.fit(*room)
+        painter._drawn.clear()  # else nothing would be painted again
+        pictures.append(painter.draw(world.model.camera("eye").id, 80, 60, kind))
+    assert all(np.array_equal(picture, pictures[0]) for picture in pictures[1:])
+
+
+def test_the_room_fits_those_pictures_that_are_wanted(cameras, monkeypatch):
+    rooms = []
+    fit = Painter.fit
+    monkeypatch.setattr(Painter, "fit", lambda self, *size: (rooms.append(size), fit(self, *size)))
+    wide = cameras.subscribe(("eye", "behind"), 640, 60, 50.0)
+    high = cameras.subscribe("eye", 80, 200, 50.0)
+    assert newest(wide).pixels.shape[:2] == (60, 640) and newest(high).pixels.shape[:2] == (200, 80)
+    assert rooms[-1] == (320, 200), "two cameras side by side are painted one after the other"
+    wide.close()
+    newest(high, high.image.peek().sequence + 1)
+    assert rooms[-1] == (80, 200)
+    assert newest(cameras.subscribe("eye", 640, 480, 50.0)).pixels[2, 2].tolist() == [255, 0, 0]
+
+
+def test_textures_are_filtered_cheaply_also_those_that_change(painted):
+    from OpenGL import GL  # not at the top: MuJoCo tells it first for which kind of context it works
+
+    painter, _ = painted
+    texture = int(painter._context.texture[0])
+    for change in ({}, {0: np.zeros((40, 64, 3), np.uint8)}):
+        painter.upload(change)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, texture)
+        chosen = GL.glGetTexParameteriv(GL.GL_TEXTURE_2D, GL.GL_TEXTURE_MIN_FILTER)
+        assert chosen == GL.GL_LINEAR_MIPMAP_NEAREST
+
+
 def test_slow_movement_adds_up_until_it_is_painted(world, painted):
     painter, cameras = painted
     first = draw(painter, world, "eye")
