@@ -174,8 +174,8 @@ class PepperBase(Robot):
 
     def _begin(self):
         # type: () -> None
-        """The base is about to move."""
-        self._goal, self._stop, self._kill_at = None, None, INFINITY
+        """The base is about to move. What ended its motion before is over: an answer to that says nothing any more."""
+        self._goal, self._stop, self._kill, self._kill_at = None, None, None, INFINITY
         self._moving, self._killed = True, False
 
     def _follow(self, motion, now, goal, pilots):

@@ -1,0 +1,66 @@
+"""Pepper's base step by step: answers of ALMotion that come when the test says so."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from naoqi_driver.onboard.pepper_base import BRAKING_TIME, PepperBase
+
+from telepresence.drive.pilots import Command
+
+PERIOD = 0.05
+
+
+class Answer:
+    """As of `telepresence.robot_side.naoqi_connection`."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.come = name, False
+
+    def running(self) -> bool:
+        return not self.come
+
+    def value(self) -> bool:
+        return True
+
+
+class Bench:
+    """A base whose steps are made one by one."""
+
+    def __init__(self) -> None:
+        self.sent: list[Answer] = []
+        motion = SimpleNamespace(send=self._send)
+        self.base = PepperBase(SimpleNamespace(motion=lambda: motion, connections=0, near=True, problem=""))
+        self._now = 0.0
+
+    def _send(self, name: str, *_arguments: object) -> Answer:
+        self.sent.append(Answer(name))
+        return self.sent[-1]
+
+    def step(self, velocity: tuple[float, float, float] | None = None, *, cut: bool = False) -> None:
+        self._now += PERIOD
+        command = None if velocity is None else Command(*velocity, self._now)
+        self.base.step(self._now, command, None, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
+
+    def answer(self, *names: str) -> None:
+        for call in self.sent:
+            call.come = call.come or call.name in names
+
+    def names(self) -> list[str]:
+        return [call.name for call in self.sent if call.name != "moveIsActive"]
+
+
+@pytest.mark.parametrize("late", [("killMove",), ("killMove", "stopMove")])
+def test_the_late_answer_to_a_kill_does_not_hide_the_motion_after_it(late):
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    bench.answer("move")
+    for _ in range(2 + round(BRAKING_TIME / PERIOD)):
+        bench.step(cut=True)
+    assert bench.names() == ["move", "stopMove", "killMove"], "the pilot fell silent"
+    bench.step((0.2, 0.0, 0.0))
+    assert bench.names()[-1] == "move", "the pilot is back"
+    bench.answer("move", *late)
+    bench.step()
+    assert bench.names()[-1] == "stopMove", "what the pilot lets go of stops"
