@@ -71,8 +71,10 @@ class Painter:
         """Camera -> for how many pictures it still needs the sky."""
 
     def fit(self, width: int, height: int) -> None:
-        """Make room for pictures of up to this size [px] and no larger ones: OpenGL clears all of its buffer before each
-        picture, whatever the picture's size."""
+        """Make room for pictures of up to this size [px] and no larger ones.
+
+        OpenGL clears all of its buffer before each picture, whatever the picture's size.
+        """
         if (width, height) != (self._context.offWidth, self._context.offHeight):
             mujoco.mjr_resizeOffscreen(width, height, self._context)
 

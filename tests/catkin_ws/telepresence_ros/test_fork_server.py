@@ -13,8 +13,10 @@ import pytest
 from telepresence_ros import forked_process
 from telepresence_ros.fork_server import Program
 from telepresence_ros.forked_process import TERMINAL, UNKNOWN, NodeStarter, can_be_forked
+from telepresence_ros.node_monitor import NodeMonitor
 
 from telepresence.station import processes, vitals
+from telepresence.station.faults import FaultListener, FaultReporter
 
 pytestmark = pytest.mark.ros
 
@@ -200,6 +202,43 @@ def test_without_the_server_programs_go_on_and_start_as_usual(tmp_path, monkeypa
     os.kill(forked.process.pid, signal.SIGKILL)
     assert forked.ends(until_true) == UNKNOWN
     until_true(lambda: vitals.state(forked.process.pid) in ("", "Z"), "nothing is left")
+    starter.close()
+
+
+@pytest.mark.parametrize(("end", "befallen"), [(signal.SIGKILL, "died: signal 9"), (signal.SIGSTOP, "froze")])
+def test_another_server_takes_the_place_of_one_that_dies_or_is_stopped(
+    tmp_path, monkeypatch, until_true, end, befallen
+):
+    monkeypatch.setenv("PYTHONPATH", PATH)
+    monkeypatch.setattr(forked_process, "LEAST_LIFE", 0.0)
+    faults = FaultListener(tmp_path / "faults")
+    monitor = NodeMonitor()
+    monitor.faults, monitor.starter = FaultReporter(tmp_path / "faults"), NodeStarter()
+    starter = monitor.starter
+    first = Started(starter, tmp_path, "wait")
+    first.says(until_true)
+    monitor._look_at_starter()
+    os.kill(starter._server._process.pid, end)
+    until_true(starter._server.failure, "it is noticed")
+    monitor._look_at_starter()
+    fault = faults.next(1.0)
+    assert (fault.program, fault.what, fault.next) == ("fork_server", befallen, "starts again")
+    assert first.process.poll() is None, "what it has started goes on"
+    again = Started(starter, tmp_path, "5")
+    assert isinstance(again.process, forked_process.ForkedProcess) and again.ends(until_true) == 5
+    os.kill(first.process.pid, signal.SIGKILL)
+    assert first.ends(until_true) == UNKNOWN
+    starter.close()
+    faults.close()
+
+
+def test_a_server_that_cannot_run_is_not_started_again_and_again(monkeypatch, until_true):
+    monkeypatch.setenv("PYTHONPATH", PATH)
+    starter = NodeStarter()
+    starter._server._process.kill()
+    until_true(starter._server.failure, "it is noticed")
+    assert starter.look() == ("died: signal 9", "programs start more slowly from now on")
+    assert starter.look() is None and starter._server is None
     starter.close()
 
 

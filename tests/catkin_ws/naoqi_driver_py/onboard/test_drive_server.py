@@ -201,6 +201,51 @@ def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, 
     until_true(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
 
 
+@pytest.mark.parametrize(("end", "befallen"), [(signal.SIGSTOP, "froze"), (signal.SIGKILL, "died")])
+def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
+    folder, naoqi, motion, key, until_true, end, befallen
+):
+    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
+    pilot = server.link(key)
+    try:
+        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
+        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
+        drive(pilot, motion, until_true)
+        (first,) = children(server.process.pid)
+        os.kill(first, end)
+
+        def told() -> bool:
+            pilot.drive(0.2, 0.0, 0.1)
+            report = pilot.report()[0]
+            return report.state == "fault" and befallen in report.reason and report.given[0] == pytest.approx(0.2)
+
+        until_true(told, "the pilot is told, and drives on")
+        until_true(lambda: children(server.process.pid) not in ([], [first]), "another one is there")
+        until_true(lambda: connections(naoqi.port) == 2, "it is connected")
+        motion.calls.clear()
+        drive(pilot, motion, until_true)
+        server.process.send_signal(signal.SIGSTOP)
+        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "it stops the robot")
+    finally:
+        pilot.close()
+        server.process.kill()
+        server.process.wait(10)
+        server.process.stdout.close()
+
+
+def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, until_true):
+    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
+    until_true(lambda: connections(naoqi.port) == 2, "both are connected")
+    (second,) = children(server.process.pid)
+    os.kill(second, signal.SIGSTOP)
+    assert server.end() == 0
+    assert not Path(f"/proc/{second}").exists()
+
+
+def children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
 def connections(port: int) -> int:
     """How many clients have a connection to a port of this machine, by /proc/net/tcp."""
     lines = Path("/proc/net/tcp").read_text().splitlines()[1:]

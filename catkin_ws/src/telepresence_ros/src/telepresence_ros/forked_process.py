@@ -10,11 +10,13 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from telepresence.station import vitals
 from telepresence_ros.fork_server import LONGEST, Program
 
 _log = logging.getLogger(__name__)
@@ -26,6 +28,8 @@ PATIENCE = 5.0
 TERMINAL = "TELEPRESENCE_TERMINAL"
 """Marks a node in a launch file that reads keys from the terminal: what it prints is for the person there, even where
 the output of the others goes elsewhere, as in `./stack up`."""
+LEAST_LIFE = 2.0
+"""Seconds that a server must have lived for another one to take its place: what cannot run is not tried for ever."""
 LONGEST_TITLE = 4096
 """Bytes of a command line, as `ps` shows it: room is made for it in the server's own."""
 _SAME = (
@@ -64,6 +68,19 @@ class ForkServer:
         self._channel = ours
         self._lock = threading.Lock()
         self._ended: dict[int, int] = {}
+        self._started = time.monotonic()
+
+    @property
+    def age(self) -> float:
+        """Seconds since it was started."""
+        return time.monotonic() - self._started
+
+    def failure(self) -> str:
+        """What has befallen it: "died: signal 9", "froze"; empty while it is there."""
+        code = self._process.poll()
+        if code is not None:
+            return vitals.cause(code)
+        return "froze" if vitals.state(self._process.pid) == "T" else ""
 
     def start(self, program: Program, output: Sequence[int]) -> int:
         """Start a program; its process id.
@@ -119,6 +136,13 @@ class ForkServer:
             self._process.kill()
             self._process.wait()
 
+    def kill(self) -> None:
+        """End a server that has died or is frozen; who waits for it learns that it has gone."""
+        self._process.kill()
+        self._process.wait()
+        with self._lock:
+            self._channel.close()
+
     def _read(self) -> dict[str, int]:
         text = self._channel.recv(LONGEST)
         if not text:
@@ -157,6 +181,19 @@ class NodeStarter:
 
     def __init__(self) -> None:
         self._server: ForkServer | None = ForkServer()
+        self._changing = threading.Lock()
+
+    def look(self) -> tuple[str, str] | None:
+        """Put another server in the place of one that has died or was stopped; return what befell it and what comes
+        next, in the words of a fault, or None."""
+        with self._changing:
+            server = self._server
+            if server is None or not (failure := server.failure()):
+                return None
+            again = server.age >= LEAST_LIFE
+            self._server = ForkServer() if again else None
+        server.kill()
+        return failure, "starts again" if again else "programs start more slowly from now on"
 
     def start(self, words: list[str], **popen: Any) -> ForkedProcess | subprocess.Popen:
         """Start a program; takes what roslaunch gives `subprocess.Popen`."""
@@ -164,17 +201,24 @@ class NodeStarter:
             popen["stdout"] = sys.stderr
         files = [popen["stdout"] or sys.stdout, popen["stderr"] or sys.stderr]
         pipes = any(isinstance(file, int) for file in files)  # that Popen is to make
-        if self._server is None or pipes or not can_be_forked(words, popen["env"]):
+        server = self._server
+        if server is None or pipes or not can_be_forked(words, popen["env"]):
             return subprocess.Popen(words, **popen)
         try:
             program = Program(words, popen["env"], popen["cwd"])
-            pid = self._server.start(program, [file.fileno() for file in files])
-            return ForkedProcess(self._server, pid)
+            pid = server.start(program, [file.fileno() for file in files])
+            return ForkedProcess(server, pid)
         except ForkServerGone as error:
-            _log.warning("programs start more slowly from now on: %s", error)
-            self._server.close()
-            self._server = None
+            self._do_without(server, error)
             return subprocess.Popen(words, **popen)
+
+    def _do_without(self, server: ForkServer, error: ForkServerGone) -> None:
+        with self._changing:
+            if self._server is not server:
+                return  # another one has taken its place
+            self._server = None
+        _log.warning("programs start more slowly from now on: %s", error)
+        server.close()
 
     def close(self) -> None:
         """End the server; what it has started goes on."""

@@ -20,6 +20,7 @@ from telepresence.station import heartbeat
 from telepresence.station.faults import FaultReporter
 from telepresence.station.restarts import LONGEST_PAUSE, Restarts, what_next
 from telepresence.station.vitals import PERIOD, state
+from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.watched_node import WatchedNode
 
 ENDING_TIMEOUT = 15.0
@@ -28,6 +29,8 @@ LAST_WORD = 0.1
 """Seconds for `station_faults` to publish what it was told, before all nodes are ended."""
 STATION = "stack up"
 """What `./stack up` is called in faults."""
+FORK_SERVER = "fork_server"
+"""And what forks the nodes."""
 
 
 class NodeMonitor(pmon.ProcessMonitor):
@@ -35,6 +38,8 @@ class NodeMonitor(pmon.ProcessMonitor):
 
     faults: FaultReporter | None = None
     """Where faults go."""
+    starter: NodeStarter | None = None
+    """What starts the nodes."""
     station: int | None = None
     """Process id of the `./stack up` that started us; None: we were started alone."""
 
@@ -54,6 +59,7 @@ class NodeMonitor(pmon.ProcessMonitor):
                     self.reacquire_signals.add(number)
             now = time.monotonic()
             self._look_at_station()
+            self._look_at_starter()
             self._look(now, now - looked)
             looked = now
             for process in [process for process, due in self._due.items() if due <= now]:
@@ -79,6 +85,12 @@ class NodeMonitor(pmon.ProcessMonitor):
         if stands and not self._station_stands and self.faults is not None:
             self.faults.report(STATION, "froze", "is not waited for: everything goes on")
         self._station_stands = stands
+
+    def _look_at_starter(self) -> None:
+        """Report that what forks the nodes died or froze; the nodes themselves go on."""
+        found = self.starter.look() if self.starter is not None else None
+        if found is not None and self.faults is not None:
+            self.faults.report(FORK_SERVER, *found)
 
     def _look(self, now: float, elapsed: float) -> None:
         with self.plock:

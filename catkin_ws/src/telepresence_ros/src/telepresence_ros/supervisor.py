@@ -86,7 +86,7 @@ def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
     roslaunch.nodeprocess.subprocess = SimpleNamespace(Popen=starter.start, PIPE=subprocess.PIPE)
     roslaunch.pmon.ProcessMonitor = NodeMonitor
     NodeMonitor.faults = FaultReporter(folder / SOCKET)
-    NodeMonitor.station = station
+    NodeMonitor.station, NodeMonitor.starter = station, starter
     Supervisor.folder = folder
     if station is not None:
         # The station's master has its parameters and `rosout`. roscore.xml would have them asked for by two commands.

@@ -77,6 +77,7 @@ class PepperBase(Robot):
         self._kill = None  # type: Optional[Call]
         self._killed = False
         self._refusal, self._refused = "", -INFINITY
+        self._spare, self._spared = "", -INFINITY  # what befell the second process, and when
         self._latched = ""  # who pressed stop
         self._must_let_go = False
 
@@ -128,7 +129,9 @@ class PepperBase(Robot):
         except NaoqiError as error:  # the link is just breaking; there is no such method
             self._refuse(first_line(error), now)
         if self._last_stop is not None:
-            self._last_stop.note(self._moving, now)
+            befallen = self._last_stop.note(self._moving, now)
+            if befallen:
+                self._spare, self._spared = befallen, now
         problem = self._problem(now)
         if problem:
             state, reason = FAULT, problem
@@ -257,6 +260,8 @@ class PepperBase(Robot):
                 return "ALMotion has not answered %s for %.1f s." % (call.name, now - call.sent)
         if self._stop is not None and now - self._stop.sent > RELEASE_TIME + ANSWER_TIMEOUT:
             return "ALMotion has not answered stopMove for %.1f s." % (now - self._stop.sent)
+        if now - self._spared <= FAULT_TIME:
+            return "The process that would stop the robot for the drive server %s; it starts again." % self._spare
         return "Refused: %s." % self._refusal if now - self._refused <= FAULT_TIME else ""
 
     def _refuse(self, text, now):
