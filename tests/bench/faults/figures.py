@@ -67,10 +67,11 @@ class Figures:
 
     @property
     def broken(self) -> list[str]:
-        """The limits that this row breaks. A key in a terminal has no release that anybody could see: how long its
-        last repetition lasts is judged where the keyboard programs are."""
+        """The limits that this row breaks. A key in Robotino's terminal has no release that anybody could see: how long
+        its last repetition lasts is judged where the keyboard programs are."""
         found = []
-        stopping = self.rests + ([] if self.by == "terminal" else self.releases)
+        unseen = self.by == "terminal" and self.robot == "robotino"
+        stopping = self.rests + ([] if unseen else self.releases)
         if stopping and spread(stopping)[1] > self.rest_limit + EDGE:
             found.append(f"rest > {self.rest_limit:g}")
         if self.tolds and max(self.tolds) > TOLD + EDGE:

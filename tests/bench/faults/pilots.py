@@ -82,12 +82,14 @@ class TopicPilot:
 
 
 class TerminalPilot:
-    """A key in the terminal that the station was started in, which repeats it while it is held."""
+    """A key in the terminal that the station was started in, which repeats it while it is held. Pepper's keyboard, as
+    the original, goes on with a key until the next one: there the key that stops is pressed at the release."""
 
     def __init__(self, station: Station, robot: Robot) -> None:
         assert station.terminal is not None
         self._terminal = station.terminal
         self._key = "i" if robot.name == "pepper" else "w"
+        self._stop = "k" if robot.name == "pepper" else ""
         self._faster = "" if robot.name == "pepper" else FASTER
         self._released: threading.Event | None = None
         self._thread: threading.Thread | None = None
@@ -104,6 +106,7 @@ class TerminalPilot:
             self._released.set()
             self._thread.join()
             self._released = None
+            self._terminal.type(self._stop)
 
     def close(self) -> None:
         self.release()
