@@ -30,6 +30,9 @@ PERIOD = 0.1
 """Seconds between two velocities while a key is held."""
 WATCH_PERIOD = 0.05
 """Seconds between two looks at which keys are held, where that can be seen."""
+LONGEST_PAUSE = 0.5
+"""Seconds between two turns after which this program was stopped (Ctrl-Z, SIGSTOP) or the machine slept: the robot has
+been standing since, and what was typed meanwhile must not move it."""
 REMINDER = 5.0
 """Seconds between two sentences about why keys move nothing."""
 PARTING_TIME = 0.3
@@ -66,6 +69,7 @@ class KeyboardNode:
         self._stop = stop
         self._driving = False
         self._master_lost = master_lost
+        self._turned = math.inf
 
     def run(self) -> None:
         """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
@@ -94,9 +98,15 @@ class KeyboardNode:
             self._stop.wait(PERIOD)
             if terminal.in_foreground():
                 terminal.resume()
+            self._turned = time.monotonic()
             return
         before = self._keys.describe()
         typed = terminal.read_keys(WATCH_PERIOD if self._keys.watched else PERIOD)
+        before_that, self._turned = self._turned, time.monotonic()
+        if self._turned - before_that > LONGEST_PAUSE:
+            terminal.resume()
+            self._keys.release(self._turned)
+            typed = []
         if typed or self._keys.watched:
             self._take(typed, time.monotonic())
             self._check_way(time.monotonic())
