@@ -26,7 +26,7 @@ BENCHMARKS = {
     "mjpeg": "the pilot's picture for many viewers, slow and stalled ones among them",
     "audio": "mouth to ear each way at once, ten minutes; loss, jitter and a cut",
     "teleop": "key press in a terminal to ALMotion's setpoint",
-    "load": "key to setpoint and rest after silence while all processors are busy, with and without priorities",
+    "load": "key to setpoint, rest, age of the picture, start while all processors are busy; with, without priorities",
     "bandwidth": "what each wire between pilot and robot takes of the network",
     "fleet": "robots in one world: how many at real time, what each costs, where the time goes",
     "rest": "Robotino's web server under 300 requests a second, the world in real time",

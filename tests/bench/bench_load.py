@@ -1,4 +1,5 @@
-"""Key to setpoint and rest after silence while other programs keep all processors busy, with and without priorities.
+"""Key to setpoint, rest after silence, age of the picture and start while other programs keep all processors busy, with
+and without priorities.
 
 The simulated robot is this process, which nothing delays: a robot has a computer of its own. Without `SCHED_RR` for
 whoever runs this the robot waits as well, and "with priorities" is what is allowed instead: it is printed.
@@ -15,7 +16,9 @@ import sys
 import time
 from collections.abc import Iterator
 
+from bench_startup import time_up
 from bench_teleop import drive_by_keyboard
+from bench_video import camera_node, watch
 from report import Row, percentile
 from ros_graph import private_master, wait_for
 
@@ -26,6 +29,7 @@ LOOPS_PER_PROCESSOR = 2
 PRESSES = 60
 SILENCES = 12
 """Publishers that are killed while the robot turns."""
+STARTS = 3
 TURN, STANDS = 0.5, 0.02
 """[rad/s]; turning, as nothing is in the way."""
 PERIOD = 0.005
@@ -55,12 +59,20 @@ def run() -> list[Row]:
 
 
 def measure(environment: dict[str, str]) -> dict[str, list[float]]:
-    """Seconds, one per key press or silence."""
+    """Seconds: one per key press, silence, picture and start, and one for the time between two pictures."""
     with Simulation(port=0) as simulation:
-        return {
+        found = {
             "key to setpoint": drive_by_keyboard(simulation, environment, ORDINARY, PRESSES),
             "rest after silence": rest_after_silence(simulation, environment),
         }
+        environment = {**environment, "QT_QPA_PLATFORM": "offscreen"}
+        with camera_node(simulation.url, environment, ORDINARY):
+            simulation.robot.set_velocity(0.0, 0.0, TURN)
+            found["age when painted, it turns"], rate = watch(environment, ORDINARY)
+            found["from one painted picture to the next"] = [1.0 / rate]
+    os.environ[priority.OFF] = environment[priority.OFF]
+    found["start to first picture"] = [time_up(command=ORDINARY)[0] for _ in range(STARTS)]
+    return found
 
 
 def rest_after_silence(simulation: Simulation, environment: dict[str, str]) -> list[float]:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from report import Row
@@ -41,11 +42,12 @@ def run(out: Path | None = None) -> list[Row]:
     ]
 
 
-def time_up(picture: Path | None = None) -> tuple[float, int]:
+def time_up(picture: Path | None = None, command: Sequence[str] = ()) -> tuple[float, int]:
     """Seconds until the window says that it shows a picture, and the number of nodes then.
 
     Args:
         picture: File for a picture of who computes when.
+        command: Words before `./stack up`.
     """
     with private_environment() as environment:
         environment.pop("DISPLAY", None)
@@ -55,7 +57,7 @@ def time_up(picture: Path | None = None) -> tuple[float, int]:
         ]
         begin = time.monotonic()
         up = processes.start(
-            [str(ROOT / "stack"), "up", "pepper", *ports, "source:=test"],
+            [*command, str(ROOT / "stack"), "up", "pepper", *ports, "source:=test"],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from report import Row, percentile
@@ -51,12 +51,22 @@ def rows(ages: list[float], rate: float, raw: list[float], what: str) -> list[Ro
 
 
 @contextlib.contextmanager
-def camera_node(url: str, environment: dict[str, str]) -> Iterator[None]:
+def camera_node(url: str, environment: dict[str, str], command: Sequence[str] = ()) -> Iterator[None]:
+    """The driver's camera node, whose words come after those of `command`."""
     host, _, port = url.removeprefix("tcp://").rpartition(":")
     settings = {"source": 0, "color_space": 11, "resolution": 2, "frame_rate": RATE}
     arguments = [f"_{name}:={value}" for name, value in settings.items()]
     process = processes.start(
-        ["rosrun", "pepper_sensors_py", "camera.py", f"--pip={host}", f"--pport={port}", "__name:=camera", *arguments],
+        [
+            *command,
+            "rosrun",
+            "pepper_sensors_py",
+            "camera.py",
+            f"--pip={host}",
+            f"--pport={port}",
+            "__name:=camera",
+            *arguments,
+        ],
         env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
@@ -68,11 +78,12 @@ def camera_node(url: str, environment: dict[str, str]) -> Iterator[None]:
         processes.end(process)
 
 
-def watch(environment: dict[str, str]) -> tuple[list[float], float]:
-    """Ages of the pictures when they were painted [s], and how many different ones per second."""
+def watch(environment: dict[str, str], command: Sequence[str] = ()) -> tuple[list[float], float]:
+    """Ages of the pictures when they were painted [s], and how many different ones per second. The words of the program
+    that paints come after those of `command`."""
     program = str(Path(__file__).with_name("media") / "video_screen.py")
     screen = subprocess.Popen(
-        [sys.executable, program, "/camera/image_raw"], env=environment, stdout=subprocess.PIPE, text=True
+        [*command, sys.executable, program, "/camera/image_raw"], env=environment, stdout=subprocess.PIPE, text=True
     )
     painted: dict[str, tuple[float, float]] = {}  # stamp -> when first painted, age
 

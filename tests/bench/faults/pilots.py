@@ -129,6 +129,7 @@ class WindowPilot:
         self._nowhere = ("4", "400") if several else ("60", "84")
         tab = ("mousemove", *TABS[robot.name], "click", "1", "sleep", "0.3")
         self._page = tab if several else ()
+        self._display: dict[str, str] = {}
 
     def hold(self) -> None:
         # A click on a place that does nothing else gives the keyboard to a window that has come back.
@@ -141,9 +142,17 @@ class WindowPilot:
         self.release()
 
     def _do(self, *words: str) -> None:
-        """A display that has been killed takes no keys: then nothing is held either."""
-        try:
-            environment = {**os.environ, **self._station.display}
-        except (RuntimeError, OSError):
-            return
-        subprocess.run(["xdotool", *words], env=environment, capture_output=True, timeout=10.0, check=False)
+        """A display that has been killed takes no keys: then nothing is held either. Which one it is, is asked only
+        when the one that was known takes none: that takes time, which would count as the robot's."""
+        if not (self._display and self._press(*words)):
+            try:
+                self._display = self._station.display
+            except (RuntimeError, OSError):
+                self._display = {}
+                return
+            self._press(*words)
+
+    def _press(self, *words: str) -> bool:
+        environment = {**os.environ, **self._display}
+        pressed = subprocess.run(["xdotool", *words], env=environment, capture_output=True, timeout=10.0, check=False)
+        return pressed.returncode == 0
