@@ -121,6 +121,7 @@ class Sensors:
         self._rng = rng
         self._base = model.body(prefix + "base_footprint").id
         self._hull = model.geom(prefix + "base_hull").id
+        self._hull_touched = int(model.sensor(prefix + "hull_touched").adr[0])
         self._ground = model.site(prefix + _GROUND_FRAME).pos[:2].copy()
         self._sonars = {
             name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), SONAR_MAX) for name, site in _SONARS.items()
@@ -241,11 +242,11 @@ class Sensors:
     def _read_bumpers(self, now: float) -> None:
         with self._world.locked() as data:
             pressed = set(self._held)
-            touching = data.contact.geom == self._hull
-            if touching.any():  # hardly ever, and the rest takes longer than this question
-                touching = touching.any(axis=1) & (data.contact.dist < _CONTACT_DISTANCE)
+            if data.sensordata[self._hull_touched]:  # hardly ever, and the rest takes longer than this question
+                contacts = data.contact
+                touching = (contacts.geom == self._hull).any(axis=1) & (contacts.dist < _CONTACT_DISTANCE)
                 rotation = data.xmat[self._base].reshape(3, 3)
-                local = (data.contact.pos[touching] - data.xpos[self._base]) @ rotation
+                local = (contacts.pos[touching] - data.xpos[self._base]) @ rotation
                 for bearing in np.arctan2(local[:, 1], local[:, 0]):
                     pressed.add(_bumper_at(float(bearing)))
             for name in self.bumpers:
