@@ -103,6 +103,7 @@ class Controller(QObject):
         window.video.stale_changed.connect(self._on_stale)
         self.faults = FaultWatch(link, self.access, window.video)
         self.faults.changed.connect(self._show_fault)
+        terminal.failed.connect(self.faults.report)
         link.state_changed.connect(self._on_state)
         link.channel("picture").arrived.connect(self._on_picture)
         self._drove = False

@@ -6,6 +6,7 @@ silent, and whether master, supervisor and robot answer.
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from typing import TYPE_CHECKING
@@ -31,6 +32,10 @@ OLDEST_REPORT = 5.0
 """[s]; the first report may be one that was kept for newcomers: an older one is none of now."""
 PAUSED = 0.4
 """[s]; a look that comes later than this says that the window itself was held up, not that others are silent."""
+
+
+TAKEN_ALONG = 5.0
+"""[s] for which a roslaunch that is gone is one that ran in the terminal which has just died."""
 
 
 class FaultWatch(QObject):
@@ -60,6 +65,7 @@ class FaultWatch(QObject):
         self._paused = True
         self._newest: tuple[float, str] | None = None
         self._looked_at = 0.0
+        self._terminal_failed = -math.inf
         for name, take in (
             ("faults", self._on_report), ("true_pose", lambda _pose: self._speaks(Cause.SIMULATION)),
             ("safety", self._on_safety), ("drive_state", self._on_drive_state),
@@ -83,6 +89,15 @@ class FaultWatch(QObject):
             self._answers.clear()
             self._faults.forget()
             self.look()
+
+    def report(self, program: str, what: str, then: str) -> None:
+        """Take a fault that the window itself has noticed, in the words of those that ROS reports."""
+        if self._paused:
+            return
+        now = time.monotonic()
+        if self._faults.report(program, what, then, now) is Cause.TERMINAL:
+            self._terminal_failed = now
+        self.look()
 
     def look(self) -> None:
         """Look at everything that can be silent."""
@@ -110,6 +125,8 @@ class FaultWatch(QObject):
             working[Cause.LEASE] = self._access.state is not None
         if self._link.state.master:  # without one nobody finds a supervisor that is back
             working[Cause.STATION] = not self._link.state.unsupervised
+            if now - self._terminal_failed < TAKEN_ALONG:
+                self._worked.discard(Cause.STATION)  # what it ran, a keyboard's roslaunch for one, ended with it
         for cause, works in working.items():
             if works:
                 self._worked.add(cause)

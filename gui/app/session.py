@@ -15,6 +15,7 @@ from gui.ros.link_state import LinkState
 from gui.ros.readings import DriveState
 from gui.styling import set_property
 from gui.terminal import commands
+from gui.terminal.terminal_view import TERMINAL
 
 if TYPE_CHECKING:
     from gui.app.keyboard_focus import KeyboardFocus
@@ -65,7 +66,11 @@ class RobotSession(QObject):
         link.looked.connect(self._on_look)
         if link.has("drive_state"):
             link.channel("drive_state").arrived.connect(self._on_drive_state)
+        self._ran_keyboard = self._terminal_failed = False
         terminal.ended.connect(self._on_ended)
+        terminal.typed.connect(self._on_typed)
+        terminal.failed.connect(self._on_terminal_failed)
+        terminal.ready.connect(self._on_terminal_ready)
         terminal.refused.connect(self._on_refused)
         window.address.textChanged.connect(lambda: self._mark_address(valid=True))
 
@@ -195,6 +200,18 @@ class RobotSession(QObject):
             self._terminal.type_line(line, otherwise="")
 
     # --- what happens ---
+
+    def _on_typed(self, line: str) -> None:
+        self._ran_keyboard = bool(self._link.robot.keyboard) and line.startswith(self._link.robot.keyboard)
+
+    def _on_terminal_failed(self, part: str) -> None:
+        self._terminal_failed = self._terminal_failed or part == TERMINAL
+
+    def _on_terminal_ready(self) -> None:
+        """A terminal that has taken the place of one that died gets the keyboard program that had run there."""
+        if self._terminal_failed and self._ran_keyboard and self._connected:
+            self._start_keyboard()
+        self._terminal_failed = False
 
     def _on_state(self, state: LinkState) -> None:
         if self._waits_for_master and state.master:

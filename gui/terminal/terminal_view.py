@@ -9,20 +9,25 @@ from __future__ import annotations
 import logging
 import os
 import queue
+import shlex
 import shutil
 import subprocess
 import threading
+import time
 from collections.abc import Callable
 
-from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, QProcess, QProcessEnvironment, QSocketNotifier, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QHideEvent, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QStackedLayout, QWidget
 
 from gui.application_events import filter_events
 from gui.periodic_timer import PeriodicTimer
+from gui.terminal.terminal_parts import TerminalParts
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
 from gui.terminal.x11 import HostWindow, X11Error
 from gui.widgets.label import Label
+from telepresence.station import vitals
+from telepresence.station.restarts import Restarts
 
 log = logging.getLogger(__name__)
 
@@ -39,6 +44,11 @@ _LEAVE_KEY, _STOP_KEY = "F6", "Pause"
 END_PATIENCE = 30.0
 """[s]: roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM, and then kills them."""
 SEARCH_PERIOD = 50  # ms between two attempts to find xterm's window
+WATCH_PERIOD = 200
+"""[ms] between two looks whether a part of the terminal has died or was stopped."""
+CLOSED = "The terminal was closed. Click here to open it again."
+TERMINAL, REAPER = "window terminal", "window terminal reaper"
+"""What is called so in faults: the terminal, and what ends it together with the window."""
 
 
 class TerminalView(QFrame):
@@ -56,6 +66,8 @@ class TerminalView(QFrame):
     """What `end_program` interrupted has ended: empty, or the program that still runs when patience is over."""
     focus_changed = pyqtSignal(bool)
     """Whether keys go to the terminal."""
+    failed = pyqtSignal(str, str, str)
+    """A part of the terminal has failed: what, what befell it and what comes next, in the words of a fault."""
     stop_typed = pyqtSignal()
     """Pause was pressed while keys go to the terminal: everything must stop."""
 
@@ -65,6 +77,9 @@ class TerminalView(QFrame):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
+        self._parts: TerminalParts | None = None
+        self._befallen = ""
+        self._restarts = Restarts()
         self._reaper: subprocess.Popen | None = None
         self._host: HostWindow | None = None
         self._guest: int | None = None
@@ -84,6 +99,7 @@ class TerminalView(QFrame):
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
         self._search = PeriodicTimer(SEARCH_PERIOD, self._find_guest, self)
+        self._watch = PeriodicTimer(WATCH_PERIOD, self._look, self)
         kinds = (QEvent.Type.WindowActivate, QEvent.Type.WindowDeactivate, QEvent.Type.MouseButtonPress)
         filter_events(self, *kinds)
 
@@ -109,7 +125,7 @@ class TerminalView(QFrame):
         Args:
             keyboard: Give it the keyboard as soon as it is open.
         """
-        if self._xterm is not None or self._denied:
+        if self._xterm is not None or self._denied or self._closing:
             return
         if QGuiApplication.platformName() != "xcb":
             self._cover.say("The terminal needs an X11 display.")
@@ -136,8 +152,11 @@ class TerminalView(QFrame):
         self._xterm.setProcessChannelMode(QProcess.ProcessChannelMode.ForwardedChannels)
         self._xterm.finished.connect(self._on_ended)
         program, *arguments = self._xterm_command()
+        self._restarts.started(time.monotonic())
         self._xterm.start(program, arguments)
+        self._parts = TerminalParts(self._xterm.processId(), self._tmux.socket)
         self._search.start()
+        self._watch.start()
 
     def type_line(
         self, line: str | Callable[[], str], window: str = FIRST_WINDOW, otherwise: str | None = None
@@ -189,6 +208,7 @@ class TerminalView(QFrame):
         """End xterm, tmux and everything in it; takes a few seconds at most."""
         self._closing = True
         self._search.stop()
+        self._watch.stop()
         if self._worker is not None:
             self._jobs.put(None)
             self._worker.join(timeout=6.0)
@@ -224,7 +244,9 @@ class TerminalView(QFrame):
         command += ["-b", "6", "-bw", "0", "+sb", "-geometry", "80x24+0+0"]
         for resource in resources:
             command += ["-xrm", resource]
-        return [*command, "-e", *self._tmux.attach_command]
+        # xterm ends with 0 whatever became of what it ran.
+        left = f'"$@" && : >{shlex.quote(str(self._tmux.left))}'
+        return [*command, "-e", "sh", "-c", left, "terminal", *self._tmux.attach_command]
 
     def _find_guest(self) -> None:
         guest = self._host.guest() if self._host is not None else None
@@ -280,10 +302,25 @@ class TerminalView(QFrame):
             self._has_keyboard = has_keyboard
             self.focus_changed.emit(has_keyboard)
 
+    def _look(self) -> None:
+        """Put another terminal in the place of one that was stopped, and so takes no keys."""
+        if self._reaper is not None and (self._reaper.poll() is not None or vitals.state(self._reaper.pid) == "T"):
+            code = self._reaper.poll()
+            self._reaper.kill()
+            self._reaper.wait()
+            self._reaper = self._tmux.start_reaper()
+            self.failed.emit(REAPER, "froze" if code is None else vitals.cause(code), "starts again")
+        if self._parts is not None and not self._befallen and self._parts.stopped():
+            self._befallen = "froze"
+            self._parts.kill()
+
     def _on_ended(self) -> None:
         if self._closing:
             return
+        died = not self._tmux.was_left()
+        befallen, self._befallen, self._parts = self._befallen or "died", "", None
         self._search.stop()
+        self._watch.stop()
         self._clicks.setEnabled(False)
         if self._host is not None:
             self._host.close()
@@ -291,7 +328,11 @@ class TerminalView(QFrame):
             self._xterm.deleteLater()
         self._xterm = self._host = self._guest = None
         self._set_keyboard(False)
-        self._cover.say("The terminal was closed. Click here to open it again.")
+        if died:
+            pause = self._restarts.died(time.monotonic())
+            QTimer.singleShot(round(pause * 1000), self.start)
+            self.failed.emit(TERMINAL, befallen, f"opens again in {pause:g} s" if pause else "opens again")
+        self._cover.say(CLOSED)
         self._layout.setCurrentWidget(self._cover)
 
     def _do(self, job: Callable[[], None]) -> None:

@@ -28,7 +28,7 @@ read -r _
 socket=$1; shift
 # The server may have ended by itself, or may not be up yet.
 for attempt in 1 2 3; do "$@" kill-server 2>/dev/null && break; sleep 0.1; done
-rm -f "$socket"
+rm -f "$socket" "$socket-left"
 """
 _HERE = Path(__file__).resolve().parent
 
@@ -47,7 +47,9 @@ class Tmux:
     def __init__(self, socket: str) -> None:
         self._base = ["tmux", "-L", socket]
         # The path that -L stands for, see tmux(1). tmux leaves the file behind.
-        self._socket = Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}", socket)
+        self.socket = Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}", socket)
+        self.left = self.socket.with_name(f"{socket}-left")
+        """A file that whoever runs `attach_command` makes when it has ended well: its last shell was left."""
         shell = shlex.join([SHELL, "--noprofile", "--rcfile", str(_HERE / "terminal.bashrc"), "-i"])
         self.attach_command = [
             *self._base, "-f", str(_HERE / "tmux.conf"),
@@ -56,6 +58,12 @@ class Tmux:
             ";", "set-option", "-g", "destroy-unattached", "on",
         ]  # fmt: skip
         """The command to run in a terminal window."""
+
+    def was_left(self) -> bool:
+        """Whether there is that file; it is removed."""
+        found = self.left.exists()
+        self.left.unlink(missing_ok=True)
+        return found
 
     def type_line(self, window: str, line: str) -> None:
         """Type a line and Enter at the shell's prompt in `window`, which is opened if necessary and shown.
@@ -128,7 +136,7 @@ class Tmux:
         """Start a process that ends the server, and thereby everything in it, when its standard input is closed: by
         this process, or by the kernel when this process is killed. xterm alone could live on until it next draws."""
         return subprocess.Popen(
-            ["sh", "-c", _REAP, "tmux-reaper", str(self._socket), *self._base],
+            ["sh", "-c", _REAP, "tmux-reaper", str(self.socket), *self._base],
             stdin=subprocess.PIPE,
             env=environment(),
             start_new_session=True,

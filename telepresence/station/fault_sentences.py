@@ -33,13 +33,14 @@ class Cause(IntEnum):
     DRIVER = 4
     LEASE = 5
     PICTURE = 6
-    STATION = 7
-    OTHER = 8
+    TERMINAL = 7
+    STATION = 8
+    OTHER = 9
 
     @property
     def stops(self) -> bool:
         """Whether the robot stands because of it."""
-        return self < Cause.STATION
+        return self <= Cause.PICTURE
 
 
 NOTICED = {
@@ -70,8 +71,11 @@ PROGRAMS = {
     "rto_camera_receiver": ("The camera's program", Cause.PICTURE),
     "onboard_camera": ("The camera's program on the robot", Cause.PICTURE),
     "roslaunch": ("The program that watches the others (roslaunch)", Cause.STATION),
+    "window terminal": ("The terminal of this window", Cause.TERMINAL),
+    "window terminal reaper": ("What ends the terminal together with this window", Cause.OTHER),
     "gui_ros_node": ("This window", Cause.OTHER),
     "stack up": ("The program that runs the station (stack up)", Cause.STATION),
+    "fork_server": ("The program that starts the others (fork_server)", Cause.OTHER),
     "rosout": ("The program that gathers the logs", Cause.OTHER),
     "Xvfb": ("The display of this window", Cause.OTHER),
     "screen_page": ("The program that shows this window on a web page", Cause.OTHER),
@@ -92,7 +96,10 @@ SHARED = frozenset(
         "roslaunch",
         "robot_control_node",
         "gui_ros_node",
+        "window terminal",
+        "window terminal reaper",
         "stack up",
+        "fork_server",
         "rosout",
         "Xvfb",
         "screen_page",

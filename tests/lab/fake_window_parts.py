@@ -171,6 +171,7 @@ class FakeTerminal(QFrame):
     busy = pyqtSignal(str)
     ended = pyqtSignal(str)
     focus_changed = pyqtSignal(bool)
+    failed = pyqtSignal(str, str, str)
     stop_typed = pyqtSignal()
 
     def __init__(self) -> None:

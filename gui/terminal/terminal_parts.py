@@ -1,0 +1,65 @@
+"""The processes that the window's terminal consists of: whether one of them was stopped, and ending them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import struct
+from pathlib import Path
+
+from telepresence.station import vitals
+
+_CREDENTIALS = struct.Struct("3i")  # pid, uid, gid: unix(7)
+
+
+class TerminalParts:
+    """xterm, what it runs, and the tmux server, which is nobody's child.
+
+    Args:
+        xterm: Process id.
+        server: Path of the tmux server's socket.
+    """
+
+    def __init__(self, xterm: int, server: Path) -> None:
+        self._xterm, self._path = xterm, server
+        self._server = 0
+
+    def stopped(self) -> bool:
+        """Whether one of them was stopped, so that the terminal takes no keys."""
+        self._server = self._server or listener(self._path)
+        return any(vitals.state(pid) == "T" for pid in self._all())
+
+    def kill(self) -> None:
+        """End them at once; what runs in the terminal is told that it has hung up."""
+        for pid in self._all():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+    def _all(self) -> list[int]:
+        found, parents = [], [self._xterm]
+        while parents:
+            parent = parents.pop()
+            found.append(parent)
+            parents += _children(parent)
+        return [*found, self._server] if vitals.state(self._server) else found
+
+
+def listener(path: Path) -> int:
+    """Return the process id of who listens at a unix socket; 0 when nobody does."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as connection:
+        try:
+            connection.connect(str(path))
+            return _CREDENTIALS.unpack(connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size))[
+                0
+            ]
+        except OSError:
+            return 0
+
+
+def _children(pid: int) -> list[int]:
+    try:
+        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:  # it has ended
+        return []
