@@ -11,10 +11,12 @@ import contextlib
 import os
 import random
 import signal
+import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from bench_startup import time_up
 from bench_teleop import drive_by_keyboard
@@ -30,6 +32,8 @@ PRESSES = 60
 SILENCES = 12
 """Publishers that are killed while the robot turns."""
 STARTS = 3
+ENOUGH = 10
+"""Figures of which a 95th percentile says something."""
 TURN, STANDS = 0.5, 0.02
 """[rad/s]; turning, as nothing is in the way."""
 PERIOD = 0.005
@@ -50,12 +54,18 @@ def run() -> list[Row]:
             found = measure({**environment, priority.OFF: setting})
         quiet = quiet or found
         for what, seconds in found.items():
-            for share in (50, 95):
-                reference = percentile(quiet[what], share) * 1e3
-                rows.append(
-                    Row(f"{what}, p{share}, {name}", percentile(seconds, share) * 1e3, reference, "ms", "quiet")
-                )
+            rows += [
+                Row(f"{what}, {label}, {name}", middle(seconds) * 1e3, middle(quiet[what]) * 1e3, "ms", "quiet")
+                for label, middle in spread(len(seconds)).items()
+            ]
     return rows
+
+
+def spread(count: int) -> dict[str, Callable[[list[float]], float]]:
+    """What is said of so many figures: of a few the median alone."""
+    if count < ENOUGH:
+        return {"median": statistics.median}
+    return {f"p{share}": partial(percentile, percent=share) for share in (50, 95)}
 
 
 def measure(environment: dict[str, str]) -> dict[str, list[float]]:
