@@ -66,7 +66,9 @@ class RobotSession(QObject):
         link.looked.connect(self._on_look)
         if link.has("drive_state"):
             link.channel("drive_state").arrived.connect(self._on_drive_state)
-        self._ran_keyboard = self._terminal_failed = False
+        self._keyboard_line = ""
+        """What started the keyboard program that runs in the terminal, if that was typed last."""
+        self._terminal_failed = False
         terminal.ended.connect(self._on_ended)
         terminal.typed.connect(self._on_typed)
         terminal.failed.connect(self._on_terminal_failed)
@@ -202,15 +204,16 @@ class RobotSession(QObject):
     # --- what happens ---
 
     def _on_typed(self, line: str) -> None:
-        self._ran_keyboard = bool(self._link.robot.keyboard) and line.startswith(self._link.robot.keyboard)
+        keyboard = self._link.robot.keyboard
+        self._keyboard_line = line if keyboard and line.startswith(keyboard) else ""
 
     def _on_terminal_failed(self, part: str) -> None:
         self._terminal_failed = self._terminal_failed or part == TERMINAL
 
     def _on_terminal_ready(self) -> None:
         """A terminal that has taken the place of one that died gets the keyboard program that had run there."""
-        if self._terminal_failed and self._ran_keyboard and self._connected:
-            self._start_keyboard()
+        if self._terminal_failed and self._keyboard_line and self._connected:
+            self._terminal.type_line(self._keyboard_line, otherwise="")
         self._terminal_failed = False
 
     def _on_state(self, state: LinkState) -> None:

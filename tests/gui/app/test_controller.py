@@ -238,6 +238,28 @@ def test_a_keyboard_that_runs_elsewhere_is_not_thrown_out(open_window, link, ter
     assert terminal.lines == [("session", f"{KEYBOARD} {SECOND_NAME}")]
 
 
+@pytest.mark.parametrize(
+    ("part", "last", "again"),
+    [
+        ("window terminal", KEYBOARD, [("session", KEYBOARD)]),
+        ("window terminal", f"{KEYBOARD} {SECOND_NAME}", [("session", f"{KEYBOARD} {SECOND_NAME}")]),
+        ("window terminal", "rostopic list", []),
+        ("window terminal reaper", KEYBOARD, []),
+    ],
+)
+def test_the_keyboard_is_back_in_the_place_of_a_terminal_that_died(open_window, link, terminal, part, last, again):
+    open_window()
+    link.become(**RUNNING, keyboard=True)
+    terminal.typed.emit(KEYBOARD)
+    terminal.typed.emit(last)
+    terminal.lines.clear()
+    terminal.failed.emit(part, "died", "opens again")
+    terminal.ready.emit()
+    assert terminal.lines == again
+    terminal.ready.emit()
+    assert terminal.lines == again, "a terminal that a person opens again gets nothing"
+
+
 def test_robot_feed_switches_the_picture_on_and_off(open_window, link):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)

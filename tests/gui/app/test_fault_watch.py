@@ -14,7 +14,7 @@ from gui.ros.readings import DriveState, Safety, TruePose
 from gui.ros.topics.station import FaultReport
 from gui.widgets.video_view import STRAGGLERS
 from gui.window import OperatorWindow
-from telepresence.station.fault_sentences import NOTICED, Cause
+from telepresence.station.fault_sentences import NOTICED, SHOWN_TIME, Cause
 from telepresence.teleop.drive_lease import PILOT, Account
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
@@ -140,6 +140,23 @@ def test_what_has_never_worked_and_what_the_pilot_ends_is_no_fault(window, link,
     last = time.monotonic()
     spin(lambda: time.monotonic() - last > SILENT_AFTER + 0.3, "the programs have been silent")
     assert window.controller.faults.fault is None and not window.controller.faults.recent
+
+
+def test_a_terminal_that_dies_takes_its_roslaunch_along(window, link, terminal, spin):
+    works(window, link, spin, Cause.STATION)
+    terminal.failed.emit("window terminal", "died", "opens again")
+    assert shown(window) == "The terminal of this window died; it opens again."
+    lose_supervisor(link)
+    last = time.monotonic()
+    said = set()
+
+    def over():
+        everybody_speaks(link)
+        said.add(shown(window))
+        return time.monotonic() - last > SHOWN_TIME + 0.5
+
+    spin(over, "the sentence is over")
+    assert NOTICED[Cause.STATION] not in said, "the station's own watches on"
 
 
 def test_a_report_is_said_once_and_one_kept_for_newcomers_is_not(window, link):
