@@ -68,8 +68,8 @@ def test_stale_motion_counts_what_was_driven_and_no_trembling():
     assert way_ahead(trace(lambda now: -0.1 if now < 2.0 else 0.1), begin=1.0) == pytest.approx(0.2, abs=0.01)
 
 
-def outcome(**fields) -> Outcome:
-    return Outcome("pepper", "pepper", "topic", "/driver", "kill", **{"told": 0.2, "back": 1.0, "rest": 0.5, **fields})
+def outcome(victim="/driver", **fields) -> Outcome:
+    return Outcome("pepper", "pepper", "topic", victim, "kill", **{"told": 0.2, "back": 1.0, "rest": 0.5, **fields})
 
 
 def test_a_row_says_which_limits_it_breaks():
@@ -93,7 +93,12 @@ def test_what_never_came_is_never_in_the_table():
 def test_the_page_gets_its_table():
     page = filled("# Page\n<!-- faults -->\nyesterday\n<!-- end -->\nrest\n", rows([outcome(), outcome(back=None)]))
     assert "| pepper | pepper | topic | /driver | kill | 2 | 0.50 0.50 0.50 |" in page and "back > 3 |" in page
-    assert "yesterday" not in page and page.endswith("<!-- end -->\nrest\n")
+    assert "yesterday" not in page and page.endswith("<!-- end -->\nrest\n") and "0 of 1 rows hold." in page
+    more = filled(page, rows([outcome(victim="/camera")]))
+    assert "| /driver | kill | 2 |" in more and "| /camera | kill | 1 |" in more and "1 of 2 rows hold." in more
+    again = filled(more, rows([outcome()]))
+    assert "| /driver | kill | 1 |" in again and "| /camera |" in again, "a row that was measured again is replaced"
+    assert "2 of 2 rows hold." in again
 
 
 def test_processes_have_the_names_that_people_use():
