@@ -3,8 +3,8 @@
     ./stack bench faults --json FILE
     ./stack exec python tests/bench/faults/page.py FILE ...
 
-What stands between `<!-- faults -->` and `<!-- end -->` is replaced, but for rows of which these files have none: a table of
-several hours is made in pieces. docs/measured/faults.json keeps the figures, in the same way.
+What stands between `<!-- faults -->` and `<!-- end -->` is replaced, but for rows of which these files have none: a
+table of several hours is made in pieces. docs/measured/faults.json keeps the figures, in the same way.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ def main() -> None:
     known = json.loads(FIGURES.read_text()) if FIGURES.exists() else []
     new = {(*cells(row)[:KEY], row.load) for row in figures}
     kept = [row for row in known if (*_named(row), row["load"]) not in new]
-    FIGURES.write_text(json.dumps([*kept, *(row.as_dict() for row in figures)], indent=1) + "\n")
+    lines = [json.dumps(row) for row in (*kept, *(row.as_dict() for row in figures))]
+    FIGURES.write_text("[\n" + ",\n".join(lines) + "\n]\n")
     PAGE.write_text(filled(PAGE.read_text(), figures))
 
 
