@@ -38,7 +38,7 @@ class TerminalParts:
                 os.kill(pid, signal.SIGKILL)
 
     def _all(self) -> list[int]:
-        found, parents = [], [self._xterm]
+        found, parents = [], [self._xterm] if self._xterm else []  # 0: it could not be started
         while parents:
             parent = parents.pop()
             found.append(parent)
@@ -51,11 +51,11 @@ def listener(path: Path) -> int:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as connection:
         try:
             connection.connect(str(path))
-            return _CREDENTIALS.unpack(connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size))[
-                0
-            ]
+            credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
         except OSError:
             return 0
+    pid, _user, _group = _CREDENTIALS.unpack(credentials)
+    return pid
 
 
 def _children(pid: int) -> list[int]:

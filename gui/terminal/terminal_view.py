@@ -304,12 +304,11 @@ class TerminalView(QFrame):
 
     def _look(self) -> None:
         """Put another terminal in the place of one that was stopped, and so takes no keys."""
-        if self._reaper is not None and (self._reaper.poll() is not None or vitals.state(self._reaper.pid) == "T"):
-            code = self._reaper.poll()
+        if self._reaper is not None and (failure := vitals.failure(self._reaper)):
             self._reaper.kill()
             self._reaper.wait()
             self._reaper = self._tmux.start_reaper()
-            self.failed.emit(REAPER, "froze" if code is None else vitals.cause(code), "starts again")
+            self.failed.emit(REAPER, failure, "starts again")
         if self._parts is not None and not self._befallen and self._parts.stopped():
             self._befallen = "froze"
             self._parts.kill()

@@ -12,6 +12,7 @@ import contextlib
 import os
 import socket
 import struct
+import subprocess
 from pathlib import Path
 
 from telepresence.station.heartbeat import WITHIN
@@ -173,6 +174,14 @@ def wants_to_run(pid: int) -> bool:
         threads = os.listdir(f"/proc/{pid}/task")
         return any(_stat(pid, f"/task/{thread}")[:1] in (["R"], ["D"]) for thread in threads)
     return False
+
+
+def failure(process: subprocess.Popen) -> str:
+    """What has befallen a program that gives no beats: "died: signal 9", "froze"; empty while it is there."""
+    code = process.poll()
+    if code is not None:
+        return cause(code)
+    return "froze" if state(process.pid) == _STOPPED else ""
 
 
 def cause(code: int) -> str:

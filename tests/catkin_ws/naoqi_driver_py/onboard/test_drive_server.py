@@ -103,6 +103,11 @@ class Server:
     def link(self, key: RobotKey | None) -> DriveLink:
         return DriveLink(f"127.0.0.1:{self.port}", key)
 
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait(10)
+        self.process.stdout.close()
+
     def end(self) -> int:
         self.process.send_signal(signal.SIGTERM)
         status = self.process.wait(10)
@@ -195,9 +200,7 @@ def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, 
         until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "the second process stops the robot")
     finally:
         pilot.close()
-        server.process.kill()
-        server.process.wait(10)
-        server.process.stdout.close()
+        server.kill()
     until_true(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
 
 
@@ -228,9 +231,7 @@ def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
         until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "it stops the robot")
     finally:
         pilot.close()
-        server.process.kill()
-        server.process.wait(10)
-        server.process.stdout.close()
+        server.kill()
 
 
 def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, until_true):

@@ -76,11 +76,8 @@ class ForkServer:
         return time.monotonic() - self._started
 
     def failure(self) -> str:
-        """What has befallen it: "died: signal 9", "froze"; empty while it is there."""
-        code = self._process.poll()
-        if code is not None:
-            return vitals.cause(code)
-        return "froze" if vitals.state(self._process.pid) == "T" else ""
+        """What has befallen it; see `vitals.failure`."""
+        return vitals.failure(self._process)
 
     def start(self, program: Program, output: Sequence[int]) -> int:
         """Start a program; its process id.

@@ -123,9 +123,7 @@ def watch(url, log):
     while True:
         due = min(heard + SILENCE if moving else INFINITY, kill_at)
         timeout = None if due == INFINITY else max(0.0, due - monotonic())
-        ready = (
-            select.select([server], [], [], timeout)[0] if timeout is not None else select.select([server], [], [])[0]
-        )
+        ready = select.select([server], [], [], timeout)[0]
         said = _heard(server) if ready else b""
         now = monotonic()
         if said:
