@@ -7,11 +7,12 @@ import signal
 import socket
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 
 import pytest
 from telepresence_ros import forked_process
-from telepresence_ros.fork_server import Program
+from telepresence_ros.fork_server import LONGEST, Program
 from telepresence_ros.forked_process import TERMINAL, UNKNOWN, NodeStarter, can_be_forked
 from telepresence_ros.node_monitor import NodeMonitor
 
@@ -172,6 +173,23 @@ def test_one_that_needs_another_interpreter_gets_one(run, tmp_path):
         assert not can_be_forked([str(other)], dict(os.environ))
 
 
+def test_one_that_still_imports_is_waited_for(tmp_path, monkeypatch, until_true):
+    """On a busy machine that takes many times as long as a start."""
+    monkeypatch.setenv("PYTHONPATH", PATH)
+    monkeypatch.setattr(forked_process, "PATIENCE", 0.01)
+    starter = NodeStarter()
+    os.kill(starter._server._process.pid, signal.SIGSTOP)
+    with ThreadPoolExecutor(1) as pool:
+        started = pool.submit(Started, starter, tmp_path, "5")
+        with pytest.raises(TimeoutError):
+            started.result(0.5)
+        monkeypatch.setattr(forked_process, "PATIENCE", 60.0)
+        os.kill(starter._server._process.pid, signal.SIGCONT)
+        program = started.result(60.0)
+    assert isinstance(program.process, forked_process.ForkedProcess) and program.ends(until_true) == 5
+    starter.close()
+
+
 def test_a_server_that_hangs_starts_nothing_later(tmp_path, monkeypatch, until_true):
     monkeypatch.setenv("PYTHONPATH", PATH)
     starter = NodeStarter()
@@ -247,6 +265,8 @@ def test_a_server_whose_client_was_killed_ends_in_order(tmp_path):
     with theirs:
         words = [sys.executable, "-m", "telepresence_ros.fork_server", str(theirs.fileno())]
         server = subprocess.Popen(words, pass_fds=[theirs.fileno()], stderr=subprocess.PIPE, text=True)
+    ours.settimeout(30.0)
+    assert "serves" in json.loads(ours.recv(LONGEST))
     script = tmp_path / "short"
     script.write_text("")
     for _ in range(2):

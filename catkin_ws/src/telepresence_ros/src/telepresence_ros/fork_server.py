@@ -5,7 +5,8 @@ and shares the memory of what is never written. A node started this way is a pro
 environment, session, output and end of its own, and the name of its program in `ps`.
 
 `ForkServer` is its client's side, in roslaunch. Both ends speak over a socket: a JSON object and the descriptors of
-standard output and standard error start a program and are answered with its process id; its end comes later.
+standard output and standard error start a program and are answered with its process id; its end comes later. The first
+answer says that the server has imported everything and serves.
 """
 
 from __future__ import annotations
@@ -82,6 +83,7 @@ def serve(channel: socket.socket) -> Program | None:
     selector = selectors.DefaultSelector()
     selector.register(channel, selectors.EVENT_READ)
     selector.register(reader, selectors.EVENT_READ)
+    _send(channel, {"serves": os.getpid()})
     while True:
         for key, _ in selector.select():
             if key.fd == reader:

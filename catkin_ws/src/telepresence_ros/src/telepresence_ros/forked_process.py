@@ -24,7 +24,10 @@ _log = logging.getLogger(__name__)
 UNKNOWN = 255
 """Exit code of a program that ended and was not our child."""
 PATIENCE = 5.0
-"""Seconds within which the server must answer; it starts a program in 0.02 s, and itself in one on a busy machine."""
+"""Seconds within which a server that serves must answer; it starts a program in 0.02 s."""
+IMPORT_PATIENCE = 60.0
+"""Seconds within which it must serve: it imports for 0.5 s, or for many times that where others use the processors. One
+that dies or is stopped meanwhile is noticed at once, by `NodeStarter.look`."""
 TERMINAL = "TELEPRESENCE_TERMINAL"
 """Marks a node in a launch file that reads keys from the terminal: what it prints is for the person there, even where
 the output of the others goes elsewhere, as in `./stack up`."""
@@ -53,7 +56,7 @@ class ForkServer:
 
     def __init__(self) -> None:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        ours.settimeout(PATIENCE)
+        ours.settimeout(IMPORT_PATIENCE)
         for end in (ours, theirs):
             end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2 * LONGEST)
         with theirs:
@@ -145,6 +148,8 @@ class ForkServer:
         if not text:
             raise ConnectionResetError("the fork server has ended")
         answer: dict[str, int] = json.loads(text)
+        if "serves" in answer:
+            self._channel.settimeout(PATIENCE)
         if "ended" in answer:
             self._ended[answer["ended"]] = answer["code"]
         return answer
