@@ -152,6 +152,23 @@ def test_the_room_fits_those_pictures_that_are_wanted(cameras, monkeypatch):
     assert newest(cameras.subscribe("eye", 640, 480, 50.0)).pixels[2, 2].tolist() == [255, 0, 0]
 
 
+@pytest.mark.parametrize("sizes", [[], [(80, 60)], [(80, 60), (320, 240)]])
+def test_the_buffer_has_depth_and_no_stencil(painted, sizes):
+    """Which would double what every point of every picture reads and writes."""
+    from OpenGL import GL  # not at the top: MuJoCo tells it first for which kind of context it works
+
+    painter, _ = painted
+    for size in sizes:
+        painter.fit(*size)
+    GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, painter._context.offFBO)
+    assert GL.glCheckFramebufferStatus(GL.GL_FRAMEBUFFER) == GL.GL_FRAMEBUFFER_COMPLETE
+    attached = (GL.GL_STENCIL_ATTACHMENT, GL.GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE)
+    assert GL.glGetFramebufferAttachmentParameteriv(GL.GL_FRAMEBUFFER, *attached) == GL.GL_NONE
+    GL.glBindRenderbuffer(GL.GL_RENDERBUFFER, painter._context.offDepthStencil)
+    made = GL.glGetRenderbufferParameteriv(GL.GL_RENDERBUFFER, GL.GL_RENDERBUFFER_INTERNAL_FORMAT)
+    assert made == GL.GL_DEPTH_COMPONENT32F
+
+
 def test_textures_are_filtered_cheaply_also_those_that_change(painted):
     from OpenGL import GL  # not at the top: MuJoCo tells it first for which kind of context it works
 
