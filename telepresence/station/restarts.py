@@ -6,8 +6,8 @@ STEADY_AFTER = 5.0
 """Seconds after which a program that started counts as running well."""
 FIRST_PAUSE = 0.5
 """Seconds before the third start in a row; each further pause is twice as long."""
-LONGEST_PAUSE = 8.0
-"""Seconds between two starts at most."""
+LONGEST_PAUSE = 2.0
+"""Seconds between two starts at most: whoever can come back is back within three seconds, also after many deaths."""
 
 
 class Restarts:
@@ -36,5 +36,5 @@ class Restarts:
 
 
 def what_next(pause: float) -> str:
-    """In words: "starts again", "starts again in 4 s"."""
+    """In words: "starts again", "starts again in 2 s"."""
     return f"starts again in {pause:g} s" if pause else "starts again"

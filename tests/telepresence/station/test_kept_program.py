@@ -69,11 +69,11 @@ def test_faults_wait_for_a_listener_and_come_in_their_order(tmp_path):
     reporter = FaultReporter(tmp_path / "faults")
     reporter.report("/first", "froze", "starts again")
     listener = FaultListener(tmp_path / "faults")
-    reporter.report("/second", "died: signal 9", "starts again in 4 s")
+    reporter.report("/second", "died: signal 9", "starts again in 2 s")
     found = [listener.next(5.0), listener.next(5.0)]
     assert [(fault.program, fault.next) for fault in found] == [
         ("/first", "starts again"),
-        ("/second", "starts again in 4 s"),
+        ("/second", "starts again in 2 s"),
     ]
     assert listener.next(0.01) is None
     listener.close()
