@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-STEADY_AFTER = 5.0
+STEADY_AFTER = 3.0
 """Seconds after which a program that started counts as running well."""
 FIRST_PAUSE = 0.5
 """Seconds before the third start in a row; each further pause is twice as long."""

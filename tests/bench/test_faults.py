@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 from faults import trial
@@ -54,6 +55,13 @@ def test_who_turns_or_drives_on_or_is_not_seen_does_not_rest():
     seen = [sample for sample in trace(braking) if sample.time < 1.1 or sample.time > 3.0]
     assert rest_time(seen, since=1.0) is None
     assert rest_time([], since=1.0) is None
+
+
+def test_who_stands_where_it_stood_before_it_was_not_seen_has_rested_since():
+    seen = [sample for sample in trace(braking) if not 1.7 < sample.time < 2.5]
+    assert rest_time(seen, since=1.0) == pytest.approx(0.6, abs=2 * PERIOD)
+    pushed = [replace(sample, x=sample.x + 0.01) if sample.time > 2.0 else sample for sample in seen]
+    assert rest_time(pushed, since=1.0) == pytest.approx(1.5, abs=2 * PERIOD)
 
 
 def test_back_is_the_first_time_at_speed_after_it():

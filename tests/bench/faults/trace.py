@@ -16,7 +16,10 @@ RESTING, RESTING_TURN = 0.01, math.radians(2.0)
 REST_LASTS = 0.3
 """A robot that stands for so long has come to rest; less is a stutter [s]."""
 GAP = 0.15
-"""Samples further apart than this say nothing about the time between them [s]."""
+"""Samples further apart than this say nothing about the time between them [s], but that a robot stood which has not
+left its place meanwhile."""
+SAME_PLACE, SAME_YAW = 0.001, math.radians(0.1)
+"""[m], [rad]"""
 
 
 @dataclass(frozen=True)
@@ -49,18 +52,22 @@ def rest_time(trace: Sequence[Sample], since: float) -> float | None:
     """Return how long after `since` the robot came to rest [s], 0 if it stood already; None if it has not, or nobody
     could see it."""
     began: float | None = None
-    before: float | None = None
+    before: Sample | None = None
     for sample in trace:
         if sample.time < since:
             continue
-        if sample.moves or (before is not None and sample.time - before > GAP):
+        if sample.moves or (before is not None and sample.time - before.time > GAP and not _stood(before, sample)):
             began = None
         if not sample.moves and began is None:
             began = sample.time
-        before = sample.time
+        before = sample
         if began is not None and sample.time - began >= REST_LASTS:
             return began - since
     return None
+
+
+def _stood(before: Sample, after: Sample) -> bool:
+    return math.hypot(after.x - before.x, after.y - before.y) < SAME_PLACE and abs(after.yaw - before.yaw) < SAME_YAW
 
 
 def drive_time(trace: Iterable[Sample], since: float, speed: float) -> float | None:

@@ -176,6 +176,9 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
     outcome.back = _come_back(run, began, rested)
     _let_go(run)
     outcome.stale = _stale(run)
+    late = rest()
+    if outcome.gone and late is not None and began + late < rested:  # the robot was only not heard of, as it stood
+        outcome.gone, outcome.rest = False, late
 
 
 def _come_back(run: Run, began: float, rested: float) -> float | None:
