@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from robotino_sim.controller import CYCLE
-from telepresence.sim.rays import RayRing
+from telepresence.sim.rays import Rays
 from telepresence.sim.stillness import Stillness
 
 COUNT = 9
@@ -78,15 +78,15 @@ class InfraredRing:
 
     def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         self._rng = rng
-        sites = [f"{prefix}infrared_{i}" for i in range(COUNT)]
-        self._beams = RayRing(model, sites, _beam(), _DARK + RAY_START)
-        self._rest = Stillness(self._beams.bodies)
+        beams = [(f"{prefix}infrared_{i}", _beam()) for i in range(COUNT)]
+        self._beams = Rays(model, beams, _DARK + RAY_START, all_around=True)
+        self._rest = Stillness(self._beams.body, self._beams.others)
         self._volts: np.ndarray = np.zeros(COUNT)
 
     def measure(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Return voltages [V] as digitised and readings [m], shape (9,) each."""
         if not self._rest.holds(data):
-            distances = self._beams.cast(data) - RAY_START
+            distances = self._beams.cast(data).reshape(COUNT, -1) - RAY_START
             self._volts = voltage(spot_distance(np.maximum(distances, 0.0)))
         volts = self._volts
         if self._rng is not None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from telepresence.sim.rays import RayBundle, add_noise, fan
+from telepresence.sim.rays import Rays, add_noise, fan
 from telepresence.sim.stillness import Stillness
 
 COUNT = 441
@@ -46,8 +46,8 @@ class LaserScanner:
 
     def __init__(self, model: mujoco.MjModel, prefix: str, rng: np.random.Generator | None = None) -> None:
         angles = ANGLE_MIN + ANGLE_INCREMENT * np.arange(COUNT)
-        self._rays = RayBundle(model, prefix + "laser", fan(angles), RANGE_MAX)
-        self._rest = Stillness(self._rays.bodies)
+        self._rays = Rays(model, [(prefix + "laser", fan(angles))], RANGE_MAX)
+        self._rest = Stillness(self._rays.body, self._rays.others)
         self._ranges: np.ndarray = np.full(COUNT, np.inf)
         self._rng = rng
         self._seq = 0

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
-import mujoco
 import numpy as np
 
 from pepper_sim.body.description import (
@@ -25,7 +23,7 @@ from pepper_sim.body.description import (
     SONAR_PERIOD,
     SONAR_RESOLUTION,
 )
-from telepresence.sim.rays import RayBundle, RayRing, add_noise, cone, fan
+from telepresence.sim.rays import Rays, add_noise, cone, fan
 from telepresence.sim.stillness import Stillness
 from telepresence.sim.world import World
 
@@ -72,42 +70,24 @@ class _Hits:
     distances: np.ndarray
     points: np.ndarray
 
+    @classmethod
+    def of(cls, rays: Rays, distances: np.ndarray) -> _Hits:
+        """Return what rays of the base have met at these distances (n,) [m]."""
+        hit = np.flatnonzero(np.isfinite(distances))
+        return cls(distances, distances[hit, None] * rays.directions[hit, :2] + rays.origins[hit, :2])
+
 
 @dataclass(frozen=True)
-class _RaysFromAbove:
-    """Rays fixed to the base, as base_footprint sees them from above.
+class _Echo:
+    """The nearest of what sends an echo to a sonar.
 
     Args:
-        directions: Shape (n, 2).
-        origins: Shape (n, 2) [m].
+        distance: [m]; infinity for nothing.
+        points: In base_footprint, shape (1, 2) [m]; (0, 2) for nothing.
     """
 
-    directions: np.ndarray
-    origins: np.ndarray
-
-    @classmethod
-    def of(cls, model: mujoco.MjModel, rays: Iterable[tuple[str, np.ndarray]]) -> _RaysFromAbove:
-        """Return the rays of some sites of the base one after the other.
-
-        Args:
-            rays: Name of each site, and unit vectors in its frame, shape (n, 3).
-        """
-        directions, origins = [], []
-        for name, vectors in rays:
-            site, rotation = model.site(name), np.zeros(9)
-            mujoco.mju_quat2Mat(rotation, site.quat)
-            directions.append((vectors @ rotation.reshape(3, 3).T)[:, :2])
-            origins.append(np.tile(site.pos[:2], (len(vectors), 1)))
-        return cls(np.concatenate(directions), np.concatenate(origins))
-
-    def points(self, distances: np.ndarray) -> np.ndarray:
-        """Return where rays end (n, 2) [m] that are so long (n,) [m]."""
-        return distances[:, None] * self.directions + self.origins
-
-    def met(self, distances: np.ndarray) -> _Hits:
-        """Return what was met at these distances (n,) [m]."""
-        hit = np.isfinite(distances)
-        return _Hits(distances, distances[hit, None] * self.directions[hit] + self.origins[hit])
+    distance: float
+    points: np.ndarray
 
 
 class Sensors:
@@ -123,39 +103,24 @@ class Sensors:
         self._hull = model.geom(prefix + "base_hull").id
         self._hull_touched = int(model.sensor(prefix + "hull_touched").adr[0])
         self._ground = model.site(prefix + _GROUND_FRAME).pos[:2].copy()
-        self._sonars = {
-            name: RayBundle(model, prefix + site, cone(SONAR_HALF_ANGLE), SONAR_MAX) for name, site in _SONARS.items()
-        }
-        rays = fan(np.array(LASER_ANGLES))
-        self._lasers = RayRing(model, [prefix + site for site in _LASERS.values()], rays, LASER_MAX)
-        self._ground_lasers = [
-            RayBundle(model, prefix + site, fan(np.array(angles)), LASER_MISS)
-            for site, angles in _GROUND_LASERS.values()
-        ]
-        straight = np.array([[1.0, 0.0, 0.0]])
-        self._infrared = {
-            name: RayBundle(model, prefix + site, straight, INFRARED_RANGE) for name, site in _INFRARED.items()
-        }
-        # The rays as base_footprint sees them from above, those of all lasers in one array.
-        above = partial(_RaysFromAbove.of, model)
-        self._sonars_above = {
-            name: above([(prefix + _SONARS[name], bundle.directions)]) for name, bundle in self._sonars.items()
-        }
-        self._laser_rows = {name: slice(i * SEGMENTS, (i + 1) * SEGMENTS) for i, name in enumerate(_LASERS)}
-        self._laser_directions = np.tile(rays[:, :2], (len(_LASERS), 1))
-        self._lasers_above = above([(prefix + site, rays) for site in _LASERS.values()])
+        ahead, straight = fan(np.array(LASER_ANGLES)), np.array([[1.0, 0.0, 0.0]])
         ground = [(prefix + site, fan(np.array(angles))) for site, angles in _GROUND_LASERS.values()]
-        self._ground_above = above(ground)
+        self._sonars = Rays(model, [(prefix + site, cone(SONAR_HALF_ANGLE)) for site in _SONARS.values()], SONAR_MAX)
+        self._lasers = Rays(model, [(prefix + site, ahead) for site in _LASERS.values()], LASER_MAX, all_around=True)
+        self._ground_lasers = Rays(model, ground, LASER_MISS)
+        self._infrared = Rays(model, [(prefix + site, straight) for site in _INFRARED.values()], INFRARED_RANGE)
+        self._laser_rows = {name: slice(i * SEGMENTS, (i + 1) * SEGMENTS) for i, name in enumerate(_LASERS)}
+        self._laser_directions = np.tile(ahead[:, :2], (len(_LASERS), 1))
         self._ground_ends = np.cumsum([len(directions) for _, directions in ground])[:-1]
         # What was measured last, until something moves.
-        self._sonars_rest = _rest(self._sonars.values())
-        self._lasers_rest = _rest([self._lasers, *self._ground_lasers])
-        self._infrared_rest = _rest(self._infrared.values())
-        self._echoes: dict[str, _Hits] = {}
+        self._sonars_rest = Stillness(self._sonars.body, self._sonars.others)
+        self._lasers_rest = Stillness(self._lasers.body, self._lasers.others)
+        self._infrared_rest = Stillness(self._infrared.body, self._infrared.others)
+        self._echoes: dict[str, _Echo] = {}
         self._laser_hits = _Hits(np.empty(0), np.empty((0, 2)))
         self._ground_distances = np.empty(0)
         self.sonar = dict.fromkeys(_SONARS, SONAR_MAX)
-        self.laser = {name: _frozen(LASER_MISS * rays[:, :2]) for name in _LASERS}
+        self.laser = {name: _frozen(LASER_MISS * ahead[:, :2]) for name in _LASERS}
         self.ground = {name: np.zeros((len(angles), 2)) for name, (_, angles) in _GROUND_LASERS.items()}
         self.infrared = dict.fromkeys(_INFRARED, False)
         self.bumpers = dict.fromkeys(BUMPER_PARTS.values(), False)
@@ -189,15 +154,16 @@ class Sensors:
     def _read_lasers(self, now: float) -> None:
         with self._world.locked() as data:
             if not self._lasers_rest.holds(data):
-                self._laser_hits = self._lasers_above.met(self._lasers.cast(data).ravel())
-                self._ground_distances = np.concatenate([bundle.cast(data) for bundle in self._ground_lasers])
+                self._laser_hits = _Hits.of(self._lasers, self._lasers.cast(data))
+                self._ground_distances = self._ground_lasers.cast(data)
             self._on_obstacles("Laser", self._laser_hits.points)
         true = self._laser_hits.distances
         read = np.where(np.isfinite(true), self._noisy(true, LASER_MIN), LASER_MISS)
         points = _frozen(read[:, None] * self._laser_directions)
         self.laser = {name: points[rows] for name, rows in self._laser_rows.items()}
         read = self._noisy(np.minimum(self._ground_distances, LASER_MISS))
-        points = _frozen(self._ground_above.points(read) - self._ground)
+        rays = self._ground_lasers
+        points = _frozen(read[:, None] * rays.directions[:, :2] + rays.origins[:, :2] - self._ground)
         self.ground = dict(zip(_GROUND_LASERS, np.split(points, self._ground_ends), strict=True))
 
     def _noisy(self, distances: np.ndarray, minimum: float = 0.0) -> np.ndarray:
@@ -214,19 +180,22 @@ class Sensors:
     def _read_sonars(self, now: float) -> None:
         with self._world.locked() as data:
             if not self._sonars_rest.holds(data):
-                self._echoes = {name: self._first_echo(data, name) for name in self._sonars}
+                self._echoes = self._first_echoes(self._sonars.cast_echo(data, ECHO_INCIDENCE))
             for name, echo in self._echoes.items():
-                self.sonar[name] = self._sonar_reading(echo.distances)
+                self.sonar[name] = self._sonar_reading(echo.distance)
                 self._on_obstacles("Sonar" + name, echo.points)
 
-    def _first_echo(self, data: mujoco.MjData, name: str) -> _Hits:
-        """Return the nearest of what sends an echo to a sonar; nothing, if nothing does."""
-        distances = self._sonars[name].cast_echo(data, ECHO_INCIDENCE)
-        distances[np.arange(len(distances)) != distances.argmin()] = np.inf
-        return self._sonars_above[name].met(distances)
+    def _first_echoes(self, distances: np.ndarray) -> dict[str, _Echo]:
+        echoes, rays = {}, self._sonars
+        count = len(distances) // len(_SONARS)
+        for name, first in zip(_SONARS, range(0, len(distances), count), strict=True):
+            nearest = first + int(distances[first : first + count].argmin())
+            distance = float(distances[nearest])
+            heard = slice(nearest, nearest + math.isfinite(distance))
+            echoes[name] = _Echo(distance, distance * rays.directions[heard, :2] + rays.origins[heard, :2])
+        return echoes
 
-    def _sonar_reading(self, distances: np.ndarray) -> float:
-        nearest = float(distances.min())
+    def _sonar_reading(self, nearest: float) -> float:
         if math.isinf(nearest):
             return SONAR_MAX
         steps = round((nearest + SONAR_NOISE * self._rng.standard_normal()) / SONAR_RESOLUTION)
@@ -236,8 +205,8 @@ class Sensors:
         """Read the spots. They measure no distance, so the collision protection does not use them."""
         with self._world.locked() as data:
             if not self._infrared_rest.holds(data):
-                for name, bundle in self._infrared.items():
-                    self.infrared[name] = bool(np.isfinite(bundle.cast(data)[0]))
+                seen = np.isfinite(self._infrared.cast(data)).tolist()
+                self.infrared.update(zip(_INFRARED, seen, strict=True))
 
     def _read_bumpers(self, now: float) -> None:
         with self._world.locked() as data:
@@ -257,11 +226,6 @@ def _bumper_at(bearing: float) -> str:
     if abs(bearing) > _BUMPER_SECTOR:
         return "Back"
     return "FrontLeft" if bearing > 0.0 else "FrontRight"
-
-
-def _rest(rays: Iterable[RayBundle | RayRing]) -> Stillness:
-    """Return what holds while nothing moves that decides how far these rays go."""
-    return Stillness(np.concatenate([each.bodies for each in rays]))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Distance sensors: a bundle of rays from one point, cast in one call when the sensor is due.
+"""Distance sensors: bundles of rays, each from one point and cast in one call, when the sensor is due.
 
 Rays pass through the robot that carries them, and see others as the hulls that can be run into, not as the many parts
 that are painted there. MuJoCo leaves out only one body, or groups of geoms, of which there are six for any number of
@@ -48,36 +48,66 @@ def cone(half_angle: float, rings: int = 2) -> np.ndarray:
     return np.array(vectors)
 
 
-class RayBundle:
-    """Rays fixed to a site of a robot; they do not see that robot. `cast` needs the world's lock.
+class Rays:
+    """Bundles of rays from places of one body of a robot; they do not see that robot. `cast` needs the world's lock.
 
     Attributes:
-        bodies: Numbers of the one that carries the site, and of those that can move into the rays; see `Stillness`.
+        origins, directions: Where each ray starts [m] and its unit vector, in the body's frame, shape (n, 3).
+        body, others: Number of that body, and of those that can move into the rays; see `Stillness`.
     """
 
-    def __init__(self, model: mujoco.MjModel, site: str, directions: np.ndarray, max_range: float) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        bundles: Sequence[tuple[str, np.ndarray]],
+        max_range: float,
+        *,
+        all_around: bool = False,
+    ) -> None:
         """
         Args:
-            site: Name of the site; rays start there.
-            directions: Unit vectors in the site's frame, shape (n, 3).
+            bundles: Name of the site where its rays start, and unit vectors in the site's frame, shape (m, 3).
             max_range: Hits beyond this distance [m] count as misses.
+            all_around: They point away from the robot in all directions: what is out of reach of all of them is left
+                out once, not for each bundle.
+        Raises:
+            ValueError: The sites are on several bodies.
         """
-        self.directions = np.ascontiguousarray(directions, float)
+        sites = [model.site(name) for name, _ in bundles]
+        carriers = {int(model.site_bodyid[site.id]) for site in sites}
+        if len(carriers) != 1:
+            raise ValueError(f"rays of one sensor start at one body, not at {len(carriers)}")
+        counts = [len(vectors) for _, vectors in bundles]
+        places = np.array([site.pos for site in sites])
         self.max_range = max_range
-        self._model = model
-        self._site = model.site(site).id
-        self._others = _Others(model, self._site)
-        self.bodies = self._others.bodies
-        self._crowded = len(directions) >= MANY_RAYS and self._others.count >= MANY_GEOMS
-        count = len(directions)
-        self._geoms = np.empty(count, np.int32)
-        self._distances = np.empty(count)
-        self._normals = np.empty(3 * count)
+        self.origins = np.repeat(places, counts, axis=0)
+        self.directions = np.concatenate(
+            [vectors @ _rotation(site.quat).T for site, (_, vectors) in zip(sites, bundles, strict=True)]
+        )
+        self._model, self.body = model, carriers.pop()
+        self._obstacles = _Obstacles(model, self.body)
+        self.others = self._obstacles.bodies
+        self._crowded = all_around or (max(counts) >= MANY_RAYS and self._obstacles.count >= MANY_GEOMS)
+        n, first = len(self.directions), np.cumsum([0, *counts])
+        # Places, directions, and every corner of the rays' hull: as the body sees them, and turned as the world does.
+        ends = self.origins + max_range * self.directions
+        corners = [
+            np.concatenate([place[None], ends[begin:end]])
+            for place, begin, end in zip(places, first[:-1], first[1:], strict=True)
+        ]
+        self._own = np.concatenate([places, self.directions, *(corners if self._crowded else ())])
+        self._turned = np.empty_like(self._own)
+        self._places, self._vectors, self._corners = np.split(self._turned, [len(sites), len(sites) + n])
+        self._geoms, self._distances, self._normals = np.empty(n, np.int32), np.empty(n), np.empty((n, 3))
+        each = [_Bundle(self, i, slice(*first[i : i + 2])) for i in range(len(sites))]
+        apart = self._crowded and not all_around
+        self._boxed = [[bundle] for bundle in each] if apart else [each]
+        self._first_corners = (first[:-1] + np.arange(len(sites))).tolist() if apart else [0]
 
     def cast(self, data: mujoco.MjData) -> np.ndarray:
         """Return the distance along each ray [m], shape (n,); infinity where nothing is within `max_range`."""
-        self._shoot(data, None)
-        return _finite(self._distances, self._geoms, self.max_range)
+        self._shoot(data, echo=False)
+        return np.where((self._geoms < 0) | (self._distances > self.max_range), np.inf, self._distances)
 
     def cast_echo(self, data: mujoco.MjData, max_incidence: float) -> np.ndarray:
         """Do as `cast`, for a sensor that receives an echo only from surfaces that face it.
@@ -85,160 +115,116 @@ class RayBundle:
         Args:
             max_incidence: Largest angle between ray and surface normal that sends something back [rad].
         """
-        vectors = self._shoot(data, self._normals)
-        facing = np.abs(np.einsum("ij,ij->i", vectors, self._normals.reshape(-1, 3)))
-        distances = _finite(self._distances, self._geoms, self.max_range)
-        distances[facing < math.cos(max_incidence)] = np.inf
-        return distances
+        self._shoot(data, echo=True)
+        facing = np.abs(np.einsum("ij,ij->i", self._vectors, self._normals))
+        missed = (self._geoms < 0) | (self._distances > self.max_range) | (facing < math.cos(max_incidence))
+        return np.where(missed, np.inf, self._distances)
 
-    def _shoot(self, data: mujoco.MjData, normals: np.ndarray | None) -> np.ndarray:
-        origin = data.site_xpos[self._site]
-        vectors = self.directions @ data.site_xmat[self._site].reshape(3, 3).T
+    def _shoot(self, data: mujoco.MjData, echo: bool) -> None:
+        place = data.xpos[self.body]
+        np.matmul(self._own, data.xmat[self.body].reshape(3, 3).T, out=self._turned)
+        self._places += place
         if self._crowded:
-            ends = self.max_range * vectors
-            low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)
-            hidden = self._others.outside(data, origin + low, origin + high)
+            low = np.minimum.reduceat(self._corners, self._first_corners) + place
+            high = np.maximum.reduceat(self._corners, self._first_corners) + place
+            hidden = self._obstacles.outside(data, low, high)
         else:
-            hidden = self._others.none
-        with _Hidden(self._model, hidden):
-            if normals is None and len(vectors) <= FEW_RAYS:
-                for i, vector in enumerate(vectors):
-                    hit = self._geoms[i : i + 1]
-                    self._distances[i] = mujoco.mj_ray(self._model, data, origin, vector, _SEEN, True, -1, hit)
-            else:
-                _shoot_together(
-                    *(self._model, data, origin, vectors, self._geoms, self._distances, normals, self.max_range)
-                )
-        return vectors
+            hidden = self._obstacles.none
+        groups = self._model.geom_group
+        usual = groups.copy()
+        try:
+            for unseen, bundles in zip(hidden, self._boxed, strict=True):
+                if unseen.all():
+                    for bundle in bundles:
+                        bundle.geoms[:] = -1
+                    continue
+                np.copyto(groups, BLIND_GROUP, where=unseen)
+                for bundle in bundles:
+                    bundle.shoot(self._model, data, echo)
+                groups[:] = usual
+        finally:
+            groups[:] = usual
 
 
-class RayRing:
-    """Bundles of rays all around a robot and away from it, all alike. `cast` needs the world's lock.
+class _Bundle:
+    """Rays from one place, as parts of the arrays of all."""
 
-    What is out of reach of all of them is left out once; with nothing in reach, no ray is cast.
+    def __init__(self, rays: Rays, number: int, part: slice) -> None:
+        self.geoms = rays._geoms[part]
+        self._place, self._reach = rays._places[number], rays.max_range
+        self._vectors, self._distances = rays._vectors[part], rays._distances[part]
+        self._flat, self._normals = self._vectors.reshape(-1), rays._normals[part].reshape(-1)
+        self._hits = [self.geoms[i : i + 1] for i in range(len(self.geoms))]
 
-    Attributes:
-        bodies: As of `RayBundle`.
-    """
-
-    def __init__(self, model: mujoco.MjModel, sites: Sequence[str], directions: np.ndarray, max_range: float) -> None:
-        """
-        Args:
-            sites: Names of the sites, all on one body.
-            directions: Unit vectors in each site's frame, shape (n, 3).
-            max_range: Hits beyond this distance [m] count as misses.
-        """
-        self._model = model
-        self._directions = directions
-        self._max_range = max_range
-        self._sites = np.array([model.site(name).id for name in sites])
-        self._others = _Others(model, int(self._sites[0]))
-        self.bodies = self._others.bodies
-        self._geoms = np.empty((len(sites), len(directions)), np.int32)
-        self._distances = np.empty((len(sites), len(directions)))
-
-    def cast(self, data: mujoco.MjData) -> np.ndarray:
-        """Return the distance along each ray [m], shape (sites, n); infinity where nothing is within `max_range`."""
-        origins = data.site_xpos[self._sites]
-        frames = data.site_xmat[self._sites].reshape(-1, 3, 3)
-        vectors = self._directions @ frames.transpose(0, 2, 1)
-        ends = (origins[:, None] + self._max_range * vectors).reshape(-1, 3)
-        outside = self._others.outside(data, ends.min(axis=0), ends.max(axis=0))  # they point outward
-        if outside.all():
-            return np.full(self._distances.shape, np.inf)
-        with _Hidden(self._model, outside):
-            for bundle in zip(origins, vectors, self._geoms, self._distances):  # noqa: B905 Python 3.9
-                _shoot_together(self._model, data, *bundle, None, self._max_range)
-        return _finite(self._distances, self._geoms, self._max_range)
+    def shoot(self, model: mujoco.MjModel, data: mujoco.MjData, echo: bool) -> None:
+        """What the rays hit, and where, is written into the arrays; with `echo` the surfaces' normals, too."""
+        if not echo and len(self.geoms) <= FEW_RAYS:
+            for i, hit in enumerate(self._hits):
+                self._distances[i] = mujoco.mj_ray(model, data, self._place, self._vectors[i], _SEEN, True, -1, hit)
+            return
+        mujoco.mj_multiRay(
+            *(model, data, self._place, self._flat, _SEEN, True, -1, self.geoms, self._distances),
+            *(self._normals if echo else None, len(self.geoms), self._reach),
+        )
 
 
-class _Hidden:
-    """While it is entered, rays pass through some geoms (ngeom,) bool."""
-
-    def __init__(self, model: mujoco.MjModel, which: np.ndarray) -> None:
-        self._groups, self._which = model.geom_group, which
-
-    def __enter__(self) -> None:
-        self._usual = self._groups.copy()
-        np.copyto(self._groups, BLIND_GROUP, where=self._which)
-
-    def __exit__(self, *_: object) -> None:
-        self._groups[:] = self._usual
-
-
-class _Others:
-    """What can stop the rays of a robot, which goes by a site of it; and boxes around it, along the axes of the world:
+class _Obstacles:
+    """What can stop the rays of a robot, which goes by a body of it; and boxes around it, along the axes of the world:
     what lies outside the box around some rays is not hit.
 
     Those of the scene are measured once; a geom that can move has the box around its sphere, wherever it turns.
 
     Attributes:
-        none: (ngeom,) bool; true for what never stops them.
+        none: True for what never stops them, shape (1, ngeom).
         count: How many do.
-        bodies: Numbers of the one that carries the site, and of those of the others that can move.
+        bodies: Numbers of those of theirs that can move.
     """
 
-    def __init__(self, model: mujoco.MjModel, site: int) -> None:
+    def __init__(self, model: mujoco.MjModel, body: int) -> None:
         self._model = model
         roots = model.body_rootid[model.geom_bodyid]
-        robot = model.body_rootid[model.site_bodyid[site]]
+        robot = model.body_rootid[body]
         stands = model.body_weldid[model.geom_bodyid] == 0  # the room, and people
         solid = (model.geom_contype | model.geom_conaffinity) != 0
         seen = (stands | solid) & ((roots != robot) | (roots == 0))  # a sensor of the scene sees the scene
         fixed = stands & (model.body_mocapid[roots] < 0)
-        self.none, self.count = ~seen, int(seen.sum())
-        self._outside = self.none.copy()
+        self.none, self.count = ~seen[None], int(seen.sum())
         self._fixed, self._moving = np.flatnonzero(seen & fixed), np.flatnonzero(seen & ~fixed)
-        self._order = np.concatenate([self._fixed, self._moving])
-        self.bodies = np.append(np.unique(model.geom_bodyid[self._moving]), model.site_bodyid[site])
+        self.bodies = np.unique(model.geom_bodyid[self._moving])
         self._reaches = _radii(model)[self._moving]
         self._low, self._high = np.empty((2, 3, 0))
 
     def outside(self, data: mujoco.MjData, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Return for each geom whether its box and the one from `low` to `high` (3,) [m] have nothing in common; true
-        for what never stops rays."""
+        """Return for each box, from `low` to `high` (k, 3) [m], and each geom whether they have nothing in common,
+        shape (k, ngeom); true for what never stops rays."""
         if not self._low.size:
             self._measure(data)
-        places, moving = data.geom_xpos[self._moving].T, slice(len(self._fixed), None)
-        np.subtract(places, self._reaches, out=self._low[:, moving])
-        np.add(places, self._reaches, out=self._high[:, moving])
-        apart = (self._low > high[:, None]) | (self._high < low[:, None])
-        self._outside[self._order] = apart[0] | apart[1] | apart[2]
-        return self._outside
+        places = data.geom_xpos[self._moving].T
+        self._low[:, self._moving] = places - self._reaches
+        self._high[:, self._moving] = places + self._reaches
+        apart = (self._low > high[:, :, None]) | (self._high < low[:, :, None])
+        return apart[:, 0] | apart[:, 1] | apart[:, 2]
 
     def _measure(self, data: mujoco.MjData) -> None:
         model, radii = self._model, _radii(self._model)
-        self._low, self._high = np.empty((2, 3, len(self._order)))
-        for i, geom in enumerate(self._fixed):
+        self._low = np.full((3, model.ngeom), np.inf)  # what is never seen is outside of every box
+        self._high = -self._low
+        for geom in self._fixed:
             place, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
             if np.isfinite(radii[geom]):
                 middle = place + rotation @ model.geom_aabb[geom, :3]
                 half = np.abs(rotation) @ model.geom_aabb[geom, 3:] + _HAIR
-                self._low[:, i], self._high[:, i] = middle - half, middle + half
+                self._low[:, geom], self._high[:, geom] = middle - half, middle + half
             else:  # a plane: everything below it, if it is level
-                self._low[:, i], self._high[:, i] = -np.inf, np.inf
+                self._low[:, geom], self._high[:, geom] = -np.inf, np.inf
                 if rotation[2, 2] == 1.0:
-                    self._high[2, i] = place[2] + _HAIR
+                    self._high[2, geom] = place[2] + _HAIR
 
 
-def _shoot_together(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    origin: np.ndarray,
-    vectors: np.ndarray,
-    geoms: np.ndarray,
-    distances: np.ndarray,
-    normals: np.ndarray | None,
-    reach: float,
-) -> None:
-    """Cast rays from one point; what they hit, and where, is written into the arrays."""
-    mujoco.mj_multiRay(
-        *(model, data, origin, vectors.ravel(), _SEEN, True, -1, geoms, distances, normals, len(vectors), reach)
-    )
-
-
-def _finite(distances: np.ndarray, geoms: np.ndarray, reach: float) -> np.ndarray:
-    return np.where((geoms < 0) | (distances > reach), np.inf, distances)
+def _rotation(quaternion: np.ndarray) -> np.ndarray:
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 def _radii(model: mujoco.MjModel) -> np.ndarray:

@@ -205,26 +205,20 @@ def _measure_here(kind: str, counts: Sequence[int]) -> dict[int, dict[str, float
 def _counted_casts() -> Iterator[list[float]]:
     """The processor time of every cast of rays meanwhile [s]."""
     spent: list[float] = []
-    kinds = (rays.RayBundle, rays.RayRing)
-    casts = [kind.cast for kind in kinds]
+    cast = rays.Rays.cast
 
-    def timed(cast):
-        def call(bundle, data):
-            start = time.thread_time()
-            try:
-                return cast(bundle, data)
-            finally:
-                spent.append(time.thread_time() - start)
+    def timed(bundles, data):
+        start = time.thread_time()
+        try:
+            return cast(bundles, data)
+        finally:
+            spent.append(time.thread_time() - start)
 
-        return call
-
-    for kind, cast in zip(kinds, casts, strict=True):
-        kind.cast = timed(cast)
+    rays.Rays.cast = timed
     try:
         yield spent
     finally:
-        for kind, cast in zip(kinds, casts, strict=True):
-            kind.cast = cast
+        rays.Rays.cast = cast
 
 
 def _timed(work: Callable[[], object]) -> float:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from telepresence.sim.rays import MANY_GEOMS, RayBundle, RayRing, add_noise, cone, fan
+from telepresence.sim.rays import MANY_GEOMS, Rays, add_noise, cone, fan
 
 BOX_ROOM = """
 <mujoco>
@@ -50,7 +50,7 @@ def test_a_cone_is_filled_and_bounded(rings, count):
 def test_measures_the_distance_to_a_wall_past_its_own_body(room):
     model, data = room
     angles = np.radians([40.0, 0.0, -40.0])
-    bundle = RayBundle(model, "eye", fan(angles), max_range=5.0)
+    bundle = Rays(model, [("eye", fan(angles))], max_range=5.0)
     assert bundle.cast(data) == pytest.approx(1.9 / np.cos(angles))
 
 
@@ -65,7 +65,7 @@ def test_any_number_of_robots_see_each_other_and_none_itself(rays):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for i in range(8):
-        bundle = RayBundle(model, f"eye{i}", fan(np.zeros(rays)), max_range=5.0)
+        bundle = Rays(model, [(f"eye{i}", fan(np.zeros(rays)))], max_range=5.0)
         assert bundle.cast(data) == pytest.approx(0.75)
     assert (model.geom_group == 0).all(), "the groups are as they were"
 
@@ -92,7 +92,8 @@ def test_in_a_crowd_every_ray_hits_what_a_single_ray_would(directions, reach):
         mujoco.mj_forward(model, data)
         seeing = int(rng.integers(MANY_GEOMS // 2))
         site, root = data.site(f"eye{seeing}"), model.body(f"r{seeing}").id
-        seen = RayBundle(model, f"eye{seeing}", directions, reach).cast(data)
+        bundles = [(f"eye{seeing}", directions), (f"eye{seeing}", -directions)]
+        seen = Rays(model, bundles, reach).cast(data)[: len(directions)]
         assert (model.geom_group == 0).all(), "the groups are as they were"
         model.geom_group[model.body_rootid[model.geom_bodyid] == root] = 5
         hit, shown = np.zeros(1, np.int32), np.array([1, 1, 1, 1, 1, 0], np.uint8)
@@ -126,22 +127,23 @@ _NEIGHBOUR = (
 def test_a_ring_sees_what_its_bundles_see_and_others_as_their_hulls():
     model, data = _ring_of_sensors(_NEIGHBOUR + '<geom type="box" pos="-.5 0 .2" size=".1 .3 .2"/>')
     beam = cone(math.radians(10.0), 1)
-    seen = RayRing(model, [f"s{i}" for i in range(4)], beam, 0.5).cast(data)
-    assert seen.shape == (4, 7)
-    assert seen == pytest.approx(np.stack([RayBundle(model, f"s{i}", beam, 0.5).cast(data) for i in range(4)]))
+    bundles = [(f"s{i}", beam) for i in range(4)]
+    seen = Rays(model, bundles, 0.5, all_around=True).cast(data).reshape(4, 7)
+    assert seen == pytest.approx(np.stack([Rays(model, [bundle], 0.5).cast(data) for bundle in bundles]))
     assert seen[1, 0] == pytest.approx(0.3), "not what is painted around the neighbour's hull"
     assert seen[2, 0] == pytest.approx(0.2)
     assert np.isinf(seen[[0, 3]]).all()
     data.qpos[:2] = 0.0, -0.25  # and it moves
     mujoco.mj_forward(model, data)
-    assert RayRing(model, ["s1"], beam, 0.6).cast(data)[0, 0] == pytest.approx(0.55)
+    assert Rays(model, bundles[1:2], 0.6, all_around=True).cast(data)[0] == pytest.approx(0.55)
     assert (model.geom_group == 0).all(), "the groups are as they were"
 
 
 def test_a_ring_without_anything_in_reach_casts_no_ray(monkeypatch):
     model, data = _ring_of_sensors(_NEIGHBOUR)
     monkeypatch.setattr(mujoco, "mj_multiRay", lambda *_: pytest.fail("a ray was cast"))
-    ring = RayRing(model, ["s0", "s2"], cone(math.radians(10.0), 1), 0.3)
+    beam = cone(math.radians(10.0), 1)
+    ring = Rays(model, [("s0", beam), ("s2", beam)], 0.3, all_around=True)
     assert np.isinf(ring.cast(data)).all()
 
 
@@ -151,21 +153,27 @@ def test_a_sensor_of_the_scene_sees_the_scene():
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    assert RayBundle(model, "eye", fan(np.zeros(1)), 5.0).cast(data) == pytest.approx(0.8)
+    assert Rays(model, [("eye", fan(np.zeros(1)))], 5.0).cast(data) == pytest.approx(0.8)
+
+
+def test_rays_of_one_sensor_start_at_one_body():
+    model, _ = _ring_of_sensors('<body name="other"><site name="elsewhere"/><geom size=".1"/></body>')
+    with pytest.raises(ValueError, match="at one body, not at 2"):
+        Rays(model, [("s0", fan(np.zeros(1))), ("elsewhere", fan(np.zeros(1)))], 1.0)
 
 
 def test_beyond_the_range_is_a_miss(room):
     model, data = room
-    bundle = RayBundle(model, "eye", fan(np.radians([0.0, 180.0])), max_range=1.5)
+    bundle = Rays(model, [("eye", fan(np.radians([0.0, 180.0])))], max_range=1.5)
     assert np.isinf(bundle.cast(data)).all()
 
 
 def test_sound_is_not_heard_from_a_surface_that_is_grazed(room):
     model, data = room
-    bundle = RayBundle(model, "down", cone(math.radians(30.0)), max_range=5.0)
+    bundle = Rays(model, [("down", cone(math.radians(30.0)))], max_range=5.0)
     # The lowest ray of the cone points 60 degrees down: 30 degrees from the floor's normal.
     assert bundle.cast_echo(data, math.radians(65.0)).min() == pytest.approx(0.5 / math.sin(math.radians(60.0)))
-    level = RayBundle(model, "eye", cone(math.radians(20.0)), max_range=5.0)
+    level = Rays(model, [("eye", cone(math.radians(20.0)))], max_range=5.0)
     assert level.cast(data).min() == pytest.approx(0.5 / math.sin(math.radians(20.0)))
     assert level.cast_echo(data, math.radians(65.0)).min() == pytest.approx(1.9)
 
