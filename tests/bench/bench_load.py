@@ -1,5 +1,5 @@
-"""Key to setpoint, rest after silence, age of the picture and start while other programs keep all processors busy, with
-and without priorities.
+"""Key to setpoint, rest after silence, age of the picture and start while other programs keep all processors busy, one
+each or two each, with and without priorities.
 
 The simulated robot is this process, which nothing delays: a robot has a computer of its own. Without `SCHED_RR` for
 whoever runs this the robot waits as well, and "with priorities" is what is allowed instead: it is printed.
@@ -27,7 +27,8 @@ from ros_graph import private_master, wait_for
 from pepper_sim.simulation import Simulation
 from telepresence.station import priority, processes
 
-LOOPS_PER_PROCESSOR = 2
+CROWD = 2
+"""Busy programs for each processor where there are more of them than processors."""
 PRESSES = 60
 SILENCES = 12
 """Publishers that are killed while the robot turns."""
@@ -47,8 +48,9 @@ def run() -> list[Row]:
     quiet: dict[str, list[float]] = {}
     for name, loops, setting in (
         ("quiet", 0, "on"),
-        ("busy, without priorities", LOOPS_PER_PROCESSOR, "off"),
-        ("busy, with priorities", LOOPS_PER_PROCESSOR, "on"),
+        ("busy", 1, "on"),
+        ("crowded, without priorities", CROWD, "off"),
+        ("crowded", CROWD, "on"),
     ):
         with private_master() as environment, busy_processors(loops):
             found = measure({**environment, priority.OFF: setting})
