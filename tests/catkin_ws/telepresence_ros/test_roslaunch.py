@@ -37,7 +37,7 @@ while name != "foreign" and not (folder / f"hang.{{os.getpid()}}").exists():
 threading.Event().wait()
 """
 SLOW_TO_END = f"""#!{sys.executable}
-import signal, sys, threading, time
+import os, signal, sys, threading, time
 from pathlib import Path
 
 name, folder = sys.argv[1], Path(sys.argv[2])
@@ -49,11 +49,16 @@ def end(*_):
     sys.exit(0)
 
 signal.signal(signal.SIGINT, end)
-(folder / (name + ".runs")).touch()
+(folder / (name + ".runs")).write_text(f"{{os.getpid()}}\\n")
 threading.Event().wait()
 """
 AT_ONCE = 10
 """So many nodes does roslaunch end at a time."""
+STATION = """
+import subprocess, sys
+from telepresence.station import processes
+processes.start(sys.argv[1:], tied=True).wait()
+"""
 LISTENER = """
 import json, rospy
 from telepresence_msgs.msg import Fault
@@ -88,8 +93,9 @@ class Launch:
         path = f"{package.parent}:{environment['ROS_PACKAGE_PATH']}"
         self.environment = {**environment, "ROS_PACKAGE_PATH": path, "TELEPRESENCE_WATCH": str(folder / "w")}
 
-    def start(self) -> subprocess.Popen:
-        command = (sys.executable, "-m", "telepresence_ros.roslaunch", str(self.folder / "all.launch"))
+    def start(self, *under: str) -> subprocess.Popen:
+        """Start our roslaunch, or what starts it."""
+        command = (*under, sys.executable, "-m", "telepresence_ros.roslaunch", str(self.folder / "all.launch"))
         with open(self.folder / "output", "a") as output:
             return self._run_program(*command, env=self.environment, stdout=output, stderr=output)
 
@@ -171,22 +177,46 @@ def test_nodes_come_back_and_outlive_roslaunch(launch, run_program, wait_until):
     listener.stdout.close()
 
 
-def test_what_brings_a_robot_to_rest_is_ended_first(launch, wait_until):
-    program = launch.folder / "package" / "small_nodes" / "small"
-    program.write_text(SLOW_TO_END)
-    names = ["driver", *(f"other_{i}" for i in range(AT_ONCE + 2))]
+def has_nodes_that_end_slowly(launch: Launch, *others: str) -> None:
+    """The first is the one that brings a robot to rest."""
+    (launch.folder / "package" / "small_nodes" / "small").write_text(SLOW_TO_END)
     mark = '<env name="TELEPRESENCE_ENDS_FIRST" value="true" />'
     nodes = "".join(
         f'<node pkg="small_nodes" type="small" name="{name}" args="{name} {launch.folder}">'
         f"{mark if name == 'driver' else ''}</node>"
-        for name in names
+        for name in ("driver", *others)
     )
     (launch.folder / "all.launch").write_text(f"<launch>{nodes}</launch>")
+
+
+def test_what_brings_a_robot_to_rest_is_ended_first(launch, wait_until):
+    names = ["driver", *(f"other_{i}" for i in range(AT_ONCE + 2))]
+    has_nodes_that_end_slowly(launch, *names[1:])
     roslaunch = launch.start()
     wait_until(lambda: all((launch.folder / f"{name}.runs").exists() for name in names), "all nodes run")
     assert processes.end(roslaunch, patience=20.0) == 0
     interrupted = (launch.folder / "interrupted").read_text().split()
     assert sorted(interrupted) == sorted(names) and "driver" in interrupted[:AT_ONCE]
+
+
+def test_the_death_of_the_station_is_told_while_its_nodes_end(launch, run_program, wait_until):
+    has_nodes_that_end_slowly(launch, *(f"other_{i}" for i in range(AT_ONCE)), "dies")
+    station = launch.start(sys.executable, "-c", STATION)
+    listener = run_program(
+        sys.executable, "-c", LISTENER, env=launch.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    dies = launch.folder / "dies.runs"
+    wait_until(lambda: dies.exists() and dies.read_text().endswith("\n"), "it runs")
+    os.kill(int(dies.read_text()), signal.SIGKILL)
+    assert json.loads(listener.stdout.readline())[:2] == ["/dies", "died: signal 9"]  # now nothing is missed
+    everything = processes.descendants(station.pid)
+    station.kill()
+    assert json.loads(listener.stdout.readline()) == ["stack up", "died", "takes everything with it"]
+    wait_until(lambda: all(vitals.state(pid) in ("", "Z") for pid in everything), "all ends")
+    assert "driver" in (launch.folder / "interrupted").read_text().split()
+    ended = [line for line in launch.output.splitlines() if "killing on exit" in line]
+    assert "station_faults" in ended[-1], "who says it stays until the others have ended"
+    listener.stdout.close()
 
 
 def test_a_station_that_is_stopped_is_reported_once(run_program, wait_until, tmp_path):

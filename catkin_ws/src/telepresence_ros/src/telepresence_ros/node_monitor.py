@@ -25,8 +25,8 @@ from telepresence_ros.watched_node import WatchedNode
 
 ENDING_TIMEOUT = 15.0
 """Seconds in which all nodes end at the latest: so long no beat of ours is due."""
-LAST_WORD = 0.1
-"""Seconds for `station_faults` to publish what it was told, before all nodes are ended."""
+FAULTS = "/station_faults"
+"""The node that publishes faults; ended when all others have ended, as what ends them may be one."""
 STATION = "stack up"
 """What `./stack up` is called in faults."""
 FORK_SERVER = "fork_server"
@@ -70,14 +70,15 @@ class NodeMonitor(pmon.ProcessMonitor):
         heartbeat.beat(within=ENDING_TIMEOUT)
         if self.station is not None and os.getppid() != self.station and self.faults is not None:
             self.faults.report(STATION, "died", "takes everything with it")  # by now the kernel has interrupted us
-            time.sleep(LAST_WORD)
 
     def _post_run(self) -> None:
         """End all nodes, in tens, those first that bring a robot to rest: it shall not drive until the others have
         ended."""
         with self.plock:
-            self.procs.sort(key=lambda process: isinstance(process, WatchedNode) and process.ends_first)
-        super()._post_run()  # goes through them backwards
+            nodes = [process for process in self.procs if isinstance(process, WatchedNode)]
+            self.procs.sort(key=lambda process: process in nodes and process.ends_first)
+            self.core_procs += [node for node in nodes if node.node == FAULTS]  # they come last, one by one
+        super()._post_run()  # goes through the others backwards
 
     def _look_at_station(self) -> None:
         """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it."""
