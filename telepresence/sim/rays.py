@@ -138,10 +138,9 @@ class Rays:
                     for bundle in bundles:
                         bundle.geoms[:] = -1
                     continue
-                np.copyto(groups, BLIND_GROUP, where=unseen)
+                groups[:] = np.where(unseen, BLIND_GROUP, usual)
                 for bundle in bundles:
                     bundle.shoot(self._model, data, echo)
-                groups[:] = usual
         finally:
             groups[:] = usual
 

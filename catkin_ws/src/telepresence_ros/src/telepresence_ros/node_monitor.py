@@ -76,8 +76,8 @@ class NodeMonitor(pmon.ProcessMonitor):
         ended."""
         with self.plock:
             nodes = [process for process in self.procs if isinstance(process, WatchedNode)]
-            self.procs.sort(key=lambda process: process in nodes and process.ends_first)
             self.core_procs += [node for node in nodes if node.node == FAULTS]  # they come last, one by one
+            self.procs.sort(key=lambda process: isinstance(process, WatchedNode) and process.ends_first)
         super()._post_run()  # goes through the others backwards
 
     def _look_at_station(self) -> None:

@@ -26,7 +26,7 @@ from rosgraph.names import ns_join
 from telepresence.station import heartbeat, running
 from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence_ros.forked_process import NodeStarter
-from telepresence_ros.node_monitor import NodeMonitor
+from telepresence_ros.node_monitor import FAULTS, NodeMonitor
 from telepresence_ros.sockets import narrow_sockets
 from telepresence_ros.watched_node import WatchedNode
 
@@ -43,7 +43,7 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
     def _load_config(self) -> None:
         super()._load_config()
         node = roslaunch.core.Node(
-            "telepresence_ros", "station_faults", "station_faults", args=str(self.folder / SOCKET), respawn=True
+            "telepresence_ros", "station_faults", FAULTS.strip("/"), args=str(self.folder / SOCKET), respawn=True
         )
         self.config.add_node(node, verbose=False)
         node.machine = self.config.machines[""]
