@@ -105,6 +105,8 @@ TURNS = pytest.StashKey[Turns]()
 FIRST_WORKER, BEHIND = "gw0", 5
 """The worker that has the stations, and the niceness of the others. Stations run in real time, so the sooner this
 worker gets the processors, the less they cost."""
+EVIDENCE = 4000
+"""Characters, the last ones, of what is printed of each thing that a test which was run again had captured or noted."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -121,6 +123,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     for report in terminalreporter.stats.get("rerun", ()):
         terminalreporter.section(f"run again: {report.nodeid}, after its {report.when}")
         report.toterminal(terminalreporter._tw)
+        for name, content in report.sections:
+            terminalreporter.section(name, "-")
+            terminalreporter.line(content.rstrip()[-EVIDENCE:])
 
 
 def pytest_configure(config: pytest.Config) -> None:

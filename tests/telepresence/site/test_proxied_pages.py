@@ -34,14 +34,23 @@ def go(browser, url: str) -> None:
     browser.tools.call("Page.navigate", url=url)
 
 
+def open_list(browser, hash: str = "") -> None:
+    """Open the list and wait for its style, too: without it a robot is elsewhere, and a click misses it."""
+    go(browser, browser.url + hash)
+    browser.until(
+        "location.pathname === '/' && document.readyState === 'complete'"
+        " && document.querySelectorAll('.state').length === 2",
+        "the list",
+    )
+
+
 def states(browser) -> list[str]:
     return browser.evaluate("[...document.querySelectorAll('.state')].map((e) => e.textContent)")
 
 
 def pick(browser, name: str) -> None:
     """Press a robot in the list, sign in if need be, and wait for its picture."""
-    go(browser, browser.url)
-    browser.until("document.querySelectorAll('.state').length === 2", "the list")
+    open_list(browser)
     browser.click(f'a[href="{name}/"]')
     browser.until(f"location.pathname === '/{name}/' && document.readyState === 'complete'", "the robot's page")
     browser.until("['enter', 'drive'].some((id) => document.getElementById(id)?.hidden === false)", "it opens")
@@ -84,8 +93,8 @@ def test_the_list_speaks_the_language_that_somebody_has_chosen(browser):
 
 
 def test_a_link_to_the_list_goes_on_to_the_robot_and_stays_in_no_address(browser):
-    go(browser, f"{browser.url}#i=abc-DEF_123")
-    browser.until("document.querySelectorAll('.state').length === 2 && location.hash === ''", "it leaves the address")
+    open_list(browser, "#i=abc-DEF_123")
+    browser.until("location.hash === ''", "it leaves the address")
     assert browser.evaluate("document.documentElement.outerHTML.includes('abc-DEF')") is False
     browser.click('a[href="anna/"]')
     browser.until("document.getElementById('enterTitle')?.textContent === 'You are invited'", "the robot's page has it")
@@ -110,7 +119,7 @@ def test_a_robot_that_goes_leaves_the_others_alone_and_comes_back_to_its_page(br
     pick(browser, "anna")
     site.stop_page("ben")
     drive(browser, site, "anna")
-    go(browser, browser.url)
+    open_list(browser)
     until(lambda: states(browser) == ["there", "not there"], "the list says so")
     assert violations(browser) == []
     browser.click('a[href="ben/"]')
