@@ -30,8 +30,12 @@ export function start(page) {
   let pointer = null;
   let presses = 0;
 
-  const end = () => {
+  const forgo = () => {
     if (pointer) clearTimeout(pointer.timer);
+    page.floorAwaited = false;
+  };
+  const end = () => {
+    forgo();
     pointer = null;
     page.floorPoint = null;
     if (page.pictureHand === "floor") page.pictureHand = "";
@@ -42,6 +46,7 @@ export function start(page) {
     page.floorPoint = { at, press: presses, stamp: page.pictureStamp?.() ?? null };
   };
   const hold = () => {
+    page.floorAwaited = false;
     if (!pointer || page.pictureHand) return;
     const refusal = page.refusal();
     if (refusal) { page.emit("said", refusal); return; }
@@ -57,11 +62,12 @@ export function start(page) {
     if (pointer || event.button !== 0 || !page.me) return;
     picture.setPointerCapture(event.pointerId);
     pointer = { id: event.pointerId, x: event.clientX, y: event.clientY, timer: setTimeout(hold, STILL) };
+    page.floorAwaited = true;
   });
   picture.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
     if (pointer?.id !== event.pointerId) return;
     if (page.pictureHand === "floor") point(event.clientX, event.clientY);
-    else if (Math.hypot(event.clientX - pointer.x, event.clientY - pointer.y) > MOVED) clearTimeout(pointer.timer);
+    else if (Math.hypot(event.clientX - pointer.x, event.clientY - pointer.y) > MOVED) forgo();
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
     picture.addEventListener(name, (/** @type {PointerEvent} */ event) => {

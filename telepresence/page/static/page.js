@@ -41,6 +41,8 @@ export class Page extends EventTarget {
     this.pictureHand = "";
     /** @type {import("./floor.js").Point | null} where on the floor somebody holds */
     this.floorPoint = null;
+    /** Whether a pointer has come down on the picture that may soon point at the floor. */
+    this.floorAwaited = false;
     /** When the picture on the screen was taken, by the station's clock [s since 1970]. @type {() => number | null} */
     this.pictureStamp = () => null;
     /** How old the picture on the screen was when it was shown [s], or null. @type {() => number | null} */
@@ -139,7 +141,7 @@ export class Page extends EventTarget {
     const slept = now - this.tickedAt > STALLED;
     this.tickedAt = now;
     const reason = slept ? text("driving.slept") : first(this.reasons) || (this.state ? this.state.obstacle : "");
-    const held = this.holds;
+    const held = this.holds || (slept && this.floorAwaited);
     if (slept || (reason && held)) this.letGo();
     if (reason && held) this.emit("said", reason);
     this.emit("tick");

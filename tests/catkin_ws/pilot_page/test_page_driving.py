@@ -388,6 +388,17 @@ def test_letting_go_of_the_floor_stops_and_a_short_click_only_explains(anna, pro
     mouse(anna, "mouseReleased", edge + 0.5 * width, top + 0.01 * height)
 
 
+def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, robot, until_true):
+    """A page that got no processor for a while holds nothing afterwards, although the finger is still down."""
+    edge, top, width, height = box(anna, "#picture")
+    finger = edge + 0.5 * width, top + 0.75 * height
+    anna.evaluate("document.getElementById('alert').textContent = ''")
+    mouse(anna, "mousePressed", *finger)
+    anna.evaluate("{ const woken = performance.now() + 700; while (performance.now() < woken); }")
+    until_true(lambda: "asleep" in alert(anna), "the page says why the robot stands")
+    mouse(anna, "mouseReleased", *finger)
+
+
 def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_page, probe, until_true):
     ben = open_page(SLOW)
     until_true(lambda: ben.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
