@@ -19,6 +19,7 @@ import rospy
 from PyQt5.QtCore import QObject, pyqtSignal
 from telepresence_ros.logs import close_log_folder
 from telepresence_ros.master_watch import MasterWatch
+from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
 
 from gui.ros.supervisors import Supervisors
@@ -157,6 +158,7 @@ class RosNode(QObject):
     def _join(self) -> None:
         close_log_folder()
         narrow_sockets()
+        connect_once()
         # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
         self.name = rospy.get_name()

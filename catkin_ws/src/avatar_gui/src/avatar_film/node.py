@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
+from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
 
 from gui.recording.film import Film
@@ -79,6 +80,7 @@ def main() -> int:
     parser.add_argument("file", type=Path)
     arguments = parser.parse_args(rospy.myargv()[1:])
     narrow_sockets()
+    connect_once()
     priority.step_back()
     rospy.init_node("film", anonymous=True)
     keep_logs_plain()

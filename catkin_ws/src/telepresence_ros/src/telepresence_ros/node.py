@@ -15,6 +15,7 @@ from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 from telepresence_ros.prompt_sending import send_promptly
+from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
 
 SHUTDOWN_TIMEOUT = 2.0
@@ -55,6 +56,7 @@ class Node:
         wait_for_master(master_timeout, stop)
         narrow_sockets()
         send_promptly()
+        connect_once()
         rospy.init_node(name, disable_signals=stop is not None)
         route_logs_to_ros()
         self.stop = stop or threading.Event()

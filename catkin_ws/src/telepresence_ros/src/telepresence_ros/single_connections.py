@@ -1,0 +1,47 @@
+"""One connection to each publisher of a topic.
+
+At every change the master tells a subscriber all publishers of the topic, and rospy gives each of them a thread that
+connects unless there is a connection. When nodes start together, several threads of one publisher see none; each of
+them connects then, and closes what the one before it is just opening, as the publisher does on its side. That leaves
+tracebacks in both logs, and now and then no connection at all: the subscriber hears nothing from this publisher for as
+long as both run. So they wait for each other here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+from rospy.impl.masterslave import ROSHandler
+
+_connect = ROSHandler._connect_topic
+_lock = threading.Lock()
+_turns: dict[tuple[str, str], tuple[threading.Lock, int]] = {}
+"""(topic, publisher) -> whose turn it is, and how many threads want it."""
+
+
+@contextlib.contextmanager
+def _turn(key: tuple[str, str]) -> Iterator[None]:
+    with _lock:
+        turn, wanted = _turns.get(key, (threading.Lock(), 0))
+        _turns[key] = turn, wanted + 1
+    try:
+        with turn:
+            yield
+    finally:
+        with _lock:
+            turn, wanted = _turns.pop(key)
+            if wanted > 1:
+                _turns[key] = turn, wanted - 1
+
+
+def _connect_once(handler: Any, topic: str, publisher: str) -> Any:
+    with _turn((topic, publisher)):
+        return _connect(handler, topic, publisher)
+
+
+def connect_once() -> None:
+    """Have rospy's subscribers in this process connect so. Call it before `rospy.init_node`; may be repeated."""
+    ROSHandler._connect_topic = _connect_once

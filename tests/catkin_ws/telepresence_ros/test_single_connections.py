@@ -1,0 +1,58 @@
+"""A subscriber that is told of a publisher again and again before it has connected; a real ROS graph."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from telepresence.station import processes
+
+pytestmark = pytest.mark.ros
+
+UPDATES = 20
+PUBLISHER = textwrap.dedent("""
+    import rospy
+    from std_msgs.msg import String
+    rospy.init_node("publisher")
+    publisher = rospy.Publisher("words", String, queue_size=1, latch=True)
+    publisher.publish("a word")
+    print(rospy.get_node_uri(), flush=True)
+    rospy.spin()
+""")
+SUBSCRIBER = textwrap.dedent(f"""
+    import sys, threading, xmlrpc.client
+    import rospy
+    from std_msgs.msg import String
+    from telepresence_ros.node import Node
+
+    Node("subscriber")
+    heard = threading.Event()
+    words = rospy.Subscriber("words", String, lambda message: heard.set())
+    opened = []
+    add = words.impl.add_connection
+    words.impl.add_connection = lambda connection: opened.append(connection) or add(connection)
+    me = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+    for _ in range({UPDATES}):
+        me.publisherUpdate("/master", "/words", [sys.argv[1]])
+    print("told", flush=True)
+    sys.stdin.readline()
+    print(heard.wait(10), len(opened), flush=True)
+""")
+
+
+def test_a_publisher_that_is_told_of_again_is_connected_to_once(ros_master, run_program):
+    publisher = run_program(sys.executable, "-c", PUBLISHER, stdout=subprocess.PIPE, text=True)
+    uri = publisher.stdout.readline().strip()
+    processes.send(publisher.pid, signal.SIGSTOP)  # it answers late: all threads ask before one has connected
+    subscriber = run_program(
+        sys.executable, "-c", SUBSCRIBER, uri, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert subscriber.stdout.readline() == "told\n"
+    processes.send(publisher.pid, signal.SIGCONT)
+    subscriber.stdin.write("\n")
+    subscriber.stdin.flush()
+    assert subscriber.stdout.readline() == "True 1\n"
