@@ -190,8 +190,7 @@ def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) 
         if index < len(arguments.feed):
             robot = robot.with_feed(arguments.feed[index])
         if index:
-            # ROS ends the older of two nodes with one name.
-            robot = replace(robot, keyboard=f"{robot.keyboard} name:=keyboard_of_{name}")
+            robot = replace(robot, keyboard_name=f"keyboard_of_{name}")
         usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
         tabs.append(RobotTab(node, robot, address, arguments, alone=len(names) == 1))

@@ -29,6 +29,7 @@ class Robot:
         cmd_vel: The topic that drives it: of geometry_msgs/Twist, or movement_command.
         session: Makes the command line that starts the robot's programs, of its address and this machine's.
         keyboard: The command line that starts the keyboard program alone; empty if it has none.
+        keyboard_name: The name of that program's node, unless another has it.
         incoming, outgoing, services: Its topics and services, see `gui.ros.channels`.
         outline: Its shape on the floor.
         top_speed, top_turn: As fast as its safety gate ever allows [m/s, rad/s].
@@ -66,6 +67,7 @@ class Robot:
     cameras: tuple[tuple[str, str], ...]
     recorded: tuple[str, ...]
     filmed: str
+    keyboard_name: str = commands.KEYBOARD_NAME
     robot_camera: str = simulation.ROBOT_CAMERA
     picture_programs: tuple[str, ...] = ()
     by_movement: bool = False

@@ -196,9 +196,9 @@ class RobotSession(QObject):
 
     def _start_keyboard(self) -> None:
         """Start the keyboard program, unless the terminal is in use: by the robot's programs, which include it."""
-        keyboard = self._link.robot.keyboard
-        if keyboard:
-            line = f"{keyboard} {commands.SECOND_NAME}" if self._link.state.keyboard else keyboard
+        robot = self._link.robot
+        if robot.keyboard:
+            line = commands.keyboard(robot.keyboard, robot.keyboard_name, self._link.state.keyboards)
             self._terminal.type_line(line, otherwise="")
 
     # --- what happens ---

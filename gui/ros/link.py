@@ -27,7 +27,6 @@ from telepresence.security.outside_text import clean
 
 log = logging.getLogger(__name__)
 
-KEYBOARD_NODE = "/teleop_twist_keyboard"
 FIND_TIMEOUT = 1.0
 """[s] that finding a service may take."""
 BUFFER = 1 << 22
@@ -261,7 +260,7 @@ class RosLink(QObject):
             joined=self._node.joined,
             unsupervised=self._node.unsupervised,
             driver=any(not _TOOL.search(name) for name in drivers),
-            keyboard=KEYBOARD_NODE in publishers.get(cmd_vel, ()),
+            keyboards=frozenset(name for names in publishers.values() for name in names if "keyboard" in name),
             feed=bool(publishers.get(self.feed)),
             robot_camera=bool(publishers.get(self._resolve(self.robot.robot_camera))),
         )

@@ -19,8 +19,8 @@ class LinkState:
     """The roslaunch that started the robot's programs was killed, and nobody restarts them."""
     driver: bool = False
     """A driver subscribes to cmd_vel."""
-    keyboard: bool = False
-    """A keyboard node runs somewhere under its usual name."""
+    keyboards: frozenset[str] = frozenset()
+    """Names of the graph's keyboard nodes, of whatever robot, absolute."""
     feed: bool = False
     """The camera topic has a publisher."""
     robot_camera: bool = False

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import shlex
 import socket
+from collections.abc import Collection
 from typing import NamedTuple
 from urllib.parse import urlparse
 
 KEYBOARD = "roslaunch --wait teleop_twist_keyboard teleop.launch"
 """Without --wait, roslaunch starts a ROS master of its own when the one that ran dies at that moment."""
-SECOND_NAME = "name:=window_keyboard"
-"""Name of a second keyboard node: ROS ends the older of two nodes with one name."""
+KEYBOARD_NAME = "teleop_twist_keyboard"
+"""The name of its node, unless the line gives another."""
 QUIET = "conversation:=false"
 """Option of a robot's launch file: page and sound wait for Robot feed."""
 OPEN_TO_ALL = "sign_in:=false"
@@ -49,6 +50,21 @@ def parse_address(text: str) -> Address:
     if not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
         raise ValueError(f"'{port}' is not a port: a number from 1 to 65535 is needed after the colon.")
     return Address(host, int(port))
+
+
+def keyboard(line: str, name: str, taken: Collection[str]) -> str:
+    """Return the command that starts a keyboard program under a name that is free: ROS has one node of each name.
+
+    Args:
+        line: The command without a name.
+        name: The name to take if it is free.
+        taken: Names of the graph's nodes, absolute.
+    """
+    free, number = name, 1
+    while f"/{free}" in taken:
+        number += 1
+        free = f"{name}_{number}"
+    return line if free == KEYBOARD_NAME else f"{line} name:={free}"
 
 
 def roscore(master_uri: str) -> str:

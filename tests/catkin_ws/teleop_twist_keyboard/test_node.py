@@ -6,6 +6,8 @@ import subprocess
 import sys
 import textwrap
 import xmlrpc.client
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -14,6 +16,7 @@ from telepresence.station.ros_master import master_answers
 
 pytestmark = pytest.mark.ros
 
+PACKAGES = Path(__file__).resolve().parents[3] / "catkin_ws/src"
 RUN = ("rosrun", "teleop_twist_keyboard", "teleop_twist_keyboard.py")
 REPORTS_RUN = ("rosrun", "telepresence_1", "teleop_twist_keyboard.py")
 LAUNCH = ("roslaunch", "teleop_twist_keyboard", "teleop.launch")
@@ -200,3 +203,32 @@ def test_a_stations_keyboard_gives_way_to_a_persons_own_of_the_same_name(
     wait_until(lambda: "currently:" in terminal.seen, "it drives")
     terminal.type("j")
     wait_until(lambda: listener.heard and listener.heard[-1].wz == 0.5, "a key drives")
+
+
+@pytest.mark.parametrize(
+    ("command", "banner"),
+    [(LAUNCH, "currently:"), (("rosrun", "rto_safe_teleop", "safe_keyboard_teleop", "--give-way"), "0.050 m/s")],
+)
+def test_of_two_that_roslaunch_starts_again_the_second_waits_for_the_end_of_the_first(
+    ros_master, open_terminal, wait_until, command, banner
+):
+    """Else each throws the other out, is thrown out, is started again, and so on."""
+    first = open_terminal(*command)
+    wait_until(lambda: banner in first.seen, "the first one drives")
+    second = open_terminal(*command)
+    wait_until(lambda: "Another program drives as" in second.seen, "the second one says what it waits for")
+    assert "same name" not in first.seen and first.process.poll() is None and banner not in second.seen
+    first.type("\x03")
+    assert first.process.wait(20) == 0
+    wait_until(lambda: banner in second.seen, "the second one drives")
+
+
+def test_every_keyboard_that_roslaunch_starts_again_gives_way():
+    keyboards = [
+        node
+        for file in PACKAGES.glob("*/launch/*.launch")
+        for node in ElementTree.parse(file).iter("node")
+        if "keyboard" in node.get("type") and node.get("respawn") == "true"
+    ]
+    assert len(keyboards) >= 4
+    assert [node.get("name") for node in keyboards if node.get("args") != "--give-way"] == []

@@ -15,13 +15,14 @@ from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.driving.picture_patience import MOST_PATIENCE
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
-from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET, SECOND_NAME
+from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
 from gui.widgets.key_legend import IN_WINDOW
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
 
 ZERO = (0.0, 0.0, 0.0)
 LAUNCH = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1"
+SECOND_NAME = "name:=teleop_twist_keyboard_2"
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
 
 
@@ -234,7 +235,7 @@ def test_session_start_beside_running_programs_starts_the_keyboard(open_window, 
 
 def test_a_keyboard_that_runs_elsewhere_is_not_thrown_out(open_window, link, terminal):
     open_window()
-    link.become(**RUNNING, keyboard=True)
+    link.become(**RUNNING, keyboards=frozenset({"/teleop_twist_keyboard"}))
     assert terminal.lines == [("session", f"{KEYBOARD} {SECOND_NAME}")]
 
 
@@ -249,7 +250,7 @@ def test_a_keyboard_that_runs_elsewhere_is_not_thrown_out(open_window, link, ter
 )
 def test_the_keyboard_is_back_in_the_place_of_a_terminal_that_died(open_window, link, terminal, part, last, again):
     open_window()
-    link.become(**RUNNING, keyboard=True)
+    link.become(**RUNNING)
     terminal.typed.emit(KEYBOARD)
     terminal.typed.emit(last)
     terminal.lines.clear()

@@ -86,3 +86,19 @@ def test_own_address_is_the_one_on_the_way_to_the_robot():
 def test_an_unknown_robot_is_explained():
     with pytest.raises(ValueError, match=r"robot\.invalid cannot be reached"):
         commands.own_address_towards("robot.invalid")
+
+
+@pytest.mark.parametrize(
+    ("name", "taken", "line"),
+    [
+        ("teleop_twist_keyboard", (), "run"),
+        ("teleop_twist_keyboard", ("/teleop_twist_keyboard",), "run name:=teleop_twist_keyboard_2"),
+        (
+            "keyboard_of_robotino",
+            ("/keyboard_of_robotino", "/keyboard_of_robotino_2"),
+            "run name:=keyboard_of_robotino_3",
+        ),
+    ],
+)
+def test_a_keyboard_gets_a_name_that_no_other_has(name, taken, line):
+    assert commands.keyboard("run", name, taken) == line

@@ -1,7 +1,8 @@
-"""Waits while another program has this node's name: a station's keyboard gives way to one that a person has started.
+"""Waits while another program has this node's name: a keyboard that roslaunch starts again gives way.
 
-ROS lets the newer of two nodes with one name throw the older one out. roslaunch would start ours again, which then
-throws out the person's, such as the teleop_twist_keyboard that everybody has installed.
+ROS lets the newer of two nodes with one name throw the older one out. roslaunch would start that again, which would
+then throw out the newer one: a person's own teleop_twist_keyboard, or the keyboard of somebody who typed the same line
+in another terminal, and so on without end.
 """
 
 from __future__ import annotations
@@ -17,19 +18,23 @@ import rospy
 
 from telepresence.station.ros_master import master_proxy
 
+OPTION = "--give-way"
+"""Of the command line; launch files have it wherever they have `respawn`."""
 PERIOD = 0.5
 """Seconds between two looks."""
 ANSWER = 1.0
 """Seconds within which master and namesake must answer."""
 
 
-def wait_for_namesake(name: str, stop: threading.Event) -> None:
-    """Wait until no other program answers under the name of this node, and say so once.
+def give_way(name: str, stop: threading.Event) -> None:
+    """With `OPTION`, wait until no other program answers under the name of this node, and say so once.
 
     Args:
         name: The node's name, unless the command line gives another.
         stop: Ends the waiting, too.
     """
+    if OPTION not in sys.argv:
+        return
     own = rospy.names.load_mappings(sys.argv).get("__name", name)
     full = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), own)
     said = False

@@ -27,7 +27,7 @@ from telepresence_ros.other_senders import subscribe_to_others
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
-from twist_keyboard.namesake import wait_for_namesake
+from twist_keyboard.namesake import give_way
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 NAME = "teleop_twist_keyboard"
@@ -40,8 +40,7 @@ def main() -> int:
     """Run the node; the exit code."""
     master_lost = threading.Event()
     stop = stop_on_signals(threading.Event())
-    if "--give-way" in sys.argv:
-        wait_for_namesake(NAME, stop)
+    give_way(NAME, stop)
     # It waits for a master as long as it takes: people open the terminal for the keys first.
     node = Node(
         NAME,
