@@ -5,6 +5,9 @@ attacked: the master, rosout, and the node that publishes the robot's body.
 
 from __future__ import annotations
 
+import os
+import socket
+import struct
 import subprocess
 import urllib.error
 import urllib.request
@@ -101,3 +104,19 @@ def test_a_web_page_of_an_old_browser_ends_a_node(programs):
     """Without Origin, which old browsers do not send: a page still cannot send text/xml."""
     assert answer(programs["/rosout"], call("shutdown", "bye"), Content_Type="text/plain") is None
     assert answer(programs["/rosout"], call("getPid"), Content_Type="text/xml") is not None
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_one_that_dies_while_it_asks_leaves_no_traceback_at(programs, program, wait_until):
+    """A kept connection that is reset, as by a program that was killed."""
+    body = call("getPid")
+    head = f"POST / HTTP/1.1\r\nHost: x\r\nContent-Type: text/xml\r\nContent-Length: {len(body)}\r\n\r\n".encode()
+    with socket.create_connection(("127.0.0.1", urlsplit(programs[program]).port)) as caller:
+        caller.sendall(head + body)
+        assert caller.recv(4096)
+        own = str(caller.getsockname()[1])
+        caller.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    written = lambda: "".join(file.read_text() for file in Path(os.environ["ROS_HOME"]).rglob("*.log*"))  # noqa: E731
+    wait_until(lambda: f"{own})" in written(), "its end is written down")
+    assert "Traceback" not in written()
+    assert answer(programs[program], body, Content_Type="text/xml")

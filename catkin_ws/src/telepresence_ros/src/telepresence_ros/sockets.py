@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import errno
 import ipaddress
+import logging
 import socket
 from http import HTTPStatus
 from typing import Any
@@ -25,8 +26,15 @@ class RefusesBrowsers(_PlainHandler):
     """Answers ROS programs and no web page.
 
     A browser names the page in `Origin`, with every POST. Without asking first, which nobody here answers, a page
-    cannot send `text/xml` to another site either; that is what all XML-RPC libraries of ROS send.
+    cannot send `text/xml` to another site either; that is what all XML-RPC libraries of ROS send. A program that dies
+    while it asks is a line in the log, not a traceback: nothing has failed here.
     """
+
+    def handle(self) -> None:
+        try:
+            super().handle()
+        except ConnectionError as error:
+            logging.getLogger("xmlrpc").info("whoever asked from %s has gone: %s", self.client_address, error)
 
     def do_POST(self) -> None:
         kind = self.headers.get("Content-Type", "").partition(";")[0].strip().lower()
