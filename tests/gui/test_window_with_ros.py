@@ -88,6 +88,18 @@ def test_stop_ends_the_session_in_the_terminal(screen, wait_until, place, robot,
     wait_until(lambda: master.lookupNode("/test", "/fake_robot")[0] != 1, "the master has forgotten it")
 
 
+def test_a_second_window_beside_the_first_has_a_keyboard_of_its_own(screen, wait_until, place, robot, ros_environment):
+    open_attached(screen, wait_until)
+    window = open_attached(screen, wait_until)
+    window.click(place("terminalFrame"))  # which lies on that of the first
+    window.type("j")
+    wait_until(lambda: robot.velocity() == (0.0, 0.0, 0.5), "its keys drive")
+    master = master_proxy(ros_environment["ROS_MASTER_URI"], 5.0)
+    for name in ("/teleop_twist_keyboard", "/teleop_twist_keyboard_2"):
+        code, _, address = master.lookupNode("/test", name)
+        assert code == 1 and master_proxy(address, 5.0).getPid("/test")[0] == 1, name
+
+
 def test_killing_the_window_leaves_no_program_and_no_command(screen, wait_until, robot):
     window = open_attached(screen, wait_until)
     window.type("i")
