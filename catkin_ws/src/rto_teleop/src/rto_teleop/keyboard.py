@@ -5,7 +5,6 @@ Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msg
 Subscribes: drive/hold (std_msgs/String) beside it: as long as drive_lease says why nobody may drive, keys don't.
 Parameters: ~scale_linear, ~scale_angular (1.0): factors of 0.05 m/s and 0.5 rad/s; ~gate (true): false drives on
             cmd_vel even where there is a gate; ~keys (usual): guide for Q, E and speeds as in the guide's window.
-Option:     --give-way: wait while another program has this node's name; see `twist_keyboard.namesake`.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import time
 
 import rospy
 from telepresence_ros.node import Node, stop_on_signals
-from twist_keyboard.namesake import give_way
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 from rto_teleop.drive_topic import DriveTopic
@@ -44,9 +42,7 @@ PARTING_TIME = 0.3
 def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
     """Run the node called `name`, which publishes on `topic`; the exit code."""
     master_lost = threading.Event()
-    stop = stop_on_signals(threading.Event())
-    give_way(name, stop)
-    node = Node(name, on_master_lost=master_lost.set, stop=stop)
+    node = Node(name, on_master_lost=master_lost.set, stop=stop_on_signals(threading.Event()))
     try:
         keys = HeldKeys(
             float(rospy.get_param("~scale_linear", 1.0)),

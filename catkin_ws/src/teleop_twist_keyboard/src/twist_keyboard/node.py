@@ -7,7 +7,8 @@ Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
 received nothing for 0.5 s). The telepresence report starts at 0.5 m/s and 1.0 rad/s, which is brisk among people, and
 publishes once for each key; as there:  _speed:=0.5 _turn:=1.0 _repeat_rate:=0
-Option:     --give-way: wait while another program has this node's name, instead of throwing it out; see `namesake`.
+Option:     --give-way: wait while another program has this node's name, instead of throwing it out; see
+            `telepresence_ros.namesake`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,6 @@ from telepresence_ros.other_senders import subscribe_to_others
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
-from twist_keyboard.namesake import give_way
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 NAME = "teleop_twist_keyboard"
@@ -39,13 +39,11 @@ NEWCOMER_SILENCE = 1.0
 def main() -> int:
     """Run the node; the exit code."""
     master_lost = threading.Event()
-    stop = stop_on_signals(threading.Event())
-    give_way(NAME, stop)
     # It waits for a master as long as it takes: people open the terminal for the keys first.
     node = Node(
         NAME,
         on_master_lost=master_lost.set,
-        stop=stop,
+        stop=stop_on_signals(threading.Event()),
         master_timeout=math.inf,
     )
     try:

@@ -14,6 +14,7 @@ from telepresence.station import heartbeat
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
+from telepresence_ros.namesake import give_way, remember_to_give_way
 from telepresence_ros.prompt_sending import send_promptly
 from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
@@ -54,10 +55,12 @@ class Node:
         restrict_new_files()
         close_log_folder()
         wait_for_master(master_timeout, stop)
+        give_way(name, stop or threading.Event())
         narrow_sockets()
         send_promptly()
         connect_once()
         rospy.init_node(name, disable_signals=stop is not None)
+        remember_to_give_way()
         route_logs_to_ros()
         self.stop = stop or threading.Event()
         """Set when the node ends."""
