@@ -24,6 +24,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from telepresence.station.launch_settings import STATIONS, launch_arguments
+from telepresence.switch import is_on
 
 FIRST_PORT, PORTS_OF_ONE = 21000, 20
 """Ports of the units of this computer begin here, so many for each; below those that Linux gives by itself."""
@@ -74,7 +75,7 @@ class Unit:
 
     @property
     def simulated(self) -> bool:
-        return self.settings.get("sim", "true").lower() in ("true", "1")
+        return is_on(self.settings, "sim")
 
 
 @dataclass(frozen=True)
@@ -232,7 +233,11 @@ def _robot(name: str, fields: Any, first_port: int, folder: Path) -> Unit | Else
     image = fields.get("image", "")
     if image and not _IMAGE.fullmatch(image):
         raise SiteError(f'{what}: image = "{image}" is no name of an image')
-    if image and settings.get("sign_in", "true") == "false":
+    try:
+        signs_in, _ = is_on(settings, "sign_in"), is_on(settings, "sim")
+    except RuntimeError as error:
+        raise SiteError(f"{what}: {error}") from None
+    if image and not signs_in:
         raise SiteError(f"{what}: sign_in = false, and everybody who reaches its container would drive")
     master = _port(fields, "master_port", first_port)
     return Unit(name, _title(what, fields, name), kind, settings, first_port, master, image)
@@ -259,7 +264,7 @@ def _require_different(robots: list[Unit | Elsewhere]) -> None:
 
 def _require_sign_in(robots: list[Unit | Elsewhere], address: str) -> None:
     for robot in robots:
-        if isinstance(robot, Unit) and robot.settings.get("sign_in", "true").lower() in ("false", "0"):
+        if isinstance(robot, Unit) and not is_on(robot.settings, "sign_in"):
             raise SiteError(f"robot.{robot.name}: sign_in = false, and everybody who reaches {address} would drive")
 
 

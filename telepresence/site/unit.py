@@ -17,6 +17,7 @@ from telepresence.site import container
 from telepresence.site.site_file import Site, SiteError, Unit
 from telepresence.station.launch_settings import require_free
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
+from telepresence.switch import is_on
 
 TCP, UDP = False, True
 SIMULATED: dict[str, tuple[tuple[str, bool], ...]] = {
@@ -129,7 +130,7 @@ def signs_in(unit: Unit, site: Site) -> bool:
     if unit.image:  # whose page is at the container's address
         return True
     usual = not unit.simulated or not site.address.startswith("127.")
-    return unit.settings.get("sign_in", str(usual)).lower() in ("true", "1")
+    return is_on(unit.settings, "sign_in", usual)
 
 
 def page_folder(unit: Unit) -> Path:

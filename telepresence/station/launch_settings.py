@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from telepresence.switch import is_on
+
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
 PAGE_PORT, SCREEN_PORT, ROBOT_PAGE_PORT = 10002, 10003, 8081
@@ -74,7 +76,7 @@ def drive_servers(robot: str, settings: dict[str, str], simulated: bool) -> list
     wires, both = STATIONS.get(robot, ()), robot == "both"
     found = []
     elsewhere = settings.get("pepper_drive_server" if both else "drive_server", "")
-    if PEPPER in wires and not elsewhere and settings.get("watchdog", "true").lower() in ("true", "1"):
+    if PEPPER in wires and not elsewhere and is_on(settings, "watchdog"):
         usual = int(os.environ.get("DRIVE_PORT", 8085))
         found.append(DriveServer("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
     if ROBOTINO in wires and simulated:

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from telepresence.station.image import page_host
+from telepresence.switch import is_on
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.invitations import InvitationError, Invitations, beside
 from telepresence.teleop.lease_messages import PILOT
@@ -60,8 +61,7 @@ class OwnPage:
             if names:
                 self._host = f"{names[0]}:{self._port}"
         opened = settings.get("page", "true").lower() not in ("true", "false")
-        asked = settings.get("sign_in", str(opened or not simulated)).lower()
-        self._signs_in = asked in ("true", "1")
+        self._signs_in = is_on(settings, "sign_in", usual=opened or not simulated)
         self._invitations = Invitations(beside())
         self._first = ""
 
@@ -138,8 +138,7 @@ def pilot_page_address(settings: Mapping[str, str]) -> str | None:
             f"page:={setting}: true, false, or one IPv4 address of this machine, where others find the pilot's page; "
             "ip -br address  lists them"
         )
-    without_accounts = settings.get("sign_in", "true").lower() in ("false", "0")
-    if without_accounts and not ipaddress.IPv4Address(setting).is_loopback:
+    if not is_on(settings, "sign_in") and not ipaddress.IPv4Address(setting).is_loopback:
         raise RuntimeError(
             f"page:={setting} with sign_in:=false: everybody who reaches this computer would drive. Leave "
             "sign_in:=false away, and let people in:  python -m gui.users add NAME  or  ./stack invite"

@@ -56,6 +56,7 @@ from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import VirtualDisplay, display_answers
 from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
+from telepresence.switch import is_on
 from telepresence.web.listener import listener
 from telepresence.web.page_auth import ANNOUNCED, page_key
 
@@ -144,8 +145,8 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         image.make_x_sockets()
         if "page" in launch_arguments(arguments.robot):
             settings = arguments.settings = image.page_settings(settings)
-    simulated = settings.get("sim", "true").lower() in ("true", "1")
-    window = "gui" in launch_arguments(arguments.robot) and settings.get("gui", "true").lower() in ("true", "1")
+    simulated = is_on(settings, "sim")
+    window = "gui" in launch_arguments(arguments.robot) and is_on(settings, "gui")
     wires = STATIONS.get(arguments.robot, ())
     require_known(arguments.robot, settings)
     if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
@@ -173,7 +174,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     link = page.open() if page is not None else ""
     faults = FaultReporter(watch / FAULTS)
     output = ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ENDING}")
-    keyboard = settings.get("teleop", "true").lower() in ("true", "1")
+    keyboard = is_on(settings, "teleop")
     terminal = Terminal(output, arguments.verbose, window, link, keyboard)
     keeper = screen = display = None
     kept: list[KeptProgram | ProgramOnDemand] = []

@@ -87,6 +87,8 @@ REAL = "settings = {sim = false, nao_ip = '10.0.0.7'}\n"
         ),
         ("[robot.anna]\nimage = '--privileged'", "is no name of an image"),
         ("[robot.anna]\nimage = 'x'\nsettings = {sign_in = false}", "everybody who reaches its container would drive"),
+        ("[robot.anna]\nimage = 'x'\nsettings = {sign_in = '0'}", "everybody who reaches its container would drive"),
+        ("[robot.anna]\nsettings = {sign_in = 'yes'}", "sign_in:=yes: true or false"),
         ("volume = '/etc'\n[robot.anna]", "is no name of a volume"),
         ("= 1", "Invalid"),
     ],

@@ -42,6 +42,7 @@ from telepresence_ros.node import Node
 
 from telepresence.security.signing import PROOF
 from telepresence.station import priority
+from telepresence.switch import switch
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import ZERO, Account, Command, DriveLease, State, Velocity
 from telepresence.teleop.invitations import Invitations, beside
@@ -255,17 +256,11 @@ class LeaseNode:
 def parse(argv: list[str]) -> argparse.Namespace:
     """Return `sign_in` and `users` of a command line, in which ROS's own spelling for parameters counts too."""
     parser = argparse.ArgumentParser(prog="drive_lease", description="Which window drives.")
-    parser.add_argument("--sign-in", type=_switch, default=True, metavar="true|false", help="check names; default true")
+    parser.add_argument("--sign-in", type=switch, default=True, metavar="true|false", help="check names; default true")
     parser.add_argument("--users", default="", metavar="FILE", help="default TELEPRESENCE_USERS, else gui/users.db")
     words = [f"--{word[1:].replace('sign_in', 'sign-in', 1).replace(':=', '=', 1)}" if _OWN.match(word) else word
              for word in argv]  # fmt: skip
     return parser.parse_args([word for word in words if ":=" not in word])
-
-
-def _switch(word: str) -> bool:
-    if word.lower() not in ("true", "1", "false", "0"):
-        raise argparse.ArgumentTypeError(f"true or false, not {word!r}")
-    return word.lower() in ("true", "1")
 
 
 def main() -> int:

@@ -33,6 +33,7 @@ from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
 from telepresence.station.image import page_host
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
+from telepresence.switch import switch
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_topics import LeaseState
@@ -135,9 +136,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is")
     parser.add_argument("--port", type=int, default=8443)
-    parser.add_argument(
-        "--sign-in", type=lambda word: word.lower() in ("true", "1"), default=True, metavar="true|false"
-    )
+    parser.add_argument("--sign-in", type=switch, default=True, metavar="true|false")
     parser.add_argument("--users", default="", metavar="FILE")
     parser.add_argument("--servers", nargs="*", default=[], metavar="URI", help="stun:, turn: and turns:HOST[:PORT]")
     parser.add_argument("--turn-secret", default="", metavar="FILE", help="the relay's static-auth-secret")
