@@ -12,6 +12,6 @@ if __name__ == "__main__":
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
     from telepresence.environment import ROOT, require
 
-    require("qi", "naoqi_driver", "telepresence_1")
+    require("rospy", "naoqi_driver", "telepresence_1")
     program = ROOT / "catkin_ws" / "src" / "telepresence_1" / "nodes" / "main.py"
     runpy.run_path(str(program), run_name="__main__")
