@@ -87,11 +87,6 @@ class DriveController:
         return self._motors
 
     @property
-    def motor_setpoints(self) -> Triple:
-        """Setpoints of the motors [rpm]."""
-        return self._setpoints
-
-    @property
     def odometry(self) -> Odometry:
         return Odometry(*self._pose, *self._velocity, self._seq)
 

@@ -17,8 +17,6 @@ CENTRE_TO_WHEEL = 0.175
 """Distance from the robot's centre to where a wheel touches the floor [m]."""
 GEAR = 32.0
 """Motor turns per wheel turn."""
-WHEEL_AZIMUTHS = (math.radians(60.0), math.radians(180.0), math.radians(300.0))
-"""Directions of wheels 1, 2, 3 [rad]."""
 RPM_PER_SPEED = 60.0 * GEAR / (math.tau * WHEEL_RADIUS)
 """Motor speed [rpm] for one metre per second at the wheel's rim."""
 

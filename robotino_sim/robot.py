@@ -146,11 +146,6 @@ class Robotino:
         with self.world.locked():
             self._held_bumper = pressed
 
-    def connect_power(self, connected: bool) -> None:
-        """Connect or disconnect the mains cable."""
-        with self.world.locked():
-            self._battery.external = connected
-
     def subscribe_camera(self, width: int, height: int, fps: float) -> Feed:
         """Start pictures of the webcam; see `telepresence.sim.camera.Feed`.
 

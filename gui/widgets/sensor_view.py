@@ -42,13 +42,7 @@ _BUMPERS = {"left": 50.0, "right": -50.0, "back": 180.0}  # degrees from ahead
 
 
 class SensorView(QFrame):
-    """Paints readings in the base frame; ahead is up.
-
-    Args:
-        outline: The robot's shape on the floor.
-        top_speed: [m/s]; what the ring shows as free.
-        reach: Half the width of the view at first [m].
-    """
+    """Paints readings in the base frame; ahead is up."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -79,7 +73,13 @@ class SensorView(QFrame):
         return QSize(240, 240)
 
     def set_robot(self, outline: Outline, top_speed: float, reach: float) -> None:
-        """Show a robot, and forget all readings of the one before."""
+        """Show a robot, and forget all readings of the one before.
+
+        Args:
+            outline: Its shape on the floor.
+            top_speed: [m/s]; what the ring shows as free.
+            reach: Half the width of the view at first [m].
+        """
         self._shape = _shape_of(outline)
         self._radius = outline.outer_radius
         self._top_speed, self._reach = top_speed, reach

@@ -23,8 +23,6 @@ STILL_SPEED = 0.02
 MAX_TRAJECTORY = 3600.0
 """Longest trajectory [s]."""
 
-_LOWER = np.array([LIMITS[j].lower for j in JOINTS])
-_UPPER = np.array([LIMITS[j].upper for j in JOINTS])
 _MAX_SPEED = np.array([LIMITS[j].velocity for j in JOINTS])
 _EFFORT = np.array([LIMITS[j].effort for j in JOINTS])
 _INDEX = {joint: i for i, joint in enumerate(JOINTS)}

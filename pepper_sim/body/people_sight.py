@@ -131,11 +131,6 @@ class PeopleSight:
         self._groups = np.ones(6, np.uint8)
         self._groups[_ORIGIN_GROUP] = 0
 
-    @property
-    def anybody_there(self) -> bool:
-        """Whether there are people in this world at all."""
-        return len(self._world.people) > 0
-
     def look(self, reach: float) -> Sight:
         """See who is within `reach` [m] and not hidden."""
         robot = self._robot

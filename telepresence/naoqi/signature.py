@@ -18,7 +18,6 @@ MAX_LENGTH = 16384
 _CACHED_CHARACTERS = 32768
 """Of all signatures in a cache together: peers choose them, so it must not grow with what they choose."""
 
-INTEGERS = "cCwWiIlL"
 FLOATS = "fd"
 NUMBER_FORMATS = dict(zip("cCwWiIlLfd", "bBhHiIqQfd"))
 """What the struct module calls them."""

@@ -34,11 +34,6 @@ class Outline:
         return cls(((0.0, 0.0),), radius)
 
     @cached_property
-    def is_disc(self) -> bool:
-        """Whether turning in place leaves the outline where it is."""
-        return self.vertices == ((0.0, 0.0),)
-
-    @cached_property
     def outer_radius(self) -> float:
         """Radius of the circle around base_link that contains the outline [m]."""
         return max(math.hypot(x, y) for x, y in self.vertices) + self.radius

@@ -6,7 +6,6 @@ Figures measured on your own robot, braking and reaction above all, are set with
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -205,21 +204,6 @@ def ring(name: str, radius: float, beams: int, **rest: float) -> RangeSource:
 
 def sonar(name: str, origin: tuple[float, float], bearing: float, half_angle: float, **rest: float) -> RangeSource:
     return RangeSource(name, np.array([origin]), np.array([bearing]), spread=half_angle, cone=True, **rest)
-
-
-def nearest_per_sector(ranges: Sequence[float], bearings: Sequence[float]) -> np.ndarray:
-    """Return the indices of the nearest return in each 5 degree sector: thins a scan without losing an obstacle.
-
-    Args:
-        ranges: Readings [m], no-return readings included; negative ones (unknown) are left out.
-        bearings: Their directions [rad].
-    """
-    distances = np.asarray(ranges, float)
-    sector = np.round(np.asarray(bearings, float) / math.tau * SECTORS).astype(int) % SECTORS
-    order = np.lexsort((distances, sector))
-    order = order[distances[order] >= 0.0]
-    first = np.r_[True, np.diff(sector[order]) != 0] if len(order) else np.zeros(0, bool)
-    return order[first]
 
 
 INFRARED = ring(

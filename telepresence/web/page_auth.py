@@ -112,11 +112,6 @@ class PageAuth:
     def keyed(self) -> bool:
         return self._token is not None
 
-    def check_host(self, header: str) -> None:
-        """Compare the Host header with our names; see `telepresence.web.origin`."""
-        if not is_own_name(header, self.names):
-            raise Refused(403, f"This machine is not called {header[:80]}. Use its IP address.")
-
     def check_key(self, address: str, now: float, *keys: str | None) -> None:
         """Compare what the client sent (None for nothing) with the key.
 
