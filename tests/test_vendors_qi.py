@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,13 @@ import qi
 def test_of_both(client):
     assert client == "ours"
 """
+
+
+def test_no_program_needs_it():
+    folders = ("gui", "telepresence", "pepper_sim", "robotino_sim", "catkin_ws/src")
+    programs = [path for folder in folders for path in (LAB.parents[1] / folder).rglob("*.py")]
+    needs = re.compile(r"""^\s*(import|from) qi\b|require\([^)]*["']qi["']""", re.MULTILINE)
+    assert len(programs) > 300 and [path for path in programs if needs.search(path.read_text())] == []
 
 
 @pytest.mark.parametrize("workers", [[], ["-n", "2"]], ids=["alone", "by workers"])

@@ -140,13 +140,13 @@ class Hands:
         self._away[name] = time.monotonic()
 
     def _input(self, *words: object) -> str:
-        """Keyboard and mouse: xdotool."""
+        """Keyboard and mouse: xdotool, on the pilot's machine. Elsewhere another display has this one's number."""
         display = self._station.display
         if not display:
             self._note("no window", " ".join(map(str, words)))
             return ""
         done = subprocess.run(
-            ["xdotool", *map(str, words)],
+            self._station.pilot.command("xdotool", *map(str, words)),
             env={**self._station.environment, **display},
             capture_output=True,
             text=True,

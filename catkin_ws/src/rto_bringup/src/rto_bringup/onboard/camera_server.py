@@ -16,6 +16,8 @@ By copy and paste, as the Robotino guide has it, this side prints the offer as o
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import ctypes
 import datetime
 import logging
 import secrets
@@ -217,7 +219,14 @@ class CameraServer:
             if sender.track is not None:
                 sender.track.stop()
         await asyncio.shield(peer.close())  # aiortc may be closing it too, and fails when this is cancelled
+        _give_back_memory()
         log.info("a receiver ended: %s", reason)
+
+
+def _give_back_memory() -> None:
+    """Of each encoder malloc keeps some for later ones, which they do not fit into: 0.3 MB for each receiver."""
+    with contextlib.suppress(AttributeError):  # a C library without it
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 async def _newest_report(peer: RTCPeerConnection) -> datetime.datetime | None:
