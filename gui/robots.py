@@ -14,6 +14,7 @@ from gui.terminal import commands
 from gui.terminal.commands import Address
 from telepresence.safety.outline import Outline
 from telepresence.safety.robot_profile import PEPPER, ROBOTINO
+from telepresence.teleop.robot_readings import camera_info_of
 
 _Row = TypeVar("_Row", Incoming, Outgoing)
 
@@ -97,11 +98,6 @@ class Robot:
 
 def _relative(row: _Row) -> _Row:
     return replace(row, topic=row.topic.lstrip("/"))
-
-
-def camera_info_of(topic: str) -> str:
-    """Return the topic of a camera's calibration: camera_info in the namespace of its pictures (image_transport)."""
-    return f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info"
 
 
 def _picture(topic: str, channel: str = "picture") -> Incoming:

@@ -24,6 +24,11 @@ LARGEST = 1e5
 hundreds of digits do not fit the window."""
 
 
+def camera_info_of(topic: str) -> str:
+    """Return the topic of a camera's calibration: camera_info in the namespace of its pictures (image_transport)."""
+    return f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info"
+
+
 @dataclass(frozen=True)
 class Safety:
     """One decision of the safety gate (telepresence_msgs/SafetyState).

@@ -19,10 +19,10 @@ from aiortc.codecs.h264 import H264Decoder
 from aiortc.codecs.vpx import Vp8Decoder
 from aiortc.jitterbuffer import JitterFrame
 
+from telepresence.video.jpeg_header import MAX_PIXELS
+
 log = logging.getLogger(__name__)
 
-MAX_PIXELS = 1 << 23
-"""Of one picture: a little more than 4K (3840x2160)."""
 MAX_WAITING = 90
 """Pictures, or pieces of sound, that wait to be decoded: three seconds of pictures."""
 _KEY_START = b"\x9d\x01\x2a"

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from telepresence.video.jpeg_header import MAX_PIXELS
+
 ENCODINGS: dict[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),
     "bgr8": ("u1", 3),
@@ -25,10 +27,6 @@ ENCODINGS: dict[str, tuple[str, int]] = {
     "32FC1": ("f4", 1),
 }
 """sensor_msgs/Image encoding -> (NumPy type without byte order, channels)."""
-
-
-MAX_PIXELS = 1 << 23
-"""Of a message: a little more than 4K (3840x2160)."""
 
 
 class StaleImage(RuntimeError):

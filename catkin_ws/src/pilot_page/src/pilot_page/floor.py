@@ -25,11 +25,6 @@ from telepresence.teleop.robot_readings import (
 from telepresence.video.images import LatestImage
 
 
-def camera_info_of(picture: str) -> str:
-    """Return the topic of a camera's calibration: camera_info in the namespace of its pictures (image_transport)."""
-    return f"{picture.rpartition('/')[0]}/camera_info" if "/" in picture else "camera_info"
-
-
 class RobotFloor:
     """Reads on rospy's threads; whoever asks gets the newest reading.
 

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from telepresence_msgs.msg import DriveState, SafetyState
 
 from pilot_page.conversation import Conversation
-from pilot_page.floor import RobotFloor, camera_info_of
+from pilot_page.floor import RobotFloor
 from pilot_page.head import Head
 from pilot_page.health import Health
 from pilot_page.lease_services import LeaseLink, LeaseServices
@@ -22,6 +22,7 @@ from telepresence.safety.robot_profile import PEPPER, ROBOTINO, RobotProfile
 from telepresence.security.outside_text import clean
 from telepresence.teleop.lease_messages import Account
 from telepresence.teleop.lease_topics import LeaseState, read_lease_state
+from telepresence.teleop.robot_readings import camera_info_of
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 
