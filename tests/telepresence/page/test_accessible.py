@@ -186,11 +186,12 @@ def reached_by_tab(browser) -> list[str]:
         browser.press("Tab", "Tab")  # it is scrolled to when the next frame is drawn
         browser.evaluate(
             "(async () => { const e = document.activeElement; window.left.delete(e);"
-            "await new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)));"
-            "const b = e.getBoundingClientRect();"
+            "const seen = () => { const b = e.getBoundingClientRect();"
             "const at = document.elementFromPoint((b.left + b.right) / 2, (b.top + b.bottom) / 2);"
-            "const seen = e === document.body || (at && (e.contains(at) || at.contains(e)));"
-            "if (!seen) window.hiddenOnes.push(e); })()"
+            "return e === document.body || (at && (e.contains(at) || at.contains(e))); };"
+            "let frames = 60;"  # what the page says may lie there for a moment
+            "do await new Promise(requestAnimationFrame); while (!seen() && (frames -= 1));"
+            "if (!seen()) window.hiddenOnes.push(e); })()"
         )
     return browser.evaluate(  # who leaves meanwhile takes a row of the list along
         "[...window.left, ...window.hiddenOnes].filter((e) => e.checkVisibility()).map((e) => e.id || e.outerHTML)"
