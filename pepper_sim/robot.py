@@ -30,7 +30,7 @@ from pepper_sim.body.description import (
     SCREEN_WIDTH,
     JointLimits,
 )
-from pepper_sim.body.frames import ROOT, Frames, matrix, roll_pitch_yaw
+from pepper_sim.body.frames import ROOT, Frames
 from pepper_sim.body.inertial import InertialSensors
 from pepper_sim.body.joints import JointMotion
 from pepper_sim.body.lights import Lights
@@ -42,6 +42,7 @@ from pepper_sim.body.readings import Readings
 from pepper_sim.body.sensors import Sensors
 from pepper_sim.body.state import Snapshot
 from pepper_sim.models import PREFIX
+from telepresence.geometry import roll_pitch_yaw
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
@@ -299,7 +300,7 @@ class Pepper:
         """Return where base_footprint really is: x, y, z [m], roll, pitch, yaw [rad] in the world."""
         with self.world.locked() as data:
             x, y, z, *quaternion = data.qpos[self._pose].tolist()
-        return (x, y, z, *roll_pitch_yaw(matrix(np.array(quaternion))))
+        return (x, y, z, *roll_pitch_yaw(*quaternion))
 
     def link_pose(self, name: str) -> np.ndarray:
         """Return the pose of a link or sensor frame in the odometry frame.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import rosbag
 
 from gui.recording.session import Session
+from telepresence.geometry import yaw_of
 from telepresence.security.outside_text import clean, clean_name
 
 _TWIST = "geometry_msgs/Twist"
@@ -43,8 +43,7 @@ def _collect(bag: rosbag.Bag) -> Session:
         t, kind = stamp.to_sec() - start, kinds[topic]
         if kind == "nav_msgs/Odometry":
             p, q = message.pose.pose.position, message.pose.pose.orientation
-            yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-            path.append((t, p.x, p.y, yaw))
+            path.append((t, p.x, p.y, yaw_of(q.w, q.x, q.y, q.z)))
         elif topic == wanted:
             commands.append((t, message.linear.x, message.linear.y, message.angular.z))
         elif kind == "telepresence_msgs/SafetyState":

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import mujoco
-import numpy as np
 
-from pepper_sim.body.frames import matrix, roll_pitch_yaw
 from pepper_sim.models.charging_station import BODY
+from telepresence.geometry import yaw_of
 
 NEAR, STRAIGHT = 0.06, math.radians(12.0)
 """The contacts meet when the base is so near its place [m, rad]."""
@@ -30,6 +29,6 @@ class ChargingContacts:
             return False
         x, y, _, *quaternion = data.qpos[base].tolist()
         place, rotation = data.xpos[self._station], data.xmat[self._station].reshape(3, 3)
-        yaw = roll_pitch_yaw(matrix(np.array(quaternion)))[2] - math.atan2(rotation[1, 0], rotation[0, 0])
+        yaw = yaw_of(*quaternion) - math.atan2(rotation[1, 0], rotation[0, 0])
         near = math.hypot(x - place[0], y - place[1]) < NEAR
         return bool(near and abs(math.remainder(yaw, math.tau)) < STRAIGHT)

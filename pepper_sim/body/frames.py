@@ -61,13 +61,6 @@ class Frames:
         return np.array([[c, -s, 0.0, x], [s, c, 0.0, y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]) @ pose
 
 
-def matrix(quaternion: np.ndarray) -> np.ndarray:
-    """Return the rotation (3, 3) of a quaternion (w, x, y, z)."""
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, quaternion)
-    return rotation.reshape(3, 3)
-
-
 def roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
     """Return the angles of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
     (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()

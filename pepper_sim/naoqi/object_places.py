@@ -13,6 +13,7 @@ import numpy as np
 
 from pepper_sim.body.frames import roll_pitch_yaw
 from pepper_sim.naoqi.service import ServiceError, finite, shown
+from telepresence.sim.rotation import rotation_of
 
 PLACES = 6
 """Numbers of a place."""
@@ -26,11 +27,10 @@ def as_transform(place: Sequence[float]) -> np.ndarray:
     if len(place) != PLACES:
         raise ServiceError(f"position6D must be [x, y, z, wx, wy, wz], got {shown(place)}")
     numbers = [finite(value, "position6D") for value in place]
-    turn, rotation = np.zeros(4), np.zeros(9)
+    turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.array(numbers[3:]), "XYZ")
-    mujoco.mju_quat2Mat(rotation, turn)
     transform = np.eye(4)
-    transform[:3, :3] = rotation.reshape(3, 3)
+    transform[:3, :3] = rotation_of(turn)
     transform[:3, 3] = numbers[:3]
     return transform
 

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from telepresence.geometry import wrap_angle
+from telepresence.geometry import wrap_angle, yaw_of
+from telepresence.sim.rotation import rotation_of
 
 if TYPE_CHECKING:
     from telepresence.sim.world import World
@@ -195,20 +196,20 @@ class Person:
     def heading(self) -> float:
         """Where the person's chest points in the world [rad]."""
         with self._world.locked() as data:
-            return _yaw(data.mocap_quat[self._mocap])
+            return yaw_of(*data.mocap_quat[self._mocap].tolist())
 
     def head_pose(self) -> tuple[np.ndarray, np.ndarray]:
         """Return rotation (3, 3) and place (3,) of the neck in the world; the face looks along x [m]."""
         with self._world.locked() as data:
             if self._head is not None:
-                return _matrix(data.mocap_quat[self._head]), data.mocap_pos[self._head].copy()
-            rotation = _matrix(data.mocap_quat[self._mocap])
+                return rotation_of(data.mocap_quat[self._head]), data.mocap_pos[self._head].copy()
+            rotation = rotation_of(data.mocap_quat[self._mocap])
             return rotation, data.mocap_pos[self._mocap] + rotation @ self.figure.neck
 
     def chest(self) -> np.ndarray:
         """Return the middle of the chest in the world, (3,) [m]."""
         with self._world.locked() as data:
-            rotation = _matrix(data.mocap_quat[self._mocap])
+            rotation = rotation_of(data.mocap_quat[self._mocap])
             return data.mocap_pos[self._mocap] + rotation @ self.figure.chest
 
     def hand(self) -> np.ndarray | None:
@@ -216,8 +217,8 @@ class Person:
         if self._arm is None or self.figure.hand is None:
             return None
         with self._world.locked() as data:
-            place = data.mocap_pos[self._arm] + _matrix(data.mocap_quat[self._arm]) @ self.figure.hand
-            return _matrix(data.mocap_quat[self._mocap]).T @ (place - data.mocap_pos[self._mocap])
+            place = data.mocap_pos[self._arm] + rotation_of(data.mocap_quat[self._arm]) @ self.figure.hand
+            return rotation_of(data.mocap_quat[self._mocap]).T @ (place - data.mocap_pos[self._mocap])
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
@@ -249,7 +250,7 @@ class Person:
         if distance < _ARRIVED:
             self._next = (self._next + 1) % len(self._points)
             return
-        course, heading = math.atan2(dy, dx), _yaw(data.mocap_quat[self._mocap])
+        course, heading = math.atan2(dy, dx), yaw_of(*data.mocap_quat[self._mocap].tolist())
         turn = wrap_angle(course - heading)
         heading += min(max(turn, -TURNING_SPEED * dt), TURNING_SPEED * dt)
         way = min(self._speed * dt, distance)
@@ -266,7 +267,7 @@ class Person:
     def _put_head(self, data: mujoco.MjData) -> None:
         if self._head is None:
             return
-        body = _matrix(data.mocap_quat[self._mocap])
+        body = rotation_of(data.mocap_quat[self._mocap])
         data.mocap_pos[self._head] = data.mocap_pos[self._mocap] + body @ self.figure.neck
         yaw, pitch = self._gaze
         turn, bow = np.zeros(4), np.zeros(4)
@@ -278,7 +279,7 @@ class Person:
     def _put_arm(self, data: mujoco.MjData) -> None:
         if self._arm is None or self.figure.elbow is None:
             return
-        body = _matrix(data.mocap_quat[self._mocap])
+        body = rotation_of(data.mocap_quat[self._mocap])
         data.mocap_pos[self._arm] = data.mocap_pos[self._mocap] + body @ self.figure.elbow
         swing = np.zeros(4)
         angle = WAVING_ANGLE * math.sin(math.tau * self._swing)
@@ -286,7 +287,7 @@ class Person:
         mujoco.mju_mulQuat(data.mocap_quat[self._arm], data.mocap_quat[self._mocap], swing)
 
     def _wanted_gaze(self, data: mujoco.MjData, watched: Sequence[int]) -> tuple[float, float]:
-        rotation = _matrix(data.mocap_quat[self._mocap])
+        rotation = rotation_of(data.mocap_quat[self._mocap])
         neck = data.mocap_pos[self._mocap] + rotation @ self.figure.neck
         eyes = neck + rotation @ (0.0, 0.0, self.figure.eyes[0][2])
         nearest: tuple[float, float, float] | None = None
@@ -359,14 +360,3 @@ def _has_body(model: mujoco.MjModel, name: str) -> bool:
 
 def _mocap_of(model: mujoco.MjModel, name: str) -> int | None:
     return int(model.body(name).mocapid[0]) if _has_body(model, name) else None
-
-
-def _matrix(quaternion: np.ndarray) -> np.ndarray:
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, quaternion)
-    return rotation.reshape(3, 3)
-
-
-def _yaw(quaternion: np.ndarray) -> float:
-    w, x, y, z = quaternion.tolist()
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from telepresence.sim.rotation import rotation_of
+
 GROUPS = 6
 BLIND_GROUP = 5
 """Rays pass through geoms of this group; no scene uses it for geoms."""
@@ -82,7 +84,7 @@ class Rays:
         self.max_range = max_range
         self.origins = np.repeat(places, counts, axis=0)
         self.directions = np.concatenate(
-            [vectors @ _rotation(site.quat).T for site, (_, vectors) in zip(sites, bundles, strict=True)]
+            [vectors @ rotation_of(site.quat).T for site, (_, vectors) in zip(sites, bundles, strict=True)]
         )
         self._model, self.body = model, carriers.pop()
         self._obstacles = _Obstacles(model, self.body)
@@ -218,12 +220,6 @@ class _Obstacles:
                 self._low[:, geom], self._high[:, geom] = -np.inf, np.inf
                 if rotation[2, 2] == 1.0:
                     self._high[2, geom] = place[2] + _HAIR
-
-
-def _rotation(quaternion: np.ndarray) -> np.ndarray:
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
 
 
 def _radii(model: mujoco.MjModel) -> np.ndarray:

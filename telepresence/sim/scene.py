@@ -13,6 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from telepresence.sim.rotation import rotation_of
 from telepresence.sim.world import World
 
 SCENES = Path(__file__).parent / "scenes"
@@ -92,10 +93,8 @@ def _attach(spec: mujoco.MjSpec, robot: RobotModel, scene: str) -> None:
 
 
 def _start(spawn: mujoco.MjsSite, offset: tuple[float, float]) -> np.ndarray:
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, spawn.quat)
     pose = np.eye(4)
-    pose[:3, :3] = rotation.reshape(3, 3)
+    pose[:3, :3] = rotation_of(spawn.quat)
     pose[:3, 3] = spawn.pos + pose[:3, :3] @ (*offset, 0.0)
     return pose
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from telepresence.geometry import roll_pitch_yaw
 from telepresence.security.outside_text import clean, clean_name
 
 SECTORS = 72
@@ -161,10 +162,8 @@ def read_odometry(message: Any, arrived: float) -> BodyState:
     """
     position, q = message.pose.pose.position, message.pose.pose.orientation
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    roll = math.atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x))))
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    numbers = (position.x, position.y, position.z, roll, pitch, yaw, linear.x, linear.y, angular.z)
+    turned = roll_pitch_yaw(q.w, q.x, q.y, q.z)
+    numbers = (position.x, position.y, position.z, *turned, linear.x, linear.y, angular.z)
     for number in numbers:
         sane(number, "the odometry")
     return BodyState(*numbers, clean_name(message.header.frame_id).lstrip("/"), arrived)
