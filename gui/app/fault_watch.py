@@ -17,7 +17,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.robots import ROBOTS
 from gui.ros.readings import DriveState, Safety
 from gui.ros.topics.station import FaultReport
-from telepresence.station.fault_sentences import Cause, Fault, Faults
+from telepresence.station.fault_sentences import DRIVE_SERVER, UNREACHABLE, Cause, Fault, Faults
 
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess
@@ -140,10 +140,10 @@ class FaultWatch(QObject):
 
     def _on_safety(self, safety: Safety) -> None:
         self._speaks(Cause.DRIVER)
-        self._answers["server"] = not (safety.state == "fault" and safety.reason.startswith("The drive server"))
+        self._answers["server"] = not (safety.state == "fault" and safety.reason.startswith(DRIVE_SERVER))
 
     def _on_drive_state(self, state: DriveState) -> None:
-        self._answers["driver"] = not state.text.startswith("robot unreachable")
+        self._answers["driver"] = not state.text.startswith(UNREACHABLE)
 
     def _on_report(self, report: FaultReport) -> None:
         known, self._newest = self._newest, (report.stamp, report.program)

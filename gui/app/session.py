@@ -16,6 +16,7 @@ from gui.ros.readings import DriveState
 from gui.styling import set_property
 from gui.terminal import commands
 from gui.terminal.terminal_view import TERMINAL
+from telepresence.station.fault_sentences import UNREACHABLE
 
 if TYPE_CHECKING:
     from gui.app.keyboard_focus import KeyboardFocus
@@ -146,7 +147,7 @@ class RobotSession(QObject):
     def findings(self) -> tuple[str, str]:
         """Return what this window is connected with, and the level of the message."""
         title = self._link.robot.title
-        if self._robot_state.startswith("robot unreachable"):
+        if self._robot_state.startswith(UNREACHABLE):
             return f"The driver runs, but {title} does not answer ({self._robot_state}).", "bad"
         wanted = {name: text for name, text in FOUND.items() if self._link.has(name)}
         found = ", ".join(text for name, text in wanted.items() if name in self._link.found)
@@ -226,9 +227,9 @@ class RobotSession(QObject):
                 self._connect()
 
     def _on_drive_state(self, state: DriveState) -> None:
-        before = self._robot_state.startswith("robot unreachable")
+        before = self._robot_state.startswith(UNREACHABLE)
         self._robot_state = state.text
-        if before != state.text.startswith("robot unreachable"):
+        if before != state.text.startswith(UNREACHABLE):
             self.changed.emit()
 
     def _on_refused(self, _why: str) -> None:

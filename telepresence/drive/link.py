@@ -34,6 +34,7 @@ from telepresence.drive.link_ends import default_name, parse_address
 from telepresence.drive.pilots_goal import PilotsGoal
 from telepresence.drive.session import COOKIE_LIFE, KeyMismatch, PilotHandshake, Session
 from telepresence.security.robot_key import RobotKey, is_loopback
+from telepresence.station.fault_sentences import DRIVE_SERVER
 
 COMMAND_TIMEOUT = 0.3
 """Seconds for which a velocity is valid here: keyboards and windows repeat it every 0.1 s."""
@@ -72,7 +73,7 @@ class DriveLink:
         self.host, self.port = parse_address(address)
         self._key, self._name, self._rank = key, name or default_name(), rank
         PilotHandshake(None, self._name, self._rank)
-        self.problem = f"The drive server at {self.host}:{self.port} has not answered yet."
+        self.problem = f"{DRIVE_SERVER} at {self.host}:{self.port} has not answered yet."
         self.outages = 0
         self._lock = threading.Lock()  # protects what the pilot gives and asks
         self._sending = threading.Lock()  # a datagram is made and sent before the next one
@@ -231,11 +232,11 @@ class DriveLink:
         if not self.problem:
             self.outages += 1
         if self._obstacle:
-            self.problem = f"The drive server at {self.host}:{self.port} {self._obstacle}"
+            self.problem = f"{DRIVE_SERVER} at {self.host}:{self.port} {self._obstacle}"
             return
         lasting = f" for {silent:.1f} s" if math.isfinite(silent) else ""
         hint = self._hint or "is it running, and is the network there?"
-        self.problem = f"The drive server at {self.host}:{self.port} does not answer{lasting}: {hint}"
+        self.problem = f"{DRIVE_SERVER} at {self.host}:{self.port} does not answer{lasting}: {hint}"
 
     def _open(self, now: float) -> None:
         """A socket of the route as it is now, once in a while: networks come back with other addresses."""

@@ -12,6 +12,10 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from enum import IntEnum
 
+DRIVE_SERVER = "The drive server"
+"""How a link says what is wrong begins, and the reason of a fault for that."""
+UNREACHABLE = "robot unreachable"
+"""How the drivers' `drive_state` begins when they have no robot."""
 SHOWN_TIME = 3.0
 """[s] for which a report is shown when the window notices nothing itself."""
 LEAST_TIME = 1.5

@@ -24,6 +24,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from telepresence.station import station_folder
+from telepresence.station.fault_sentences import UNREACHABLE
 from telepresence.station.ros_master import master_answers, master_proxy
 
 NOTE = "expected"
@@ -33,8 +34,6 @@ PATIENCE = 1.0
 LARGEST = 64 * 1024
 """[bytes] of a header or a message."""
 NAME = "/station_health"
-UNREACHABLE = "robot unreachable"
-"""How the drivers' `drive_state` begins when they have no robot."""
 
 
 class Unhealthy(RuntimeError):

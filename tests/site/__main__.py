@@ -38,7 +38,8 @@ from soak.samples import sample  # noqa: E402
 from telepresence import naoqi  # noqa: E402
 from telepresence.site.site_file import PORTS_OF_ONE  # noqa: E402
 from telepresence.station import processes  # noqa: E402
-from telepresence.station.health import UNREACHABLE, Unhealthy, drive_states  # noqa: E402
+from telepresence.station.fault_sentences import UNREACHABLE  # noqa: E402
+from telepresence.station.health import Unhealthy, drive_states  # noqa: E402
 from telepresence.teleop.accounts import Users  # noqa: E402
 
 ENDS_WITHIN = 20.0

@@ -22,6 +22,7 @@ from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, wrap_angle
 from telepresence.safety import State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
+from telepresence.station.fault_sentences import UNREACHABLE
 
 log = logging.getLogger(__name__)
 
@@ -93,7 +94,7 @@ class BaseDriver:
         if lost or self._waking is not None:
             self._stand("the robot is not there" if lost else "the robot is waking up", hard=bool(lost))
             self.problem = lost
-            self.state = f"robot unreachable: {lost}" if lost else "stopped: the robot is waking up"
+            self.state = f"{UNREACHABLE}: {lost}" if lost else "stopped: the robot is waking up"
             return
         if decision.velocity is None:
             self._stand_or_follow_goal(decision, master_alive)

@@ -34,6 +34,7 @@ from telepresence.drive.link import DriveLink
 from telepresence.safety import SECTORS
 from telepresence.start_patience import StartPatience
 from telepresence.station import heartbeat, priority
+from telepresence.station.fault_sentences import DRIVE_SERVER
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 WAIT = 0.1
@@ -123,13 +124,13 @@ class DriveLinkNode:
     def _say(self, state: str, now: float) -> None:
         if state == self._state and now < self._state_due:
             return
-        lost = state.startswith(f"{SafetyState.FAULT}: The drive server")
+        lost = state.startswith(f"{SafetyState.FAULT}: {DRIVE_SERVER}")
         if not lost:
             self._patience.works()
         if lost and not self._lost and self._patience.over:
             rospy.logerr("%s", state)
             self._lost = True
-        elif not lost and self._state.startswith(f"{SafetyState.FAULT}: The drive server"):
+        elif not lost and self._state.startswith(f"{SafetyState.FAULT}: {DRIVE_SERVER}"):
             rospy.loginfo("the drive server on the robot answers")
             self._lost = False
         self._state, self._state_due = state, now + STATE_PERIOD

@@ -37,6 +37,7 @@ from rto_node.link import Link, find_address
 from telepresence.geometry import Velocity
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
+from telepresence.station.fault_sentences import UNREACHABLE
 
 SEND_PERIOD = 0.05
 """Seconds between two velocities: the robot stops 0.2 s after the last."""
@@ -120,7 +121,7 @@ class Driver:
                 reached = self._commands.ask(partial(_send_velocity, velocity))
             problem = self._sensors.problem if reached else self._commands.problem
             reason = decision.reason if self._drives else DRIVEN_ELSEWHERE
-            self._report(sent_at, f"robot unreachable: {problem}" if problem else reason)
+            self._report(sent_at, f"{UNREACHABLE}: {problem}" if problem else reason)
         if self._drives:
             self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
         self._commands.client.close()
