@@ -54,6 +54,7 @@ class DriveControls(QWidget):
         uic.loadUi(str(Path(__file__).resolve().with_name("drive_controls.ui")), self)
         self._stopped_by: str | None = None
         self._stopped_at = 0.0
+        self._press_stops = False
         self._top_turn = 1.0
         self._turn_per_speed = TURN_PER_SPEED
         self._own_speed = USUAL_SPEED
@@ -61,7 +62,8 @@ class DriveControls(QWidget):
         self.restartButton.hide()
         self.restartButton.clicked.connect(self.restart_wanted)
         self.speedSlider.valueChanged.connect(self._show_speeds)
-        self.redStop.clicked.connect(self._on_red)
+        self.redStop.pressed.connect(self._on_red_pressed)
+        self.redStop.clicked.connect(self._on_red_clicked)
         self.padChip.clicked.connect(self.pad_wanted)
         self.show_stopped("")
         self.show_pad(None)
@@ -130,7 +132,15 @@ class DriveControls(QWidget):
             self.padChip.setText("Gamepad drives" if state.driving else ready)
         set_property(self.padChip, "on", state is not None and state.driving)
 
-    def _on_red(self) -> None:
+    def _on_red_pressed(self) -> None:
+        """Stop at once, also when the hand slips off the button or keeps it down."""
+        self._press_stops = not self._stopped_by
+        if self._press_stops:
+            self.stop_wanted.emit()
+
+    def _on_red_clicked(self) -> None:
+        if self._press_stops:
+            return
         if not self._stopped_by:
             self.stop_wanted.emit()
         elif time.monotonic() - self._stopped_at > PANIC_TIME:

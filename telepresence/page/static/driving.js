@@ -34,9 +34,17 @@ export function start(page) {
   listenToKeys(page);
   for (const button of document.querySelectorAll("[data-drive]")) listenToButton(page, /** @type {any} */ (button));
   const stopped = watchStop(page);
-  // Down, not click: the second finger on a screen makes no clicks.
-  part("stop").addEventListener("pointerdown", () => { if (!page.state?.stopped_by) page.ask("stop"); });
-  part("stop").addEventListener("click", () => (stopped.release() ? page.ask("reset_stop") : page.ask("stop")));
+  // Down, not click: the second finger on a screen makes no clicks. A click that ends a press which has stopped the robot
+  // does nothing more, however long the press was; one without a press comes from a key or a scan.
+  let pressStops = false;
+  part("stop").addEventListener("pointerdown", () => {
+    pressStops = !page.state?.stopped_by;
+    if (pressStops) page.ask("stop");
+  });
+  part("stop").addEventListener("click", (event) => {
+    if (pressStops && event.detail > 0) return;
+    page.ask(stopped.release() ? "reset_stop" : "stop");
+  });
 }
 
 /** Let go, and say why if that ends something. @param {import("./page.js").Page} page */
@@ -92,8 +100,9 @@ function needs(target, code) {
 /** @param {import("./page.js").Page} page */
 function listenToKeys(page) {
   addEventListener("keydown", (event) => {
-    if (!page.me || needs(event.target, event.code)) return;
-    if (event.code === "Escape" || event.code === "Space") {
+    const stops = event.code === "Escape" || event.code === "Space";
+    if (!page.me || (needs(event.target, event.code) && !(stops && page.holds))) return; // who drives stops, wherever the focus is
+    if (stops) {
       event.preventDefault();
       if (!event.repeat) page.ask("stop");
       return;

@@ -67,6 +67,7 @@ export function start(page) {
   picture.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
     if (pointer?.id !== event.pointerId) return;
     if (page.pictureHand === "floor") point(event.clientX, event.clientY);
+    else if (!page.state?.head) [pointer.x, pointer.y] = [event.clientX, event.clientY]; // no head to turn: it points, too
     else if (Math.hypot(event.clientX - pointer.x, event.clientY - pointer.y) > MOVED) forgo();
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"])

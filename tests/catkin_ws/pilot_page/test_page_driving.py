@@ -22,6 +22,8 @@ NEAR = 0.25
 PAUSE = 1.0
 """[s] after which the robot stands for good; a late picture of a busy machine takes less."""
 TRIES = 6
+PANIC = 1.0
+"""[s] after a stop in which no press lets go of it (driving.js)."""
 SLOW = """
 globalThis.late = 700;  // ms that all messages of the page are under way
 const send = RTCDataChannel.prototype.send;
@@ -322,6 +324,33 @@ def test_leaving_the_full_screen_while_driving_is_the_red_stop(anna, probe, unti
     until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
     until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
     anna.key("KeyW", False)
+    let_go_of_the_stop(anna, until_true)
+
+
+def test_a_long_press_of_the_red_stop_is_one_press(anna, probe, until_true):
+    """Its click comes with the release, when the page may let the robot go again: that takes another press."""
+    drives(probe, until_true, anna)
+    mouse(anna, "mousePressed", *middle(anna, "#stop"))
+    until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
+    anna.key("KeyW", False)
+    anna.evaluate(f"new Promise((done) => setTimeout(done, {1000 * PANIC + 200}))")
+    mouse(anna, "mouseReleased", *middle(anna, "#stop"))
+    anna.evaluate("new Promise((done) => setTimeout(done, 500))")  # as long as a request takes
+    assert "red stop" in anna.text("status")
+    let_go_of_the_stop(anna, until_true)
+
+
+def test_space_stops_who_drives_wherever_the_focus_is(anna, probe, until_true):
+    anna.evaluate(
+        "globalThis.box = document.body.appendChild(document.createElement('input'));box.type = 'checkbox'; box.focus()"
+    )
+    drives(probe, until_true, anna)
+    anna.key("Space", True)
+    until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    for code in ("Space", "KeyW"):
+        anna.key(code, False)
+    anna.evaluate("box.remove()")
     let_go_of_the_stop(anna, until_true)
 
 

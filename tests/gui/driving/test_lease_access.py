@@ -242,6 +242,18 @@ def test_the_red_stop_shows_who_pressed_it_and_is_let_go(pilot, link, monkeypatc
     assert link.asked[-1] == "reset_stop"
 
 
+def test_the_red_stop_stops_when_it_goes_down_and_a_long_press_is_one_press(pilot, link, monkeypatch):
+    monkeypatch.setattr("gui.driving.drive_controls.PANIC_TIME", 0.0)
+    stop = pilot.controller.controls.redStop
+    QTest.mousePress(stop, Qt.LeftButton)
+    assert link.asked == ["stop"], "the hand may slip off"
+    link.report_lease(stopped_by="anna", hold="anna has pressed the red stop.")
+    QTest.mouseRelease(stop, Qt.LeftButton)
+    assert link.asked == ["stop"]
+    QTest.mouseClick(stop, Qt.LeftButton)
+    assert link.asked == ["stop", "reset_stop"]
+
+
 def test_a_stop_of_the_safety_layer_shows_too(pilot, link):
     link.channel("safety_text").arrived.emit("stopped: Stopped: stop requested.")
     assert "STOPPED by the safety gate" in pilot.controller.controls.redStop.text()
