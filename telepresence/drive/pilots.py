@@ -273,6 +273,8 @@ class Pilots(object):
         # type: (Session, Ask) -> List[Union[Outgoing, Request]]
         if session.done is not None and session.done[0] == ask.number:
             return [session.send(session.done[1])]
+        if ask.what == "reset stop" and session.done is not None and ask.number < session.done[0]:
+            return []  # a later request was done since, which may have been a stop
         request = Request(ask.what, ask.number, session)
         obstacle = self._obstacle(session, ask.what)
         if obstacle:

@@ -221,6 +221,8 @@ class LeaseClient:
             if not quiet:
                 self._refused(self.obstacle() or "This window has not joined yet; try again in a moment.")
             return
+        if action == "stop":  # what was to let the robot go before must not do so afterwards
+            self._waiting = deque(each for each in self._waiting if each[0] != "reset_stop")
         if self._unanswered and action not in AT_ONCE:
             self._waiting.append((action, to, quiet))
         else:

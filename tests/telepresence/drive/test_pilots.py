@@ -232,6 +232,15 @@ def test_a_stop_is_reset_by_who_pressed_it_or_a_higher_rank(pilots, pilot):
     assert not pilot.may("reset stop") and chief.may("reset stop"), "the stop of the higher rank counts"
 
 
+def test_a_reset_that_is_repeated_after_a_later_stop_undoes_nothing(pilots, pilot):
+    """Its answer was lost, so its pilot asks again, and has pressed stop meanwhile."""
+    for what in ("stop", "reset stop", "stop"):
+        (request,) = pilot.ask(what)
+        pilots.answered(request, True, "done")
+    assert pilot.ask("reset stop", number=pilot.number - 1) == []
+    assert [type(each) for each in pilot.ask("stop", number=pilot.number - 1)] == [Request], "a late stop counts"
+
+
 def test_who_pressed_stop_resets_it_after_an_outage(pilots, pilot):
     assert pilot.may("stop")
     pilots.command(110.0)
