@@ -44,7 +44,10 @@ class BoundedConnection(http.client.HTTPConnection):
 
     def connect(self) -> None:
         """Open the connection; called by `http.client` when there is none."""
-        plain = socket.create_connection((self.host, self.port), self._patience())
+        try:
+            plain = socket.create_connection((self.host, self.port), self._patience())
+        except UnicodeError as error:  # of a name with two dots in a row, for example
+            raise OSError(f"{self.host!r} is no address") from error
         self.sock = _BoundedSocket(self, plain)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
