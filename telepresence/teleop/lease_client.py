@@ -46,6 +46,8 @@ MISSED = 0.2
 """[s] for which `drive/state` may lack this window before it asks why."""
 AT_ONCE = ("stop", "leave")
 """Requests that wait for no answer to others."""
+STOP_OWED = 3.0
+"""[s] for which a red stop that drive_lease did not answer, as it was killed for example, is kept for the next one."""
 IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
 
 
@@ -114,6 +116,8 @@ class LeaseClient:
         self._number = self._asked = self._looked = 0
         self._unanswered: set[int] = set()
         self._waiting: deque[tuple[str, str, bool]] = deque()
+        self._stop_owed_until = -math.inf
+        """A red stop that no drive_lease has heard of is asked for again when the next one is joined, until then."""
         self._hold = ""
         self._wants = False
         self._joining = ""
@@ -173,7 +177,7 @@ class LeaseClient:
             self.ask("leave", quiet=True)
         self.account = None
         self._session, self._join_problem = "", ""
-        self._join_at = -math.inf
+        self._join_at = self._stop_owed_until = -math.inf
         self._changed()
 
     def set_hold(self, reason: str) -> None:
@@ -241,23 +245,40 @@ class LeaseClient:
                 if self._waiting and not self._unanswered:
                     self._request(*self._waiting.popleft())
 
+        def proven(answer: Answer) -> bool:
+            if answer.value is None:
+                return False
+            reply = Reply(answer.ok, answer.text, answer.value.ended)
+            return hmac.compare_digest(answer.value.proof, sign_reply(key, number, reply))
+
+        def owe_the_stop() -> None:
+            self._stop_owed_until = time.monotonic() + STOP_OWED
+            if self._session and self._session != session:  # the next one is joined already
+                self._stop_again()
+
         def take(answer: Answer) -> None:
+            if action == "stop" and not proven(answer):
+                owe_the_stop()
             if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
                 if not answer.ok and not quiet and session == self._session:
                     self._refused(answer.text)
                 return
-            ended, reply_proof = answer.value.ended, answer.value.proof
-            if not hmac.compare_digest(reply_proof, sign_reply(key, number, Reply(answer.ok, answer.text, ended))):
+            if not proven(answer):
                 # drive_lease has forgotten this window, or it is somebody else who answers: prove each other again.
                 self._session = ""
                 self._join()
-            elif ended:
+            elif answer.value.ended:
                 self._end(answer.text)
                 return
             if not answer.ok and not quiet:
                 self._refused(answer.text)
 
         self._link.ask(session, number, action, to, proof, answered)
+
+    def _stop_again(self) -> None:
+        if time.monotonic() < self._stop_owed_until:
+            self._stop_owed_until = -math.inf
+            self.ask("stop")
 
     def _end(self, reason: str) -> None:
         """Act for nobody any more: the account was removed or changed."""
@@ -354,6 +375,7 @@ class LeaseClient:
                 self._unanswered.clear()
                 self._waiting.clear()
                 finish("")
+                self._stop_again()
                 self._send(None)
 
         def finish(problem: str, answered: bool = True) -> None:

@@ -28,7 +28,8 @@ class Robot:
 
     def __init__(self, monkeypatch):
         self.now = 1000.0
-        self.lease = DriveLease(lambda name: Account(name, WATCHER if name == "will" else PILOT))
+        self.epoch = 0
+        self.restart()
         self.given = []
         self.looks = []
         self.windows = []
@@ -37,6 +38,11 @@ class Robot:
         self.on_the_way = None
         """Requests that drive_lease has not received yet; None while they come at once."""
         monkeypatch.setattr(lease_client.time, "monotonic", lambda: self.now)
+
+    def restart(self):
+        """Another drive_lease takes the place of the one that was killed."""
+        self.epoch += 1
+        self.lease = DriveLease(lambda name: Account(name, WATCHER if name == "will" else PILOT))
 
     def open(self, name):
         self.node_name = f"/pilot_page/{name}"
@@ -51,7 +57,7 @@ class Robot:
     def tell(self):
         state = self.lease.state(self.now)
         message = LeaseState(
-            "1", False, state.pilot, state.window, state.asking, state.stopped_by, state.hold, state.other,
+            str(self.epoch), False, state.pilot, state.window, state.asking, state.stopped_by, state.hold, state.other,
             state.velocity, tuple(zip(state.present, state.windows, strict=True)), self.now,
         )  # fmt: skip
         for window in self.windows:
@@ -403,3 +409,20 @@ def test_requests_go_one_after_the_other_and_a_stop_at_once(robot):
     assert [action for action, _ in robot.on_the_way] == ["take", "stop"]
     assert [arrives(), arrives(), arrives()] == ["take", "stop", "keep"]
     assert robot.on_the_way == [] and window.said == [] and robot.lease.state(robot.now).stopped_by == "anna"
+
+
+@pytest.mark.parametrize("joined_before", [False, True])
+def test_a_red_stop_that_the_killed_drive_lease_did_not_hear_is_asked_of_the_next(robot, joined_before):
+    window, _ = robot.take("anna")
+    robot.on_the_way = []
+    window.ask(AskMessage(1, "stop", None))
+    ((_, arrives),) = robot.on_the_way
+    robot.on_the_way = None
+    robot.restart()
+    if joined_before:
+        robot.tell()
+        robot.pass_time(1.0)
+        assert not robot.lease.state(robot.now).stopped_by
+    arrives()
+    robot.pass_time(1.0)
+    assert robot.lease.state(robot.now).stopped_by == "anna"
