@@ -5,11 +5,14 @@ The network's own faults are in test_page_far_away.py.
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import time
 
 import pytest
 from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
+
+from pepper_sim.tablet.devtools import BrowserError
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
@@ -86,13 +89,21 @@ def test_another_tab_is_looked_at(pilot, probe, until_true):
     comes_back(probe, until_true, pilot)
 
 
+def revived(browser, url) -> bool:
+    """Load the page anew; whether it answers then."""
+    with contextlib.suppress(BrowserError):
+        browser.tools._call("Page.navigate", {"url": url}, 5.0)
+        return bool(browser.tools._call("Runtime.evaluate", {"expression": "1"}, 2.0))
+    return False
+
+
 def test_the_page_is_killed(pilot, running, probe, until_true):
     drives(probe, until_true, pilot)
     pilot.tools.post("Page.crash")
     try:
         stands(probe, until_true)
-    finally:  # a crashed page answers nobody
-        pilot.tools.call("Page.navigate", url=running[1])
+    finally:  # a crashed page answers nobody, nor does one that is asked while it is loaded anew: it is asked again
+        until_true(lambda: revived(pilot, running[1]), "the page is loaded anew")
     comes_back(probe, until_true, pilot)
 
 
