@@ -249,9 +249,6 @@ class DriveLink:
         try:
             family, kind, _, _, target = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_DGRAM)[0]
             opened = socket.socket(family, kind)
-        except UnicodeError:  # of a name with two dots in a row, for example
-            self._hint = "that is no address"
-            return
         except OSError as error:
             self._hint = (error.strerror or str(error)).lower()
             return

@@ -234,7 +234,8 @@ def _robot(name: str, fields: Any, first_port: int, folder: Path) -> Unit | Else
     if image and not _IMAGE.fullmatch(image):
         raise SiteError(f'{what}: image = "{image}" is no name of an image')
     try:
-        signs_in, _ = is_on(settings, "sign_in"), is_on(settings, "sim")
+        signs_in = is_on(settings, "sign_in")
+        is_on(settings, "sim")
     except RuntimeError as error:
         raise SiteError(f"{what}: {error}") from None
     if image and not signs_in:

@@ -34,15 +34,15 @@ export function start(page) {
   listenToKeys(page);
   for (const button of document.querySelectorAll("[data-drive]")) listenToButton(page, /** @type {any} */ (button));
   const stopped = watchStop(page);
-  // Down, not click: the second finger on a screen makes no clicks. A click that ends a press which has stopped the robot
-  // does nothing more, however long the press was; one without a press comes from a key or a scan.
+  // Down, not click: the second finger on a screen makes no clicks. The click that ends a press which has stopped the robot
+  // does not let it go, however long the press was; one without a press comes from a key or a scan.
   let pressStops = false;
   part("stop").addEventListener("pointerdown", () => {
     pressStops = !page.state?.stopped_by;
     if (pressStops) page.ask("stop");
   });
   part("stop").addEventListener("click", (event) => {
-    if (pressStops && event.detail > 0) return;
+    if (pressStops && event.detail > 0 && page.state?.stopped_by) return;
     page.ask(stopped.release() ? "reset_stop" : "stop");
   });
 }
