@@ -234,7 +234,7 @@ class LeaseClient:
 
     def _request(self, action: str, to: str, quiet: bool) -> None:
         self._asked += 1
-        number, session, key = self._asked, self._session, self._key
+        number, session, key, account = self._asked, self._session, self._key, self.account
         proof = sign_request(key, number, action, to)
         self._unanswered.add(number)
 
@@ -257,7 +257,7 @@ class LeaseClient:
                 self._stop_again()
 
         def take(answer: Answer) -> None:
-            if action == "stop" and not proven(answer):
+            if action == "stop" and account is self.account and not proven(answer):
                 owe_the_stop()
             if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
                 if not answer.ok and not quiet and session == self._session:
