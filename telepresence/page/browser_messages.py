@@ -153,6 +153,7 @@ class BrowserMessages:
         who = REQUESTS[message.action].who
         if who is Who.LEASE:
             self._window.ask(message)
+            self._answer(message.number)  # what drive_lease refuses is said, what it does is in the state
         elif who is Who.CONNECTION:
             self.settings[message.action] = message.value
             self._answer(message.number)

@@ -51,6 +51,12 @@ STOP_OWED = 3.0
 IMPOSTOR = "What answers as drive_lease cannot prove that it is this robot's: somebody else may pretend to be it."
 
 
+def _seconds() -> float:
+    """Return the time [s] that dates what is sent. Its clock goes on while the computer sleeps: otherwise every command
+    would look late afterwards."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
 class Answer(Protocol):
     """What drive_lease has answered.
 
@@ -202,7 +208,7 @@ class LeaseClient:
         if not self._session or (sent is None and not self._own_clock):
             return
         self._looked += 1
-        unsigned = LookCommand(self._looked, time.monotonic() if sent is None else sent, look)
+        unsigned = LookCommand(self._looked, _seconds() if sent is None else sent, look)
         self._link.send_look(self._session, dataclasses.replace(unsigned, proof=sign_look(self._key, unsigned)))
 
     def take(self) -> None:
@@ -338,7 +344,7 @@ class LeaseClient:
             return
         self._number += 1
         self._sent_at = time.monotonic()
-        unsigned = Command(self._number, self._sent_at if sent is None else sent, velocity, self._hold)
+        unsigned = Command(self._number, _seconds() if sent is None else sent, velocity, self._hold)
         command = dataclasses.replace(unsigned, proof=sign_command(self._key, unsigned))
         self._link.send(self._session, command)
 

@@ -92,6 +92,8 @@ export class Link {
     this.channels = {};
     this.number = this.looked = 0;
     this.asked = 0;
+    /** ms for which performance.now() has stood still: in most browsers it does while the computer sleeps. */
+    this.uncounted = 0;
     /** @type {Map<number, (problem: string) => void>} */
     this.unanswered = new Map();
     /** @type {((peer: RTCPeerConnection) => void)[]} what adds its own tracks to each new connection, before the offer */
@@ -234,13 +236,18 @@ export class Link {
     this.command("floor", { at, press, stamp, speed, hold });
   }
 
+  /** The clock that dates what may move the robot [s]: one that missed a sleep would make everything after it look late. */
+  get seconds() {
+    return (performance.now() + this.uncounted) / 1000;
+  }
+
   /** Send what may move the robot, with a number and this browser's clock. @param {string} name of a channel @param {object} fields */
   command(name, fields) {
     const channel = this.channels[name];
     // What waits in the channel would be late: the next one says what is true then.
     if (channel?.readyState !== "open" || channel.bufferedAmount > 0) return;
     this.number += 1;
-    channel.send(JSON.stringify({ n: this.number, t: performance.now() / 1000, ...fields }));
+    channel.send(JSON.stringify({ n: this.number, t: this.seconds, ...fields }));
     this.listeners.onSent(this.number);
   }
 
@@ -249,7 +256,7 @@ export class Link {
     const channel = this.channels.look;
     if (channel?.readyState !== "open" || channel.bufferedAmount > 0) return;
     this.looked += 1;
-    channel.send(JSON.stringify({ n: this.looked, t: performance.now() / 1000, ...look }));
+    channel.send(JSON.stringify({ n: this.looked, t: this.seconds, ...look }));
   }
 
   /** Dial now, whatever there is. */
@@ -262,7 +269,8 @@ export class Link {
 
   /**
    * @param {string} action @param {any} value
-   * @returns {Promise<string>} why not, or ""; what drive_lease is asked is not answered, the state shows it
+   * @returns {Promise<string>} why not, or ""; what drive_lease is asked is answered as soon as it is passed on: what it
+   * refuses is said, what it does is in the state
    */
   ask(action, value) {
     const channel = this.channels.ask;

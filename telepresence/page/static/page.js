@@ -48,7 +48,9 @@ export class Page extends EventTarget {
     /** How old the picture on the screen was when it was shown [s], or null. @type {() => number | null} */
     this.pictureAge = () => null;
     this.zeros = 0;
-    this.sentAt = this.tickedAt = -Infinity;
+    this.sentAt = -Infinity;
+    /** When the newest tick was: by performance.now(), which may miss a sleep, and by the time of day. */
+    this.ticked = { at: -Infinity, day: -Infinity };
     this.ticks = 0;
     this.link = new Link(part("picture"), {
       onState: (state) => { this.state = { ...seldom(this.state), ...state }; this.emit("state"); },
@@ -111,7 +113,7 @@ export class Page extends EventTarget {
   enter(me) {
     this.me = me;
     clearInterval(this.ticks);
-    this.tickedAt = performance.now();
+    this.ticked = { at: performance.now(), day: Date.now() };
     this.ticks = setInterval(() => this.tick(), TICK);
     this.emit("entered");
     this.look(me.robots.includes(this.robot) ? this.robot : me.robots[0]);
@@ -137,15 +139,23 @@ export class Page extends EventTarget {
 
   tick() {
     this.link.keep();
-    const now = performance.now();
-    const slept = now - this.tickedAt > STALLED;
-    this.tickedAt = now;
+    const slept = this.hasSlept();
     const reason = slept ? text("driving.slept") : first(this.reasons) || (this.state ? this.state.obstacle : "");
     const held = this.holds || (slept && this.floorAwaited);
     if (slept || (reason && held)) this.letGo();
     if (reason && held) this.emit("said", reason);
     this.emit("tick");
     this.send();
+  }
+
+  /** Whether the page did not run since the last tick; makes up for what its clock has missed of that. */
+  hasSlept() {
+    const now = { at: performance.now(), day: Date.now() };
+    const passed = now.at - this.ticked.at;
+    const uncounted = now.day - this.ticked.day - passed;
+    this.ticked = now;
+    if (uncounted > STALLED) this.link.uncounted += uncounted; // or the day's clock was set, which does no harm either
+    return Math.max(passed, passed + uncounted) > STALLED;
   }
 
   /** Send what is held, three zeros after it, or a sign of life. */

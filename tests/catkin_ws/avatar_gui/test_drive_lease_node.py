@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from talker import REMOTE_WINDOW, Talker
 
@@ -12,6 +14,17 @@ pytestmark = pytest.mark.ros
 PASSWORD = "correct horse"
 AHEAD = [0.2, 0.0, 0.0]
 ZERO = [0.0, 0.0, 0.0]
+
+GATE = """
+import rospy
+from std_srvs.srv import Trigger, TriggerResponse
+rospy.init_node("gate")
+answers = iter([TriggerResponse(False, "ben has pressed stop"), TriggerResponse(True, "")])
+rospy.Service("reset_stop", Trigger, lambda _request: next(answers))
+rospy.Service("stop_drive", Trigger, lambda _request: TriggerResponse(True, ""))
+print("ready", flush=True)
+rospy.spin()
+"""
 
 
 class Remote(Talker):
@@ -91,6 +104,22 @@ def test_the_red_stop_holds_and_is_told_to_keyboards(anna, probe, until_true):
     anna.ask("drive")
     anna.ask("ask", "reset_stop", "")
     until_true(lambda: anna.state("stopped_by") == "", "and let go")
+
+
+def test_who_lets_go_of_the_red_stop_hears_what_the_gate_answers(anna, graph, probe, until_true):
+    gate = graph.run(sys.executable, "-c", GATE)
+    gate.wait_for("ready")
+    anna.ask("ask", "stop", "")
+    until_true(lambda: anna.state("stopped_by") == "anna", "she stops")
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: "ben has pressed stop" in str(anna.state("refused")), "the gate's refusal reaches her")
+    told = len(anna.state("refused"))
+    anna.ask("ask", "reset_stop", "")
+    anna.ask("drive", *AHEAD)
+    until_true(lambda: heard(probe)[-1] == AHEAD, "it drives when the gate has let go")
+    anna.ask("drive")
+    assert len(anna.state("refused")) == told
+    assert gate.end() == 0
 
 
 def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, probe, until_true):

@@ -22,6 +22,8 @@ NEAR = 0.25
 PAUSE = 1.0
 """[s] after which the robot stands for good; a late picture of a busy machine takes less."""
 TRIES = 6
+SLEEP = 2.0
+"""[s]"""
 PANIC = 1.0
 """[s] after a stop in which no press lets go of it (driving.js)."""
 SLOW = """
@@ -426,6 +428,21 @@ def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, rob
     anna.evaluate("{ const woken = performance.now() + 700; while (performance.now() < woken); }")
     until_true(lambda: "asleep" in alert(anna), "the page says why the robot stands")
     mouse(anna, "mouseReleased", *finger)
+
+
+def test_a_page_drives_after_a_sleep_that_its_clock_has_missed(anna, probe, until_true):
+    """performance.now() stands still while a computer sleeps, in most browsers; what is sent afterwards is not late."""
+    drives(probe, until_true, anna)
+    anna.evaluate(f"""{{
+      const counts = performance.now.bind(performance), woken = counts() + {1000 * SLEEP};
+      while (counts() < woken);
+      performance.now = () => counts() - {1000 * SLEEP};
+    }}""")
+    until_true(lambda: heard(probe)[-1] == ZERO, "what was held before holds no more")
+    drives(probe, until_true, anna)
+    anna.evaluate("delete performance.now")
+    drives(probe, until_true, anna)
+    anna.key("KeyW", False)
 
 
 def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_page, probe, until_true):

@@ -316,3 +316,14 @@ def test_a_restart_is_for_who_drives(pilot, link):
     link.report_lease(**OTHER)
     pilot.controller.gamepad.restart_wanted.emit()
     assert ("restart_simulation",) not in link.called
+
+
+def test_what_is_sent_is_dated_by_a_clock_that_counts_sleep(window, link, spin, monkeypatch):
+    """The lease takes it for late otherwise, for as long as the computer has slept."""
+    sign_in(window, spin, "anna")
+    link.become(**RUNNING)
+    awake = time.monotonic()
+    monkeypatch.setattr(time, "clock_gettime", {time.CLOCK_BOOTTIME: awake + 3600.0}.get)
+    press(window, Qt.Key_W)
+    command = next(values[1] for name, *values in reversed(link.sent) if name == "command")
+    assert command.sent == awake + 3600.0 and link.driven[-1] == (0.2, 0.0, 0.0)

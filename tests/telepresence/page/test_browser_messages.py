@@ -76,7 +76,7 @@ def test_only_who_has_the_robot_may_ask_for_what_is_the_driver_s(browser):
     asyncio.run(run())
     assert browser.done == [("say", "hello")] and browser.window.asked == ["stop"]
     assert [(answer["id"], answer["text"]) for answer in browser.answers()] == [
-        (1, "Take the robot first."), (2, ""), (3, "Not that."),
+        (1, "Take the robot first."), (4, ""), (2, ""), (3, "Not that."),
     ]  # fmt: skip
 
 

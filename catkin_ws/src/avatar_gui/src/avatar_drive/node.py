@@ -17,6 +17,7 @@ Arguments:  --sign-in true: check names against the accounts of telepresence.tel
 from __future__ import annotations
 
 import argparse
+import queue
 import re
 import secrets
 import sys
@@ -56,15 +57,18 @@ STATE_PERIOD = 0.2
 """Seconds after which an unchanged state is repeated: after a second of silence windows take this node for dead."""
 PARTING_TIME = 0.05
 """Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
-GATE_TIMEOUT = 2.0
-"""Seconds within which the safety gate's stop service must be found."""
+STOP_PATIENCE = 2.0
+"""Seconds within which the safety gate's service must be found for a stop: it may be starting."""
+RESET_PATIENCE = 0.2
+"""Seconds, likewise, for a reset: a gate that is only starting holds nothing."""
+GATE_ANSWER = 3.0
+"""Seconds for which the safety gate's answer to a reset is waited for; a robot that is out of reach has 2 s for it."""
 ACCOUNTS_PERIOD = 0.25
 """Seconds between two looks at the accounts of those who have joined."""
 ACCOUNTS_PATIENCE = 1.0
 """Seconds for which accounts may be unreadable, while somebody writes them for example."""
 _CALLER = re.compile(r"[A-Za-z0-9_/]{1,200}")
 _OWN = re.compile(r"_(sign_in|users):=")
-_GATE_SERVICES = {"stop": "stop_drive", "reset_stop": "reset_stop"}
 
 
 class LeaseNode:
@@ -203,22 +207,44 @@ class LeaseNode:
             reply = self._lease.ask(
                 request.session, request.number, request.action, request.to, bytes(request.proof), now
             )
-            proof = self._lease.sign(request.session, request.number, reply)
             velocity, state = self._lease.tick(now), self._lease.state(now)
         self._publish(velocity)
         self._report(state, now)
-        if reply.ok and request.action in _GATE_SERVICES:
-            service = _GATE_SERVICES[request.action]
-            threading.Thread(target=self._call_gate, args=(service,), name=service, daemon=True).start()
+        if reply.ok and request.action == "stop":
+            self._at_gate("stop_drive", STOP_PATIENCE)
+        elif reply.ok and request.action == "reset_stop":
+            reply = self._gate_lets_go()
+        with self._lock:
+            proof = self._lease.sign(request.session, request.number, reply)
         return DriveAskResponse(reply.ok, reply.reason, reply.ended, proof)
 
-    def _call_gate(self, service: str) -> None:
-        """The safety gate's own stop also holds against programs that drive past the lease."""
+    def _gate_lets_go(self) -> Reply:
+        """What the safety gate answers to a reset. Where there is no gate, nothing else holds the robot."""
         try:
-            rospy.wait_for_service(service, timeout=GATE_TIMEOUT)
-            rospy.ServiceProxy(service, Trigger)()
-        except (rospy.ROSException, rospy.ServiceException) as error:
-            rospy.logwarn("%s was not done by the safety gate: %s", service, error)
+            refusal = self._at_gate("reset_stop", RESET_PATIENCE).get(timeout=GATE_ANSWER)
+        except queue.Empty:
+            refusal = "The safety gate does not answer, so the robot stays stopped."
+        return Reply(not refusal, refusal)
+
+    def _at_gate(self, service: str, patience: float) -> queue.SimpleQueue[str]:
+        """Have the safety gate stop the robot, which also holds against programs that drive past the lease, or let it
+        go; return where its refusal will be, empty for none."""
+        answers: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+        def call() -> None:
+            refusal = ""
+            try:
+                rospy.wait_for_service(service, timeout=patience)
+                answer = rospy.ServiceProxy(service, Trigger)()
+                refusal = "" if answer.success else answer.message or "The safety gate refuses."
+            except (rospy.ROSException, rospy.ServiceException) as error:
+                rospy.logwarn("%s was not done by the safety gate: %s", service, error)
+            if refusal:
+                rospy.logwarn("%s was refused by the safety gate: %s", service, refusal)
+            answers.put(refusal)
+
+        threading.Thread(target=call, name=service, daemon=True).start()
+        return answers
 
     def _publish(self, velocity: Velocity | None) -> None:
         if velocity is None:
