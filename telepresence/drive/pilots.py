@@ -149,9 +149,11 @@ class Pilots(object):
 
         What proves nothing changes nothing here, and its answer, if any, is shorter.
         """
-        session = self._sessions.get(drive_session.session_of(datagram))
+        named = drive_session.session_of(datagram)
+        session = self._sessions.get(named)
         if session is None:
-            return self._greet(datagram, address, now)
+            # The first datagrams after an outage are of a session that was forgotten meanwhile; there is a new one soon.
+            return self._refuse("of no session that is open", address) if named else self._greet(datagram, address, now)
         body = session.opened.session.unseal(datagram) if session.address == address else None
         if body is None:
             return self._refuse("forged, repeated or out of order", address)

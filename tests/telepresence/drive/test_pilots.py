@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from telepresence.drive.datagram import decode, encode
-from telepresence.drive.pilots import OWNERSHIP, SILENCE, Outgoing, Pilots, Request
+from telepresence.drive.pilots import FORGOTTEN, OWNERSHIP, SILENCE, Outgoing, Pilots, Request
 from telepresence.drive.session import COOKIE_LIFE, HELLO, MESSAGE, OPEN, PilotHandshake
 from telepresence.security.robot_key import RobotKey
 
@@ -151,6 +151,15 @@ def test_a_command_that_is_not_newer_is_ignored(pilots, pilot):
     pilots.receive(first, HERE, 101.06)
     assert pilots.command(101.07).vx == SLOW[0]
     assert pilots.command(101.0 + SILENCE + 0.001) is None, "nor does it keep the robot driving"
+
+
+def test_who_was_forgotten_is_not_taken_for_a_stranger(pilots, pilot):
+    late = pilot.command(100.1)
+    pilots.command(100.1 + FORGOTTEN)
+    assert pilots.sessions == () and pilots.receive(late, HERE, 100.2 + FORGOTTEN) == []
+    assert pilots.refusal == "of no session that is open, from 10.0.0.2"
+    pilots.receive(pilot.open, HERE, 100.2 + FORGOTTEN + COOKIE_LIFE)
+    assert pilots.refusal == "without the robot's key, from 10.0.0.2" and pilots.sessions == ()
 
 
 def test_commands_that_were_held_up_are_refused(pilots, pilot):
