@@ -65,14 +65,14 @@ class Outgoing(namedtuple("Outgoing", "datagram address")):
     __slots__ = ()
 
 
-class Request(namedtuple("Request", "what number session")):
+class Request(namedtuple("Request", "what number pilot")):
     """What a pilot asks for, to be done by the server."""
 
     __slots__ = ()
 
 
-class Session(object):
-    """One pilot. Times [s] on the server's clock.
+class Pilot(object):
+    """One session of somebody. Times [s] on the server's clock.
 
     Attributes:
         reports: Stamps of the reports that it was sent lately, oldest first.
@@ -100,13 +100,13 @@ class Session(object):
         return Outgoing(self.opened.session.seal(body), self.address)
 
     def may_undo(self, other):
-        # type: (Session) -> bool
+        # type: (Pilot) -> bool
         """Whether this pilot may undo what another one did."""
         return bool(self.name == other.name or self.opened.rank > other.opened.rank)
 
 
 class Pilots(object):
-    """The sessions of a drive server.
+    """Who has a session with a drive server.
 
     Args:
         key: The robot's; None on loopback only.
@@ -123,20 +123,20 @@ class Pilots(object):
         self.problem = ""
         self.refused, self.refusal = 0, ""
         self._handshake = RobotHandshake(key)
-        self._sessions = {}  # type: Dict[bytes, Session]
-        self._driver = None  # type: Optional[Session]
+        self._pilots = {}  # type: Dict[bytes, Pilot]
+        self._driver = None  # type: Optional[Pilot]
         self._driven = -INFINITY  # when the driver's last velocity arrived
         self._command = None  # type: Optional[Command]
         self._goal = None  # type: Optional[Goal]
-        self._goal_of = None  # type: Optional[Session]
+        self._goal_of = None  # type: Optional[Pilot]
         self._goal_state = ENDED
         self._let_go = True
-        self._stopper = None  # type: Optional[Session]
+        self._stopper = None  # type: Optional[Pilot]
 
     @property
-    def sessions(self):
-        # type: () -> Tuple[Session, ...]
-        return tuple(self._sessions.values())
+    def everyone(self):
+        # type: () -> Tuple[Pilot, ...]
+        return tuple(self._pilots.values())
 
     @property
     def cut(self):
@@ -150,24 +150,24 @@ class Pilots(object):
         What proves nothing changes nothing here, and its answer, if any, is shorter.
         """
         named = drive_session.session_of(datagram)
-        session = self._sessions.get(named)
-        if session is None:
-            # The first datagrams after an outage are of a session that was forgotten meanwhile; there is a new one soon.
-            return self._refuse("of no session that is open", address) if named else self._greet(datagram, address, now)
-        body = session.opened.session.unseal(datagram) if session.address == address else None
+        pilot = self._pilots.get(named)
+        if pilot is None:
+            # The first datagrams after an outage are of a session that has ended meanwhile; there is a new one soon.
+            return self._refuse("of no open session", address) if named else self._greet(datagram, address, now)
+        body = pilot.opened.session.unseal(datagram) if pilot.address == address else None
         if body is None:
             return self._refuse("forged, repeated or out of order", address)
-        session.heard = now
+        pilot.heard = now
         try:
             message = parse_for_robot(body)
         except BadMessage as error:
             self._refuse(str(error), address)
-            if session is self._driver:  # its last command must not go on
+            if pilot is self._driver:  # its last command must not go on
                 self._end(True, "A command was refused: %s." % error)
-            return [session.send(encode(type="refused", text=short("refused: %s" % error)))]
+            return [pilot.send(encode(type="refused", text=short("refused: %s" % error)))]
         if isinstance(message, Ask):
-            return self._answer(session, message)
-        self._receive(session, message, now)
+            return self._answer(pilot, message)
+        self._receive(pilot, message, now)
         return []
 
     def command(self, now):
@@ -182,10 +182,10 @@ class Pilots(object):
         self._expire(now)
         return self._goal if self._goal_state == DRIVING else None
 
-    def goal_state(self, session):
-        # type: (Session) -> Optional[GoalState]
+    def goal_state(self, pilot):
+        # type: (Pilot) -> Optional[GoalState]
         """What became of the newest goal; None unless it was this pilot's."""
-        return GoalState(self._goal.number, self._goal_state) if self._goal and session is self._goal_of else None
+        return GoalState(self._goal.number, self._goal_state) if self._goal and pilot is self._goal_of else None
 
     def end_goal(self, state=ENDED):
         # type: (str) -> None
@@ -201,30 +201,30 @@ class Pilots(object):
 
     @property
     def driver(self):
-        # type: () -> Optional[Session]
+        # type: () -> Optional[Pilot]
         """The pilot who has the robot now."""
         return self._driver
 
-    def reported(self, session, stamp):
-        # type: (Session, float) -> None
+    def reported(self, pilot, stamp):
+        # type: (Pilot, float) -> None
         """A report with this stamp was sent to a pilot."""
-        session.reports[stamp] = None
-        while len(session.reports) > DEAF / 0.02:
-            session.reports.popitem(last=False)
+        pilot.reports[stamp] = None
+        while len(pilot.reports) > DEAF / 0.02:
+            pilot.reports.popitem(last=False)
 
     def answered(self, request, ok, text):
         # type: (Request, bool, str) -> Outgoing
         """The answer to a request that was done; it is sent again if the pilot asks again."""
         body = encode(type="done", id=request.number, ok=ok, text=short(text))
-        session = request.session  # type: Session
-        session.done = (request.number, body)
-        return session.send(body)
+        pilot = request.pilot  # type: Pilot
+        pilot.done = (request.number, body)
+        return pilot.send(body)
 
-    def release(self, session):
-        # type: (Session) -> None
+    def release(self, pilot):
+        # type: (Pilot) -> None
         """This pilot leaves, and says so itself."""
-        self._sessions.pop(session.opened.session.id, None)
-        if session is self._driver:
+        self._pilots.pop(pilot.opened.session.id, None)
+        if pilot is self._driver:
             self._end(True)
             self._driver = None
 
@@ -243,9 +243,9 @@ class Pilots(object):
         if challenge is not None:
             return [Outgoing(challenge, address)]
         cookie = drive_session.cookie_of(datagram)
-        for session in self.sessions:
-            if cookie and session.opened.cookie == cookie and session.address == address:
-                return [session.send(WELCOME)]  # the first one was lost
+        for pilot in self.everyone:
+            if cookie and pilot.opened.cookie == cookie and pilot.address == address:
+                return [pilot.send(WELCOME)]  # the first one was lost
         try:
             opened = self._handshake.accept(datagram, address, now)
         except BadMessage as error:
@@ -255,85 +255,85 @@ class Pilots(object):
     def _open(self, opened, address, now):
         # type: (Opened, Address, float) -> List[Union[Outgoing, Request]]
         self._expire(now)
-        session = Session(opened, address, now)
+        pilot = Pilot(opened, address, now)
         # Who comes back from an outage, or starts anew, at the same place is the same pilot.
-        before = next((each for each in self.sessions if each.address == address), None)
+        before = next((each for each in self.everyone if each.address == address), None)
         if before is not None:
-            del self._sessions[before.opened.session.id]
-            self._driver = session if self._driver is before else self._driver
-        if len(self._sessions) >= MAX_SESSIONS:
-            return [session.send(encode(type="refused", text="%d pilots are here, which is the limit" % MAX_SESSIONS))]
-        self._sessions[opened.session.id] = session
-        return [session.send(WELCOME)]
+            del self._pilots[before.opened.session.id]
+            self._driver = pilot if self._driver is before else self._driver
+        if len(self._pilots) >= MAX_SESSIONS:
+            return [pilot.send(encode(type="refused", text="%d pilots are here, which is the limit" % MAX_SESSIONS))]
+        self._pilots[opened.session.id] = pilot
+        return [pilot.send(WELCOME)]
 
     def _refuse(self, reason, address):
         # type: (str, Address) -> List[Union[Outgoing, Request]]
         self.refused, self.refusal = self.refused + 1, "%s, from %s" % (reason, address[0])
         return []
 
-    def _answer(self, session, ask):
-        # type: (Session, Ask) -> List[Union[Outgoing, Request]]
-        if session.done is not None and session.done[0] == ask.number:
-            return [session.send(session.done[1])]
-        if ask.what == "reset stop" and session.done is not None and ask.number < session.done[0]:
+    def _answer(self, pilot, ask):
+        # type: (Pilot, Ask) -> List[Union[Outgoing, Request]]
+        if pilot.done is not None and pilot.done[0] == ask.number:
+            return [pilot.send(pilot.done[1])]
+        if ask.what == "reset stop" and pilot.done is not None and ask.number < pilot.done[0]:
             return []  # a later request was done since, which may have been a stop
-        request = Request(ask.what, ask.number, session)
-        obstacle = self._obstacle(session, ask.what)
+        request = Request(ask.what, ask.number, pilot)
+        obstacle = self._obstacle(pilot, ask.what)
         if obstacle:
             return [self.answered(request, False, obstacle)]
-        if ask.what == "stop" and (self._stopper is None or session.opened.rank > self._stopper.opened.rank):
-            self._stopper = session
+        if ask.what == "stop" and (self._stopper is None or pilot.opened.rank > self._stopper.opened.rank):
+            self._stopper = pilot
         elif ask.what == "reset stop":
             self._stopper = None
         return [request]
 
-    def _obstacle(self, session, what):
-        # type: (Session, str) -> str
+    def _obstacle(self, pilot, what):
+        # type: (Pilot, str) -> str
         """Why this pilot may not have that done; empty if it may."""
         if what in ("stop", "leave"):
             return ""
         if what == "reset stop" and self._stopper is not None:
-            mine = session.may_undo(self._stopper)
+            mine = pilot.may_undo(self._stopper)
             text = "%s has pressed stop; %s or a higher rank resets it" % (self._stopper, self._stopper.name)
             return "" if mine else text
-        if self._driver is not None and self._driver is not session and not session.may_undo(self._driver):
+        if self._driver is not None and self._driver is not pilot and not pilot.may_undo(self._driver):
             return "another pilot drives: %s" % self._driver
         return ""
 
-    def _receive(self, session, drive, now):
-        # type: (Session, Drive, float) -> None
+    def _receive(self, pilot, drive, now):
+        # type: (Pilot, Drive, float) -> None
         if drive.velocity is None and drive.goal is None:
-            if session is self._driver:
+            if pilot is self._driver:
                 self._end(not drive.hard)
             return
         self._expire(now)
-        if self._driver not in (None, session):
+        if self._driver not in (None, pilot):
             return
         age = now - drive.echo - drive.after
-        problem = self._problem(session, drive, age, now)
+        problem = self._problem(pilot, drive, age, now)
         if problem:
-            self._refuse(problem, session.address)
+            self._refuse(problem, pilot.address)
             self._end(self._let_go, problem)
             return
-        self._driver, self._driven, self._let_go = session, now, False
+        self._driver, self._driven, self._let_go = pilot, now, False
         self.careful, self.problem = drive.careful, ""
         if drive.velocity is not None:
             self._command = Command(*(drive.velocity + (now - max(0.0, age),)))  # noqa: RUF005
             self.end_goal()
         elif drive.goal is not None:
             self._command = None
-            self._take_goal(session, drive.goal)
+            self._take_goal(pilot, drive.goal)
 
-    def _take_goal(self, session, goal):
-        # type: (Session, Goal) -> None
-        same = self._goal is not None and session is self._goal_of and goal.number == self._goal.number
+    def _take_goal(self, pilot, goal):
+        # type: (Pilot, Goal) -> None
+        same = self._goal is not None and pilot is self._goal_of and goal.number == self._goal.number
         if not same:
-            self._goal, self._goal_of, self._goal_state = goal, session, DRIVING
+            self._goal, self._goal_of, self._goal_state = goal, pilot, DRIVING
 
-    def _problem(self, session, drive, age, now):
-        # type: (Session, Drive, float, float) -> str
+    def _problem(self, pilot, drive, age, now):
+        # type: (Pilot, Drive, float, float) -> str
         """Why a command cannot be obeyed; empty if it can."""
-        if drive.echo not in session.reports:
+        if drive.echo not in pilot.reports:
             return "The pilot has not heard this robot yet, or not for long."
         if now - drive.echo > DEAF:
             return "The pilot has not heard this robot for %.1f s." % (now - drive.echo)
@@ -347,6 +347,6 @@ class Pilots(object):
             self._end(self._let_go, "Nothing was heard from the pilot for %g s." % SILENCE)
         if self._driver is not None and now - self._driven > OWNERSHIP:
             self._driver = None
-        for session in self.sessions:
-            if now - session.heard > FORGOTTEN:
-                del self._sessions[session.opened.session.id]
+        for pilot in self.everyone:
+            if now - pilot.heard > FORGOTTEN:
+                del self._pilots[pilot.opened.session.id]

@@ -152,10 +152,10 @@ class DriveServer(object):
 
     def _do(self, request):
         # type: (Request) -> Outgoing
-        ok, text = self._robot.do(request.what, "%s" % request.session)
+        ok, text = self._robot.do(request.what, "%s" % request.pilot)
         if request.what == "leave":
-            self._pilots.release(request.session)
-        self._say("%s, asked by %s: %s" % (request.what, request.session, text or ("done" if ok else "refused")))
+            self._pilots.release(request.pilot)
+        self._say("%s, asked by %s: %s" % (request.what, request.pilot, text or ("done" if ok else "refused")))
         return self._pilots.answered(request, ok, text)
 
     def _say(self, text):
@@ -190,15 +190,15 @@ class DriveServer(object):
         # type: (float, Outcome, bool) -> None
         self._reports += 1
         driver = self._pilots.driver
-        for session in self._pilots.sessions:
+        for pilot in self._pilots.everyone:
             state, reason = outcome.state, outcome.reason
-            if driver not in (None, session) and state in IDLE:
+            if driver not in (None, pilot) and state in IDLE:
                 state, reason = NO_COMMAND, "Another pilot drives: %s." % driver
             elif not commanded and state in IDLE:
                 state, reason = NO_COMMAND, self._pilots.problem or "Nobody drives."
-            report = Report(*((now, self._reports, state, reason) + outcome[2:] + (self._pilots.goal_state(session),)))  # noqa: RUF005
-            self._pilots.reported(session, now)
-            self._send(session.send(encode_report(report)))
+            report = Report(*((now, self._reports, state, reason) + outcome[2:] + (self._pilots.goal_state(pilot),)))  # noqa: RUF005
+            self._pilots.reported(pilot, now)
+            self._send(pilot.send(encode_report(report)))
 
 
 class ServiceWatchdog(object):

@@ -5,7 +5,7 @@ import math
 import pytest
 import qi
 from naoqi_driver.base import ANSWER_TIME, PERIOD, REFUSAL_KEY, REFUSAL_SHOWN, STANDING_TIME, BaseDriver
-from naoqi_driver.command_gate import CommandGate
+from naoqi_driver.command_watchdog import CommandWatchdog
 from naoqi_driver.connection import Address, Connection
 
 from telepresence.drive.datagram import DRIVING, ENDED, REACHED, Report
@@ -83,9 +83,9 @@ class Drive:
     """A driver with a clock of its own."""
 
     def __init__(self, connection: Connection, wake_up: bool = True) -> None:
-        self.gate = CommandGate()
+        self.watchdog = CommandWatchdog()
         self.link = Link()
-        self.base = BaseDriver(connection, self.link, self.gate, wake_up)
+        self.base = BaseDriver(connection, self.link, self.watchdog, wake_up)
         self.now = 0.0
 
     @property
@@ -93,7 +93,7 @@ class Drive:
         return self.link.given
 
     def command(self, vx: float, vy: float = 0.0, wz: float = 0.0) -> None:
-        self.gate.command(vx, vy, wz, self.now)
+        self.watchdog.command(vx, vy, wz, self.now)
 
     def hold(self, vx: float, seconds: float) -> None:
         """Repeat a velocity as a held key does."""

@@ -33,7 +33,7 @@ class Pilot:
 
     @property
     def session(self):
-        return next(each for each in self.pilots.sessions if each.opened.session.id == self.wire.id)
+        return next(each for each in self.pilots.everyone if each.opened.session.id == self.wire.id)
 
     def receive(self, stamp: float) -> None:
         self.pilots.reported(self.session, stamp)
@@ -156,10 +156,10 @@ def test_a_command_that_is_not_newer_is_ignored(pilots, pilot):
 def test_who_was_forgotten_is_not_taken_for_a_stranger(pilots, pilot):
     late = pilot.command(100.1)
     pilots.command(100.1 + FORGOTTEN)
-    assert pilots.sessions == () and pilots.receive(late, HERE, 100.2 + FORGOTTEN) == []
-    assert pilots.refusal == "of no session that is open, from 10.0.0.2"
+    assert pilots.everyone == () and pilots.receive(late, HERE, 100.2 + FORGOTTEN) == []
+    assert pilots.refusal == "of no open session, from 10.0.0.2"
     pilots.receive(pilot.open, HERE, 100.2 + FORGOTTEN + COOKIE_LIFE)
-    assert pilots.refusal == "without the robot's key, from 10.0.0.2" and pilots.sessions == ()
+    assert pilots.refusal == "without the robot's key, from 10.0.0.2" and pilots.everyone == ()
 
 
 def test_commands_that_were_held_up_are_refused(pilots, pilot):
@@ -224,7 +224,7 @@ def test_a_pilot_who_leaves_frees_the_robot_at_once(pilots, pilot):
     pilot.drive(101.0)
     pilots.release(pilot.session)
     assert pilots.command(101.01) is None
-    assert not pilots.cut and pilots.sessions == (other.session,)
+    assert not pilots.cut and pilots.everyone == (other.session,)
     other.drive(101.02, FAST)
     assert pilots.command(101.03).vx == FAST[0]
 
@@ -253,7 +253,7 @@ def test_a_reset_that_is_repeated_after_a_later_stop_undoes_nothing(pilots, pilo
 def test_who_pressed_stop_resets_it_after_an_outage(pilots, pilot):
     assert pilot.may("stop")
     pilots.command(110.0)
-    assert pilots.sessions == ()
+    assert pilots.everyone == ()
     stranger, again = (Pilot(pilots, (HERE[0], port), 110.0, name) for port, name in ((1, "x"), (2, "")))
     assert not stranger.may("reset stop") and again.may("reset stop")
 
@@ -282,9 +282,9 @@ def test_a_session_belongs_to_its_address(pilots, pilot):
 
 
 def test_sessions_end_and_are_limited(pilots, pilot):
-    assert len(pilots.sessions) == 1
+    assert len(pilots.everyone) == 1
     pilots.command(103.0)
-    assert pilots.sessions == ()
+    assert pilots.everyone == ()
     made = [Pilot(pilots, ("10.0.0.9", port), 104.0) for port in range(12)]
     assert [each.read(each.welcome)["type"] for each in made] == ["welcome"] * 8 + ["refused"] * 4
 
@@ -295,7 +295,7 @@ def test_what_proves_nothing_takes_no_place(pilots):
         pilots.receive(handshake.hello, ("10.0.0.9", port), 104.0)
         wrong = PilotHandshake(RobotKey(bytes(32)), "somebody", 0)
         pilots.receive(wrong.hello, ("10.0.0.9", port), 104.0)
-    assert pilots.sessions == ()
+    assert pilots.everyone == ()
     assert Pilot(pilots, THERE, 104.0).session
 
 
@@ -307,7 +307,7 @@ def test_a_handshake_counts_once_from_one_place_and_for_a_while(pilots):
     assert pilots.receive(handshake.open, HERE, 100.1 + COOKIE_LIFE) == [], "the cookie is too old"
     first, again = (pilots.receive(handshake.open, HERE, 100.2)[0] for _ in range(2))
     assert handshake.session.unseal(first.datagram) == handshake.session.unseal(again.datagram), "welcome was lost"
-    assert len(pilots.sessions) == 1
+    assert len(pilots.everyone) == 1
     Pilot(pilots, HERE, 100.3)
     assert pilots.receive(handshake.open, HERE, 100.4) == [], "a recorded open begins no second session"
 
@@ -315,7 +315,7 @@ def test_a_handshake_counts_once_from_one_place_and_for_a_while(pilots):
 def test_a_pilot_who_starts_anew_at_one_place_is_the_same_one(pilots, pilot):
     pilot.drive(101.0, SLOW)
     again = Pilot(pilots, HERE, 101.01)
-    assert len(pilots.sessions) == 1 and pilots.driver is again.session
+    assert len(pilots.everyone) == 1 and pilots.driver is again.session
     assert pilot.drive(101.02, FAST, receive=False) == []
     again.drive(101.03, FAST)
     assert pilots.command(101.04).vx == FAST[0]
@@ -328,4 +328,4 @@ def test_nothing_comes_of_bytes_without_the_key(kind, tail):
     datagram = kind + tail
     answers = pilots.receive(datagram, HERE, 100.0)
     assert sum(len(answer.datagram) for answer in answers) <= len(datagram)
-    assert pilots.sessions == () and pilots.driver is None and pilots.command(100.0) is None
+    assert pilots.everyone == () and pilots.driver is None and pilots.command(100.0) is None

@@ -28,7 +28,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from naoqi_driver.base import PERIOD, BaseDriver
-from naoqi_driver.command_gate import CommandGate
+from naoqi_driver.command_watchdog import CommandWatchdog
 from naoqi_driver.connection import RobotError
 from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.head_topics import HeadTopics
@@ -76,7 +76,7 @@ class MoveTo:
         # First, as both take their time: the greeting, and the sensors' first readings.
         self._link = self._open_link()
         self._gated = gated = GatedDrive() if rospy.get_param("~safety", True) else None
-        self._gate = gated or CommandGate()
+        self._commands = gated or CommandWatchdog()
         if gated is not None:
             self._sensors = RangeSensorReader(
                 self._node.connection, lambda reading: gated.receive(reading, time.monotonic())
@@ -85,7 +85,7 @@ class MoveTo:
         self._base = BaseDriver(
             self._node.connection,
             self._link,
-            self._gate,
+            self._commands,
             wake_up=bool(rospy.get_param("~wake_up", True)),
             look=None if look == "none" else float(look),
         )
@@ -130,7 +130,7 @@ class MoveTo:
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
             return
         velocity, now = Velocity(twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
-        self._gate.command(*velocity, now)
+        self._commands.command(*velocity, now)
         self._obey_at_once()
         self._head.head.drives(velocity, now)
 
@@ -150,7 +150,7 @@ class MoveTo:
             self._wake.set()
 
     def _on_stop(self, _request) -> EmptyResponse:
-        self._gate.command(0.0, 0.0, 0.0, time.monotonic())
+        self._commands.command(0.0, 0.0, 0.0, time.monotonic())
         self._wake.set()
         return EmptyResponse()
 
@@ -192,7 +192,7 @@ class MoveTo:
             self._report(time.monotonic())
         if self._gated is not None:
             self._sensors.close()
-        self._gate.clear()
+        self._commands.clear()
 
     def _look_after(self) -> None:
         """What waits for the robot, beside the loop that drives."""
@@ -236,7 +236,7 @@ class MoveTo:
             now,
             ERROR if self._base.problem else WARN if self._base.awake is False else OK,
             self._base.state,
-            {"refused commands": self._gate.refused, "outages": self._link.outages, "awake": self._base.awake},
+            {"refused commands": self._commands.refused, "outages": self._link.outages, "awake": self._base.awake},
         )
 
 

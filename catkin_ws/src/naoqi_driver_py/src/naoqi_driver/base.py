@@ -1,4 +1,4 @@
-"""Carries out what the gate decides: velocities and goals to the robot's drive server, and nothing whenever in doubt.
+"""Carries out what watchdog and gate decide: velocities and goals to the drive server, and nothing whenever in doubt.
 
 Only the drive server (`telepresence.drive`) moves the base. It judges how old a command is, brakes when this driver
 falls silent, and says what it made of a command; none of that waits for an answer here. NAOqi itself is asked for the
@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 
-from naoqi_driver.command_gate import CommandGate, Decision, is_zero
+from naoqi_driver.command_watchdog import CommandWatchdog, WheelCommand, is_zero
 from naoqi_driver.connection import CallRefused, Connection, PendingCall
 from naoqi_driver.gated_drive import GatedDrive
 from naoqi_driver.replies import flag, kind, numbers, sequence
@@ -49,7 +49,7 @@ class BaseDriver:
     Args:
         connection: The link to NAOqi.
         link: The link to the drive server.
-        gate: Holds the newest command; a `CommandGate`, or a `GatedDrive`, which checks it against the sensors.
+        commands: Holds the newest command; a `CommandWatchdog`, or a `GatedDrive`, which checks it against the sensors.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
         look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees
@@ -64,7 +64,7 @@ class BaseDriver:
         self,
         connection: Connection,
         link: DriveLink,
-        gate: CommandGate | GatedDrive,
+        commands: CommandWatchdog | GatedDrive,
         wake_up: bool = True,
         look: float | None = None,
     ) -> None:
@@ -73,7 +73,7 @@ class BaseDriver:
         self.awake: bool | None = None
         self._connection = connection
         self._link = link
-        self._gate = gate
+        self._commands = commands
         self._wake_up = wake_up
         self._head_pitch = look
         self._greeted = 0
@@ -89,17 +89,17 @@ class BaseDriver:
 
     def step(self, now: float, master_alive: bool = True) -> None:
         """One cycle at `now` [s, monotonic]."""
-        decision = self._gate.decide(now, master_alive)
+        command = self._commands.decide(now, master_alive)
         lost = self._connection.problem or self._link.problem
         if lost or self._waking is not None:
             self._stand("the robot is not there" if lost else "the robot is waking up", hard=bool(lost))
             self.problem = lost
             self.state = f"{UNREACHABLE}: {lost}" if lost else "stopped: the robot is waking up"
             return
-        if decision.velocity is None:
-            self._stand_or_follow_goal(decision, master_alive)
+        if command.velocity is None:
+            self._stand_or_follow_goal(command, master_alive)
         else:
-            self._drive(decision.velocity, decision.reason, now)
+            self._drive(command.velocity, command.reason, now)
         self.problem = self._objection(now)
         if self.problem:
             self.state = f"stopped: {self.problem}"
@@ -187,13 +187,13 @@ class BaseDriver:
         self._link.release(hard)
         self._end_goal(why)
 
-    def _stand_or_follow_goal(self, decision: Decision, master_alive: bool) -> None:
-        self.state = decision.reason
-        if not (master_alive and self._gate.allows_goals):
-            self._stand(decision.reason, decision.fault)
+    def _stand_or_follow_goal(self, command: WheelCommand, master_alive: bool) -> None:
+        self.state = command.reason
+        if not (master_alive and self._commands.allows_goals):
+            self._stand(command.reason, command.fault)
             return
         self._driving_since, self._zeros_until = math.inf, -math.inf
-        self._link.release(decision.fault)
+        self._link.release(command.fault)
         wanted, self._wanted_goal = self._wanted_goal, None
         if wanted is not None:
             self._link.go_to(*wanted)

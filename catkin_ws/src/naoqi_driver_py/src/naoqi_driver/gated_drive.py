@@ -1,4 +1,4 @@
-"""Between the pilot's velocity and Pepper's wheels: the command gate, and behind it the safety gate.
+"""Between the pilot's velocity and Pepper's wheels: the command watchdog, and behind it the safety gate.
 
 No clock, no robot: times are arguments, on one monotonic clock. Goals (`moveTo`) are left to NAOqi's own protection,
 but a stop and a bump end them too.
@@ -13,11 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from naoqi_driver.command_gate import CommandGate, Decision, is_zero
+from naoqi_driver.command_watchdog import CommandWatchdog, WheelCommand, is_zero
 from naoqi_driver.range_sensors import Reading
-from telepresence import safety
 from telepresence.geometry import ZERO_VELOCITY, Velocity
-from telepresence.safety import PEPPER, Command, Odometry, State, VelocityGate
+from telepresence.safety import PEPPER, Command, Decision, Odometry, State, VelocityGate
 
 PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
 """One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
@@ -27,15 +26,15 @@ BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_
 
 
 class GatedDrive:
-    """A `CommandGate` whose output passes through the safety gate.
+    """A `CommandWatchdog` whose output passes through the safety gate.
 
     One thread at a time calls `decide`. All else may be called on other threads, and never waits for the robot.
     """
 
     def __init__(self) -> None:
-        self.decision: safety.Decision | None = None
+        self.decision: Decision | None = None
         """The safety gate's last word."""
-        self._commands = CommandGate()
+        self._commands = CommandWatchdog()
         self._gate = VelocityGate(PROFILE)
         self._lock = threading.Lock()  # protects the gate and the latches
         self._command: Command | None = None
@@ -46,7 +45,7 @@ class GatedDrive:
 
     @property
     def allows_goals(self) -> bool:
-        """Like `CommandGate.allows_goals`, but false while a stop or a bump is latched."""
+        """Like `CommandWatchdog.allows_goals`, but false while a stop or a bump is latched."""
         return not (self._stopped or self._bumped)
 
     @property
@@ -55,12 +54,12 @@ class GatedDrive:
         return self._commands.refused
 
     def command(self, vx: float, vy: float, wz: float, now: float) -> None:
-        """Do the same as `CommandGate.command`."""
+        """Do the same as `CommandWatchdog.command`."""
         self._commands.command(vx, vy, wz, now)
         self._command = Command(vx, vy, wz, now)
 
     def clear(self) -> None:
-        """Do the same as `CommandGate.clear`."""
+        """Do the same as `CommandWatchdog.clear`."""
         self._commands.clear()
 
     def receive(self, reading: Reading, now: float) -> None:
@@ -92,7 +91,7 @@ class GatedDrive:
         with self._lock:
             return self._gate.obstacles()
 
-    def decide(self, now: float, master_alive: bool = True) -> Decision:
+    def decide(self, now: float, master_alive: bool = True) -> WheelCommand:
         """What may happen at `now` [s]; call it at least 20 times a second."""
         with self._lock:
             self.decision = self._gate.step(now, self._command, self._odometry)
@@ -116,17 +115,17 @@ class GatedDrive:
         self._gate.look(now, self._odometry)
 
 
-def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool) -> Decision:
-    """Both gates' decisions as one.
+def judge(wanted: WheelCommand, allowed: Decision, stopped: str, bumped: bool) -> WheelCommand:
+    """Return what the wheels get after both have decided.
 
     Args:
-        wanted: Of the command gate.
-        allowed: Of the safety gate.
+        wanted: By the command watchdog.
+        allowed: By the safety gate.
         stopped: Why the stop is latched; empty if it isn't.
         bumped: A bumper is latched.
     """
     if stopped:
-        return Decision(None, True, f"stopped: {stopped}; reset_stop lets it go")
+        return WheelCommand(None, True, f"stopped: {stopped}; reset_stop lets it go")
     if wanted.velocity is None or is_zero(wanted.velocity):
         if not bumped:
             return wanted
@@ -134,14 +133,14 @@ def judge(wanted: Decision, allowed: safety.Decision, stopped: str, bumped: bool
         return wanted._replace(fault=True, reason=reason)
     velocity = Velocity(allowed.vx, allowed.vy, allowed.wz)
     if not all(map(math.isfinite, velocity)):  # never seen; but it would drive a robot
-        return Decision(None, True, "stopped: the safety gate gave no number")
+        return WheelCommand(None, True, "stopped: the safety gate gave no number")
     if not is_zero(velocity):
         slower = "" if allowed.state is State.CLEAR else f": {_as_clause(allowed.reason)}"
-        return Decision(velocity, False, f"driving{slower}")
+        return WheelCommand(velocity, False, f"driving{slower}")
     reason = f"stopped: {_as_clause(allowed.reason)}"
     if allowed.state in BRAKE:
-        return Decision(None, True, reason)
-    return Decision(ZERO_VELOCITY, False, reason)
+        return WheelCommand(None, True, reason)
+    return WheelCommand(ZERO_VELOCITY, False, reason)
 
 
 def _as_clause(sentence: str) -> str:

@@ -32,7 +32,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 
 from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
-from rto_node.command_gate import CommandGate, SpeedLimits
+from rto_node.command_watchdog import CommandWatchdog, SpeedLimits
 from rto_node.link import Link, find_address
 from telepresence.geometry import Velocity
 from telepresence.security.change_log import ChangeLog
@@ -58,7 +58,7 @@ class Driver:
         self._wake = threading.Event()
         self._node = Node("rto_node", on_master_lost=self._wake.set)
         address = find_address()
-        self._gate = CommandGate(_read_limits())
+        self._watchdog = CommandWatchdog(_read_limits())
         self._commands, self._sensors = Link(address), Link(address)
         self._rate = float(rospy.get_param("~rate", 20.0))
         self._outputs: tuple[bool, ...] | None = None
@@ -95,7 +95,7 @@ class Driver:
     # --- to the robot ------------------------------------------------------------------------------------------------
 
     def _on_velocity(self, twist: Twist) -> None:
-        self._gate.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
+        self._watchdog.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
         self._wake.set()
 
     def _on_outputs(self, message: DigitalReadings) -> None:
@@ -114,13 +114,13 @@ class Driver:
             self._wake.clear()
             sent_at = time.monotonic()
             self._send_outputs()
-            decision = self._gate.decide(sent_at, self._node.master.alive)
+            command = self._watchdog.decide(sent_at, self._node.master.alive)
             reached = True
-            if decision.velocity is not None:
-                velocity = decision.velocity
+            if command.velocity is not None:
+                velocity = command.velocity
                 reached = self._commands.ask(partial(_send_velocity, velocity))
             problem = self._sensors.problem if reached else self._commands.problem
-            reason = decision.reason if self._drives else DRIVEN_ELSEWHERE
+            reason = command.reason if self._drives else DRIVEN_ELSEWHERE
             self._report(sent_at, f"{UNREACHABLE}: {problem}" if problem else reason)
         if self._drives:
             self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
@@ -139,7 +139,7 @@ class Driver:
             self._state, self._state_due = state, now + STATE_PERIOD
             self._publishers["drive_state"].publish(state)
         level = ERROR if state.startswith("robot") else OK
-        self._drive_diagnostics.report(now, level, state, {"refused commands": self._gate.refused})
+        self._drive_diagnostics.report(now, level, state, {"refused commands": self._watchdog.refused})
 
     # --- from the robot ----------------------------------------------------------------------------------------------
 

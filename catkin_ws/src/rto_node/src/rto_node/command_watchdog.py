@@ -49,14 +49,14 @@ class SpeedLimits:
         return Velocity(vx * scale, vy * scale, wz)
 
 
-class Decision(NamedTuple):
+class WheelCommand(NamedTuple):
     """`velocity` is what to send now, in base_link, None for nothing; `reason` is for people."""
 
     velocity: Velocity | None
     reason: str
 
 
-class CommandGate:
+class CommandWatchdog:
     """Holds the newest velocity command and says whether it still counts. Commands may come from another thread."""
 
     def __init__(self, limits: SpeedLimits | None = None, timeout: float = COMMAND_TIMEOUT) -> None:
@@ -72,13 +72,13 @@ class CommandGate:
         """Take a command [m/s, m/s, rad/s] that arrived at `now` [s]; one that is not finite means stop."""
         self._latest.put(vx, vy, wz, now)
 
-    def decide(self, now: float, master_alive: bool = True) -> Decision:
+    def decide(self, now: float, master_alive: bool = True) -> WheelCommand:
         """What to send at `now` [s]; for the one thread that sends."""
         checked = self._latest.check(now, master_alive)
         if checked.counts or checked.state is CommandState.REFUSED:
             self._stopped_at = now
-            return Decision(checked.velocity, checked.reason)
-        return Decision(ZERO_VELOCITY if now - self._stopped_at <= ZEROS_TIME else None, checked.reason)
+            return WheelCommand(checked.velocity, checked.reason)
+        return WheelCommand(ZERO_VELOCITY if now - self._stopped_at <= ZEROS_TIME else None, checked.reason)
 
 
 def _raised(value: float, least: float) -> float:

@@ -16,7 +16,7 @@ FAULTS = (CommandState.NO_MASTER, CommandState.REFUSED, CommandState.SILENT)
 """Stops that nobody commanded."""
 
 
-class Decision(NamedTuple):
+class WheelCommand(NamedTuple):
     """What to do now.
 
     Args:
@@ -30,7 +30,7 @@ class Decision(NamedTuple):
     reason: str
 
 
-class CommandGate:
+class CommandWatchdog:
     """Holds the newest velocity command and says whether it still counts."""
 
     allows_goals = True
@@ -57,10 +57,10 @@ class CommandGate:
         """Forget the command: the next one starts afresh."""
         self._latest.clear()
 
-    def decide(self, now: float, master_alive: bool = True) -> Decision:
+    def decide(self, now: float, master_alive: bool = True) -> WheelCommand:
         """What may happen at `now`; of several reasons to stop the first is given."""
         checked = self._latest.check(now, master_alive)
-        return Decision(checked.velocity if checked.counts else None, checked.state in FAULTS, checked.reason)
+        return WheelCommand(checked.velocity if checked.counts else None, checked.state in FAULTS, checked.reason)
 
 
 def is_zero(velocity: Velocity) -> bool:
