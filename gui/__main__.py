@@ -10,9 +10,9 @@ import signal
 import socket
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -294,7 +294,7 @@ def _bring_to_front(tabs: list[RobotTab], chosen: int) -> None:
 
 
 def _print_message(title: str, text: str, level: str) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {title}, {level}: {text}", flush=True)
+    print(f"{datetime.now().isoformat(' ', 'milliseconds')} {title}, {level}: {text}", flush=True)
 
 
 def end_code(reason: str) -> int:

@@ -8,9 +8,11 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from datetime import datetime, timedelta
 
 import pytest
 from faults import trial
@@ -18,7 +20,7 @@ from faults.bad_link import BadLink
 from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
 from faults.page import filled
-from faults.station import Output
+from faults.station import Output, Sayings
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
 from faults.victims import frozen, process_name, victims
@@ -126,6 +128,16 @@ def test_the_display_is_still_known_after_a_master_has_come_back_many_times():
         output.add(f"[INFO] [{number}.0]: registering /naoqi_driver with a new master\n")
     assert output.display == ":7"
     assert len(output.lines) < 1000
+
+
+def test_what_a_window_shows_has_the_time_at_which_it_was_shown_however_late_it_is_read():
+    sayings, now = Sayings(), time.monotonic()
+    shown = datetime.now() - timedelta(seconds=4.0)
+    sayings.window(f"{shown.isoformat(' ', 'milliseconds')} Pepper, warn: The program of the sound froze.")
+    sayings.window(f"{shown.isoformat(' ', 'milliseconds')} Pepper, good: It works.")
+    (said,) = sayings.since(now - 10.0)
+    assert (said.where, said.text) == ("window", "The program of the sound froze.")
+    assert now - said.time == pytest.approx(4.0, abs=0.5)
 
 
 def test_victims_are_found_in_the_process_tree_and_seen_to_freeze():

@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -129,12 +130,12 @@ class Sayings:
         self._sentences: deque[Sentence] = deque(maxlen=5000)
         self._last: dict[str, str] = {}
 
-    def add(self, where: str, text: str) -> None:
-        """Note a sentence if it is not the one that was there before."""
+    def add(self, where: str, text: str, when: float | None = None) -> None:
+        """Note a sentence, said `when` [monotonic s] or now, if it is not the one that was there before."""
         if self._last.get(where) != text:
             self._last[where] = text
             if text:
-                self._sentences.append(Sentence(time.monotonic(), where, text))
+                self._sentences.append(Sentence(time.monotonic() if when is None else when, where, text))
 
     def fault(self, message: Any) -> None:
         """A fault that the station has published; the last one comes again with every connection."""
@@ -147,11 +148,13 @@ class Sayings:
         self.add("lease", message.hold)
 
     def window(self, line: str) -> None:
-        """A line of the station's output: what the window shows has its time and level before it."""
-        match = re.match(r"\d\d:\d\d:\d\d ([^,]*), (\w+): (.*)", line)
-        if match and match[2] in ("warn", "bad"):
+        """A line of the station's output: what the window shows has its time and level before it. A station that is
+        frozen passes it on when it is woken."""
+        match = re.match(r"(\d{4}-\d\d-\d\d [\d:.]+) [^,]*, (warn|bad): (.*)", line)
+        if match:
             self._last.pop("window", None)
-            self.add("window", match[3])
+            ago = time.time() - datetime.fromisoformat(match[1]).timestamp()
+            self.add("window", match[3], time.monotonic() - ago)
 
     def since(self, when: float) -> list[Sentence]:
         return [sentence for sentence in list(self._sentences) if sentence.time >= when]
