@@ -26,9 +26,14 @@ class TerminalParts:
         self._xterm, self._path = xterm, server
         self._server = 0
 
+    @property
+    def server(self) -> int:
+        """Process id of the tmux server; 0 while there is none."""
+        self._server = self._server or listener(self._path)
+        return self._server
+
     def stopped(self) -> bool:
         """Whether one of them was stopped, so that the terminal takes no keys."""
-        self._server = self._server or listener(self._path)
         return any(vitals.state(pid) == "T" for pid in self._all())
 
     def kill(self) -> None:
@@ -42,8 +47,8 @@ class TerminalParts:
         while parents:
             parent = parents.pop()
             found.append(parent)
-            parents += _children(parent)
-        return [*found, self._server] if vitals.state(self._server) else found
+            parents += children(parent)
+        return [*found, self.server] if vitals.state(self.server) else found
 
 
 def listener(path: Path) -> int:
@@ -58,8 +63,9 @@ def listener(path: Path) -> int:
     return pid
 
 
-def _children(pid: int) -> list[int]:
+def children(pid: int) -> list[int]:
+    """Return the process ids of a program's children; of one that has ended, none."""
     try:
         return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    except OSError:  # it has ended
+    except OSError:
         return []

@@ -23,6 +23,7 @@ from PyQt5.QtWidgets import QFrame, QStackedLayout, QWidget
 from gui.application_events import filter_events
 from gui.periodic_timer import PeriodicTimer
 from gui.terminal.terminal_parts import TerminalParts
+from gui.terminal.terminal_programs import TerminalPrograms
 from gui.terminal.tmux import FIRST_WINDOW, Tmux, TmuxError, environment
 from gui.terminal.x11 import HostWindow, X11Error
 from gui.widgets.label import Label
@@ -47,8 +48,8 @@ SEARCH_PERIOD = 50  # ms between two attempts to find xterm's window
 WATCH_PERIOD = 200
 """[ms] between two looks whether a part of the terminal has died or was stopped."""
 CLOSED = "The terminal was closed. Click here to open it again."
-TERMINAL, REAPER = "window terminal", "window terminal reaper"
-"""What is called so in faults: the terminal, and what ends it together with the window."""
+TERMINAL, REAPER, PROGRAM = "window terminal", "window terminal reaper", "window terminal program"
+"""What is called so in faults: the terminal, what ends it together with the window, and what somebody runs in it."""
 
 
 class TerminalView(QFrame):
@@ -78,6 +79,7 @@ class TerminalView(QFrame):
         self._tmux = Tmux(f"telepresence-{os.getpid()}" + (f"-{name}" if name else ""))
         self._xterm: QProcess | None = None
         self._parts: TerminalParts | None = None
+        self._programs = TerminalPrograms()
         self._befallen = ""
         self._restarts = Restarts()
         self._reaper: subprocess.Popen | None = None
@@ -154,7 +156,7 @@ class TerminalView(QFrame):
         program, *arguments = self._xterm_command()
         self._restarts.started(time.monotonic())
         self._xterm.start(program, arguments)
-        self._parts = TerminalParts(self._xterm.processId(), self._tmux.socket)
+        self._parts, self._programs = TerminalParts(self._xterm.processId(), self._tmux.socket), TerminalPrograms()
         self._search.start()
         self._watch.start()
 
@@ -312,11 +314,15 @@ class TerminalView(QFrame):
         if self._parts is not None and not self._befallen and self._parts.stopped():
             self._befallen = "froze"
             self._parts.kill()
+        elif self._parts is not None and self._parts.server:
+            for what, then in self._programs.look(self._parts.server):
+                self.failed.emit(PROGRAM, what, then)
 
     def _on_ended(self) -> None:
         if self._closing:
             return
-        died = not self._tmux.was_left()
+        # Nobody leaves a shell that runs a program: it was killed.
+        died = not self._tmux.was_left() or self._programs.running
         befallen, self._befallen, self._parts = self._befallen or "died", "", None
         self._search.stop()
         self._watch.stop()

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+import time
 from pathlib import Path
 
 import pytest
 from window_input import Window, _command
 
-from gui.terminal.terminal_parts import listener
+from gui.terminal.terminal_parts import children, listener
+from gui.terminal.terminal_view import WATCH_PERIOD
 from telepresence.station import processes, vitals
 
 DIED, FROZE = "The terminal of this window died; it opens again", "The terminal of this window froze; it opens again"
+NODE = f"{sys.executable} -c 'import signal; signal.pause()' __name:=keys || true"
 REAPER_SENTENCE = "What ends the terminal together with this window {}; it starts again."
 
 
@@ -66,6 +70,55 @@ def test_what_ends_the_terminal_is_replaced(window, wait_until):
     window.process.kill()
     wait_until(lambda: not lives(server), "the terminal ends with the window")
     wait_until(lambda: not window.tmux.socket.exists(), "nor is its socket left")
+
+
+def known(ancestor: int, word: str) -> int:
+    """The id of a descendant with this in its command line that has run for two looks of the window; 0 for none."""
+    now = time.clock_gettime(time.CLOCK_BOOTTIME) * os.sysconf("SC_CLK_TCK")
+    young = 2 * WATCH_PERIOD / 1000 * os.sysconf("SC_CLK_TCK")
+    found = (pid for pid in processes.descendants(ancestor) if word in _command(pid))
+    return next((pid for pid in found if now - vitals.start_time(pid) > young), 0)
+
+
+def run_in_terminal(window: Window, script: Path, text: str, wait_until) -> int:
+    """Start a shell script in the terminal; return its process id."""
+    script.write_text(text)
+    window.enter_terminal()
+    window.screen.do("type", f"bash {script}\n")
+    server = part(window, "server")
+    return wait_until(lambda: known(server, str(script)), "it runs, and the window has seen it")
+
+
+def test_a_program_in_the_terminal_that_is_stopped_is_told_of_once(window, tmp_path, wait_until):
+    told = "A program in the terminal froze (keyboard.sh); it stays stopped."
+    program = run_in_terminal(window, tmp_path / "keyboard.sh", "read -r nothing", wait_until)
+    os.kill(program, signal.SIGSTOP)
+    wait_until(lambda: told in window.output, "told")
+    os.kill(program, signal.SIGCONT)
+    os.kill(program, signal.SIGKILL)
+    wait_until(lambda: not lives(program), "it has ended")
+    assert window.output.count(told) == 1 and "died" not in window.output
+
+
+def test_a_node_in_the_terminal_that_is_started_again_is_told_of(window, tmp_path, wait_until):
+    """As by a plain roslaunch, with respawn."""
+    launch = run_in_terminal(window, tmp_path / "launch.sh", f"while {NODE}; do true; done", wait_until)
+    os.kill(wait_until(lambda: known(launch, "__name:=keys"), "the node runs"), signal.SIGTERM)
+    wait_until(lambda: "A program in the terminal died (keys); it starts again." in window.output, "told")
+    window.screen.do("key", "ctrl+c")
+    wait_until(lambda: not lives(launch), "who started it has ended")
+    assert window.output.count("died") == 1
+
+
+def test_a_shell_that_is_killed_was_not_left(window, tmp_path, wait_until):
+    program = run_in_terminal(
+        window, tmp_path / "outlives.sh", "trap '' HUP; while sleep 0.1; do true; done", wait_until
+    )
+    (shell,) = children(part(window, "server"))
+    os.kill(shell, signal.SIGKILL)
+    wait_until(lambda: DIED in window.output, "told")
+    wait_until(lambda: "$" in window.terminal_text(), "another terminal has a prompt")
+    os.kill(program, signal.SIGKILL)
 
 
 def test_a_terminal_that_a_person_leaves_stays_closed(window, wait_until):
