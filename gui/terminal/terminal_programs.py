@@ -30,14 +30,14 @@ class TerminalPrograms:
 
     def __init__(self) -> None:
         self._running: list[tuple[int, int]] = []
-        """What ran at the last look: process ids and when they began."""
+        """The jobs for which shells waited at the last look: process ids and when they began."""
         self._stopped: frozenset[int] = frozenset()
         self._nodes: dict[tuple[int, str], int] = {}
         """Who started a node, and its name -> the node's process id."""
 
     @property
     def running(self) -> bool:
-        """Whether a program still runs that a shell had started at the last look."""
+        """Whether a program still runs for which a shell waited at the last look."""
         return any(vitals.start_time(pid) == began for pid, began in self._running)
 
     def look(self, server: int) -> list[Failure]:
@@ -50,7 +50,8 @@ class TerminalPrograms:
         started = [(shell, child) for shell in shells for child in children(shell)]
         for _, program in started:  # it becomes longer meanwhile
             started += [(program, child) for child in children(program)]
-        self._running = [(pid, began) for _, pid in started if (began := vitals.start_time(pid))]
+        jobs = {vitals.foreground(shell) for shell in shells} - {*shells}
+        self._running = [(pid, began) for pid in jobs if (began := vitals.start_time(pid))]
         return [*self._newly_stopped([*shells, *(pid for _, pid in started)]), *self._born_again(started)]
 
     def _newly_stopped(self, programs: list[int]) -> list[Failure]:

@@ -157,6 +157,13 @@ def start_time(pid: int) -> int:
     return int(fields[19]) if fields and fields[0] not in "ZX" else 0
 
 
+def foreground(pid: int) -> int:
+    """The process group that has the terminal of a process, so the job that a shell runs, or the shell's own; 0 or less
+    when there is none."""
+    fields = _stat(pid)
+    return int(fields[5]) if fields else 0
+
+
 def work(pid: int) -> float:
     """Seconds that the threads of a process have run or waited for a processor, all together."""
     total = 0

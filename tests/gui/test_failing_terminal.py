@@ -17,6 +17,8 @@ from telepresence.station import processes, vitals
 
 DIED, FROZE = "The terminal of this window died; it opens again", "The terminal of this window froze; it opens again"
 NODE = f"{sys.executable} -c 'import signal; signal.pause()' __name:=keys || true"
+OUTLIVES = "trap '' HUP; while sleep 0.1; do true; done"
+"""A script that a hang-up of its terminal does not end."""
 REAPER_SENTENCE = "What ends the terminal together with this window {}; it starts again."
 
 
@@ -80,11 +82,11 @@ def known(ancestor: int, word: str) -> int:
     return next((pid for pid in found if now - vitals.start_time(pid) > young), 0)
 
 
-def run_in_terminal(window: Window, script: Path, text: str, wait_until) -> int:
+def run_in_terminal(window: Window, script: Path, text: str, wait_until, end: str = "") -> int:
     """Start a shell script in the terminal; return its process id."""
     script.write_text(text)
     window.enter_terminal()
-    window.screen.do("type", f"bash {script}\n")
+    window.screen.do("type", f"bash {script} {end}\n")
     server = part(window, "server")
     return wait_until(lambda: known(server, str(script)), "it runs, and the window has seen it")
 
@@ -105,15 +107,15 @@ def test_a_node_in_the_terminal_that_is_started_again_is_told_of(window, tmp_pat
     launch = run_in_terminal(window, tmp_path / "launch.sh", f"while {NODE}; do true; done", wait_until)
     os.kill(wait_until(lambda: known(launch, "__name:=keys"), "the node runs"), signal.SIGTERM)
     wait_until(lambda: "A program in the terminal died (keys); it starts again." in window.output, "told")
-    window.screen.do("key", "ctrl+c")
-    wait_until(lambda: not lives(launch), "who started it has ended")
+    node = wait_until(lambda: known(launch, "__name:=keys"), "it runs again")
+    for program in (launch, node):
+        os.kill(program, signal.SIGKILL)
+    wait_until(lambda: not lives(launch) and not lives(node), "both have ended")
     assert window.output.count("died") == 1
 
 
 def test_a_shell_that_is_killed_was_not_left(window, tmp_path, wait_until):
-    program = run_in_terminal(
-        window, tmp_path / "outlives.sh", "trap '' HUP; while sleep 0.1; do true; done", wait_until
-    )
+    program = run_in_terminal(window, tmp_path / "outlives.sh", OUTLIVES, wait_until)
     (shell,) = children(part(window, "server"))
     os.kill(shell, signal.SIGKILL)
     wait_until(lambda: DIED in window.output, "told")
@@ -121,11 +123,13 @@ def test_a_shell_that_is_killed_was_not_left(window, tmp_path, wait_until):
     os.kill(program, signal.SIGKILL)
 
 
-def test_a_terminal_that_a_person_leaves_stays_closed(window, wait_until):
-    window.enter_terminal()
+def test_a_terminal_that_a_person_leaves_stays_closed(window, tmp_path, wait_until):
+    """Also with a program in the background, for which its shell does not wait."""
+    program = run_in_terminal(window, tmp_path / "outlives.sh", OUTLIVES, wait_until, "&")
     window.screen.do("type", "exit\n")
     wait_until(lambda: not window.terminal_text() and listener(window.tmux.socket) == 0, "the terminal is closed")
-    assert "opens again" not in window.output
+    assert lives(program) and "opens again" not in window.output
+    os.kill(program, signal.SIGKILL)
 
 
 def lives(pid: int) -> bool:
