@@ -48,7 +48,8 @@ class TerminalParts:
             parent = parents.pop()
             found.append(parent)
             parents += children(parent)
-        return [*found, self.server] if vitals.state(self.server) else found
+        server = self.server
+        return [*found, server] if vitals.state(server) else found
 
 
 def listener(path: Path) -> int:

@@ -6,6 +6,7 @@ was stopped.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from telepresence.station import vitals
 STARTS_AGAIN, STAYS = "starts again", "stays stopped"
 _NAME = "__name:="
 """Begins the word by which roslaunch tells a node its name."""
-_INTERPRETERS = ("python", "bash", "sh")
+_INTERPRETERS = re.compile(r"python[\d.]*|bash|sh")
 
 
 class Failure(NamedTuple):
@@ -84,5 +85,5 @@ def _node_name(pid: int) -> str:
 def _name(pid: int) -> str:
     """Return what people call a program: the node's name, the script's, or its own."""
     words = [Path(word).name for word in _words(pid) if word and not word.startswith("-")]
-    script = words[1:2] if words and words[0].startswith(_INTERPRETERS) else []
+    script = words[1:2] if words and _INTERPRETERS.fullmatch(words[0]) else []
     return _node_name(pid) or "".join(script or words[:1])

@@ -321,7 +321,7 @@ class TerminalView(QFrame):
     def _on_ended(self) -> None:
         if self._closing:
             return
-        # Nobody leaves a shell that runs a program: it was killed.
+        # Nobody leaves a shell that waits for a program: it was killed.
         died = not self._tmux.was_left() or self._programs.running
         befallen, self._befallen, self._parts = self._befallen or "died", "", None
         self._search.stop()

@@ -72,7 +72,7 @@ class Request(namedtuple("Request", "what number pilot")):
 
 
 class Pilot(object):
-    """One session of somebody. Times [s] on the server's clock.
+    """Somebody during one session. Times [s] on the server's clock.
 
     Attributes:
         reports: Stamps of the reports that it was sent lately, oldest first.
