@@ -6,13 +6,11 @@ import os
 from pathlib import Path
 
 from telepresence.station.launch_settings import PAGE_PORT, PEPPER, ROBOT_PAGE_PORT, STATIONS
-from telepresence.station.virtual_display import VirtualDisplay
+from telepresence.station.screen import Screen
 
-PAGE_KEY, SCREEN_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_SCREEN_KEY"
-ROBOT_PAGE_KEY = "TELEPRESENCE_ROBOT_PAGE_KEY"
-"""Environment variables with the keys to the tablet's page, to the window's and to that of a simulated Pepper's owner:
-the banner says them, and the programs that serve the pages find them there, where other users of the machine cannot
-read them."""
+PAGE_KEY, ROBOT_PAGE_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_ROBOT_PAGE_KEY"
+"""Environment variables with the keys to the tablet's page and to that of a simulated Pepper's owner: the banner says
+them, and the programs that serve the pages find them there, where other users of the machine cannot read them."""
 FIRST_PICTURE = "The window shows the first picture."
 """What the window prints then."""
 NO_SOUND = "there is no sound card"
@@ -25,12 +23,17 @@ def banner(
     settings: dict[str, str],
     master_uri: str,
     simulated: bool,
-    display: VirtualDisplay | None,
-    screen_port: int,
+    screen: Screen | None = None,
     link: str = "",
     output: Path | None = None,
 ) -> str:
-    """Return what runs where; `link` opens the pilot's page, `output` is the file with what the programs print."""
+    """Return what runs where.
+
+    Args:
+        screen: The virtual display with the window; None for no such.
+        link: Opens the pilot's page; empty where there is none.
+        output: The file with what the programs print.
+    """
     wires = STATIONS.get(robot, ())
     lines = [""]
     for wire in wires:
@@ -45,10 +48,10 @@ def banner(
         lines.append(f"  pilot's page {link}")
     if links:
         lines.append(f"  owner's page {links[1]}")
-    if display is not None:
+    if screen is not None:
         lines += [
-            f"  window       http://127.0.0.1:{screen_port}/?k={os.environ.get(SCREEN_KEY, '')}",
-            f"               There is no display here, so the window is on a virtual one ({display.name}).",
+            f"  window       {screen.url}",
+            f"               There is no display here, so the window is on a virtual one ({screen.name}).",
         ]
     if output is not None:
         lines.append(f"  output       {output}")

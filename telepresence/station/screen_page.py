@@ -15,6 +15,7 @@ from pathlib import Path
 import cv2
 import flask
 
+from telepresence.station.screen import SCREEN_KEY
 from telepresence.station.virtual_display import grab
 from telepresence.stop_signals import stop_on
 from telepresence.video.images import LatestImage
@@ -23,7 +24,6 @@ from telepresence.web.json_app import Application
 from telepresence.web.page_auth import PageAuth, ProtectedPage, page_key
 from telepresence.web.server import WebServer
 
-KEY_VARIABLE = "TELEPRESENCE_SCREEN_KEY"
 PERIOD = 0.1  # seconds between pictures while somebody watches
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Operator's window</title>
 <style>html, body { margin: 0; height: 100%; background: #15181d; }
@@ -62,7 +62,7 @@ def main() -> None:
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     image = LatestImage()
     stream = MjpegStream(image)
-    key = page_key(KEY_VARIABLE)
+    key = page_key(SCREEN_KEY)
     with WebServer(create_app(stream, key), arguments.address, arguments.port, listening=listening) as server:
         print(f"listening on {server.url}?k={key}", flush=True)
         while not stop.wait(PERIOD):

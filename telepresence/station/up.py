@@ -7,9 +7,9 @@ launch file of the robot. Ctrl-C ends all of it. No process is left behind, even
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -26,7 +26,6 @@ from telepresence.station.announcement import (
     NO_SOUND,
     PAGE_KEY,
     ROBOT_PAGE_KEY,
-    SCREEN_KEY,
     banner,
     next_steps,
     pepper_links,
@@ -37,7 +36,6 @@ from telepresence.station.kept_program import KeptProgram
 from telepresence.station.launch_settings import (
     LAUNCH,
     OWN_SETTINGS,
-    SCREEN_PORT,
     STATIONS,
     launch_arguments,
     port_setting,
@@ -48,16 +46,15 @@ from telepresence.station.launch_settings import (
 from telepresence.station.log_folder import LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
-from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.program_output import ENDING, ProgramOutput
 from telepresence.station.ros_master import master_answers
+from telepresence.station.screen import SCREEN_KEY, Screen
 from telepresence.station.station_folder import StationFolder
 from telepresence.station.unprivileged import STAY, must_leave_root
-from telepresence.station.virtual_display import VirtualDisplay, display_answers
+from telepresence.station.virtual_display import display_answers
 from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
 from telepresence.switch import is_on
-from telepresence.web.listener import listener
 from telepresence.web.page_auth import ANNOUNCED, page_key
 
 ARENAS = "2"
@@ -140,72 +137,58 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     Raises:
         RuntimeError: A port is taken or a part does not start; the text says which and what to do.
     """
-    settings = arguments.settings
+    robot, settings = arguments.robot, arguments.settings
     if image.in_image():
         image.make_x_sockets()
-        if "page" in launch_arguments(arguments.robot):
-            settings = arguments.settings = image.page_settings(settings)
+        if "page" in launch_arguments(robot):
+            settings = image.page_settings(settings)
     simulated = is_on(settings, "sim")
-    window = "gui" in launch_arguments(arguments.robot) and is_on(settings, "gui")
-    wires = STATIONS.get(arguments.robot, ())
-    require_known(arguments.robot, settings)
-    if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
-        os.environ["ROS_IP"] = "127.0.0.1"  # without any, ROS announces the host name and listens everywhere
+    window = "gui" in launch_arguments(robot) and is_on(settings, "gui")
+    require_known(robot, settings)
+    set_ros_address()
     LogKeeper().start()
     start_conditions.require_protection(settings.get("firewall"))
-    require_ports(arguments.robot, settings, simulated)
-    page = OwnPage(settings, simulated) if wires else None
-    if page is not None and page.address is not None and not page.socket:
-        port = port_setting(settings, "pilot_page_port", PILOT_PAGE_PORT)
-        require_free(port, "pilot_page_port", "the pilot's page", address=page.address)
-    screen_port = port_setting(settings, "screen_port", SCREEN_PORT)
-
-    for name, value in ({"MALLOC_ARENA_MAX": ARENAS} | OWN_DISTUTILS).items():
-        os.environ.setdefault(name, value)
+    require_ports(robot, settings, simulated)
+    page = own_page(robot, settings, simulated)
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
     start_conditions.require_no_station(master_uri)
-    for variable in (PAGE_KEY, SCREEN_KEY, ROBOT_PAGE_KEY):
-        os.environ[variable] = page_key(variable)
-    if simulated:
-        os.environ.setdefault(start_patience.VARIABLE, str(start_patience.PATIENCE_WITH_SIMULATION))
-    os.environ[ANNOUNCED] = " ".join(pepper_links(arguments.robot, settings, simulated))
-    watch = Path(os.environ[station_folder.VARIABLE]) / "watch"
+    set_environment(robot, settings, simulated)
+    folder = Path(os.environ[station_folder.VARIABLE])
+    watch = folder / "watch"
     watch.mkdir(mode=0o700)
-    link = page.open() if page is not None else ""
     faults = FaultReporter(watch / FAULTS)
     output = ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ENDING}")
-    keyboard = is_on(settings, "teleop")
-    terminal = Terminal(output, arguments.verbose, window, link, keyboard)
-    keeper = screen = display = None
-    kept: list[KeptProgram | ProgramOnDemand] = []
-    try:
+    with contextlib.ExitStack() as ends:
+        link = ""
+        if page is not None:
+            ends.callback(page.close)
+            link = page.open()
+        terminal = Terminal(output, arguments.verbose, window, link, is_on(settings, "teleop"))
+        ends.callback(terminal.close)
+        screen = None
         if window and not display_answers(os.environ.get("DISPLAY")):
-            require_free(screen_port, "screen_port", "the picture of the window", address=screen_address())
-            display = VirtualDisplay(opengl=False)  # the window uses none
-            os.environ.update(display.environment)
-            listening = listener(screen_address(), screen_port)
-            serve = partial(serve_screen, display, listening)
-            screen = ProgramOnDemand("screen_page", listening, serve, faults.report)
-            kept = [KeptProgram("Xvfb", partial(restart_display, display), faults.report), screen]
+            screen = Screen(settings, faults.report)
+            ends.callback(screen.close)
         # roslaunch reads its files while roscore starts.
         beats = Beats(watch / "roslaunch")
         launch = KeptProgram(
             "roslaunch",
-            partial(start_roslaunch, arguments.robot, settings, watch, beats, output.descriptor),
+            partial(start_roslaunch, robot, settings, watch, beats, output.descriptor),
             faults.report,
             beats,
             ended=lambda code: code >= 0,  # somebody asked it to end, or it has said itself what is wrong
         )
+        keeper = None
         if master_answers(master_uri, timeout=1.0):
             start_conditions.require_roscore(master_uri, stop)
             print(f"Using the ROS master that runs at {master_uri}")
             print(start_conditions.exposure(master_uri), end="")
         else:
             keeper = MasterKeeper(master_uri, watch, faults.report)
-        address = page.url if page is not None else ""
-        health.note(Path(os.environ[station_folder.VARIABLE]), master_uri, address, len(wires))
+            ends.callback(keeper.close)
+        health.note(folder, master_uri, page.url if page is not None else "", len(STATIONS.get(robot, ())))
         if SITE not in os.environ:  # else the links' keys would be in a log
-            say(banner(arguments.robot, settings, master_uri, simulated, display, screen_port, link, output.path))
+            say(banner(robot, settings, master_uri, simulated, screen, link, output.path))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):
@@ -216,6 +199,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             if code is not None:
                 say("roslaunch ended", sys.stderr)
                 return code or 1
+            kept = screen.programs if screen is not None else ()
             for program in kept:
                 program.look(elapsed)
             faults.flush()
@@ -224,16 +208,39 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         say("\nEnding everything ...")
         launch.close(patience=8.0)
         return 0
-    finally:
-        if page is not None:
-            page.close()
-        if screen is not None:
-            screen.close(patience=2.0)
-        if keeper is not None:
-            keeper.close()
-        if display is not None:
-            display.close()
-        terminal.close()
+
+
+def own_page(robot: str, settings: dict[str, str], simulated: bool) -> OwnPage | None:
+    """Return the pilot's page of this station; None where the launch file has none.
+
+    Raises:
+        RuntimeError: What was asked for cannot be; its port is taken.
+    """
+    if robot not in STATIONS:
+        return None
+    page = OwnPage(settings, simulated)
+    if page.address is not None and not page.socket:
+        port = port_setting(settings, "pilot_page_port", PILOT_PAGE_PORT)
+        require_free(port, "pilot_page_port", "the pilot's page", address=page.address)
+    return page
+
+
+def set_ros_address() -> None:
+    """Let ROS announce and use loopback, unless a person has said otherwise: without any address it announces the name
+    of the host and listens everywhere."""
+    if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
+        os.environ["ROS_IP"] = "127.0.0.1"
+
+
+def set_environment(robot: str, settings: dict[str, str], simulated: bool) -> None:
+    """Set what all programs of the station find in their environment."""
+    for name, value in ({"MALLOC_ARENA_MAX": ARENAS} | OWN_DISTUTILS).items():
+        os.environ.setdefault(name, value)
+    for variable in (PAGE_KEY, SCREEN_KEY, ROBOT_PAGE_KEY):
+        os.environ[variable] = page_key(variable)
+    if simulated:
+        os.environ.setdefault(start_patience.VARIABLE, str(start_patience.PATIENCE_WITH_SIMULATION))
+    os.environ[ANNOUNCED] = " ".join(pepper_links(robot, settings, simulated))
 
 
 class Terminal:
@@ -289,13 +296,6 @@ def start_roslaunch(robot: str, settings: dict[str, str], watch: Path, beats: Be
     )
 
 
-def restart_display(display: VirtualDisplay) -> subprocess.Popen:
-    """Return the display's process, a new one if it has ended: what had windows there is started again by roslaunch."""
-    if display.process.poll() is not None:
-        display.start_again()
-    return display.process
-
-
 def say(text: str, stream: TextIO | None = None) -> None:
     """Print a line, to standard output or `stream`. Who has closed the terminal reads nothing any more: then what we
     print goes nowhere from now on, as writing there fails."""
@@ -305,19 +305,3 @@ def say(text: str, stream: TextIO | None = None) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-
-
-def screen_address() -> str:
-    """Return the address of this machine where the picture of the display is."""
-    return image.own_address() if image.in_image() else "127.0.0.1"
-
-
-def serve_screen(display: VirtualDisplay, listening: socket.socket) -> subprocess.Popen:
-    """Start a web server for the picture of the display, as a separate process so that it cannot slow driving."""
-    program = [sys.executable, "-m", "telepresence.station.screen_page", str(display.folder)]
-    return processes.start(
-        ["nice", *program, "--listening", str(listening.fileno())],
-        tied=True,
-        stdout=subprocess.DEVNULL,
-        pass_fds=[listening.fileno()],
-    )

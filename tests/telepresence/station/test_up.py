@@ -71,7 +71,7 @@ def test_every_argument_of_a_station_is_known():
 
 
 def test_both_robots_are_announced_with_their_addresses():
-    text = announcement.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False, None, 1)
+    text = announcement.banner("both", {"nao_port": "9000", "robotino_ip": "10.0.0.1"}, "http://m:1", False)
     assert "pepper, real, tcp://127.0.0.1:9000" in text and "robotino, real, http://10.0.0.1:80" in text
 
 
@@ -79,9 +79,9 @@ def test_the_pilots_page_is_on_loopback_unless_a_person_names_another_address():
     assert pilot_page.pilot_page_address({}) == "127.0.0.1"
     assert pilot_page.pilot_page_address({"page": "false"}) is None
     assert pilot_page.pilot_page_address({"page": "127.0.0.2", "sign_in": "false"}) == "127.0.0.2"
-    text = announcement.banner("both", {}, "http://m:1", True, None, 1, "https://127.0.0.1:9443/#k=1")
+    text = announcement.banner("both", {}, "http://m:1", True, link="https://127.0.0.1:9443/#k=1")
     assert "pilot's page https://127.0.0.1:9443/#k=1\n" in text
-    assert "pilot's page" not in announcement.banner("walker", {}, "http://m:1", True, None, 1)
+    assert "pilot's page" not in announcement.banner("walker", {}, "http://m:1", True)
 
 
 def test_the_link_to_the_page_opens_it_only_where_there_is_no_other_way_in(tmp_path, monkeypatch):

@@ -1,0 +1,75 @@
+"""The virtual display of the operator's window, where there is no real one, and the web page with its picture."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from functools import partial
+
+from telepresence.station import image, processes
+from telepresence.station.kept_program import KeptProgram, Report
+from telepresence.station.launch_settings import SCREEN_PORT, port_setting, require_free
+from telepresence.station.program_on_demand import ProgramOnDemand
+from telepresence.station.virtual_display import VirtualDisplay
+from telepresence.web.listener import listener
+
+SCREEN_KEY = "TELEPRESENCE_SCREEN_KEY"
+"""Environment variable with the key to the page: the banner says it, and the page's program finds it there, where other
+users of the machine cannot read it."""
+
+
+class Screen:
+    """Starts Xvfb now and the page's program at its first visit; programs that start later find the display in their
+    environment.
+
+    Args:
+        settings: Of the launch file, as a person gave them.
+        report: Gets each fault.
+    Raises:
+        RuntimeError: The page's port is taken or Xvfb does not start.
+
+    Attributes:
+        name: Value of the environment variable DISPLAY.
+        programs: What has to be looked after.
+    """
+
+    def __init__(self, settings: dict[str, str], report: Report) -> None:
+        self._port = port_setting(settings, "screen_port", SCREEN_PORT)
+        address = image.own_address() if image.in_image() else "127.0.0.1"
+        require_free(self._port, "screen_port", "the picture of the window", address=address)
+        self._display = VirtualDisplay(opengl=False)  # the window uses none
+        self.name = self._display.name
+        os.environ.update(self._display.environment)
+        listening = listener(address, self._port)
+        self._page = ProgramOnDemand("screen_page", listening, partial(_serve, self._display, listening), report)
+        self.programs = (KeptProgram("Xvfb", partial(_restart, self._display), report), self._page)
+
+    @property
+    def url(self) -> str:
+        """Where a browser of this machine finds the picture; the key is part of it."""
+        return f"http://127.0.0.1:{self._port}/?k={os.environ.get(SCREEN_KEY, '')}"
+
+    def close(self) -> None:
+        """End both programs; the display's windows end with it."""
+        self._page.close(patience=2.0)
+        self._display.close()
+
+
+def _restart(display: VirtualDisplay) -> subprocess.Popen:
+    """Return the display's process, a new one if it has ended: what had windows there is started again by roslaunch."""
+    if display.process.poll() is not None:
+        display.start_again()
+    return display.process
+
+
+def _serve(display: VirtualDisplay, listening: socket.socket) -> subprocess.Popen:
+    """Start the web server, as a separate process so that it cannot slow driving."""
+    program = [sys.executable, "-m", "telepresence.station.screen_page", str(display.folder)]
+    return processes.start(
+        ["nice", *program, "--listening", str(listening.fileno())],
+        tied=True,
+        stdout=subprocess.DEVNULL,
+        pass_fds=[listening.fileno()],
+    )
