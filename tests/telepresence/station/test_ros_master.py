@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 
@@ -16,14 +17,14 @@ from telepresence.station.ros_master import ended_nodes, forget_nodes, master_an
 pytestmark = pytest.mark.ros
 
 NODE = textwrap.dedent("""
-    import rospy, std_msgs.msg, std_srvs.srv, logging
+    import rospy, std_msgs.msg, std_srvs.srv, sys
     from telepresence_ros.master_watch import MasterWatch
     rospy.init_node("phoenix")
     publisher = rospy.Publisher("embers", std_msgs.msg.String, queue_size=1)
     rospy.Subscriber("wood", std_msgs.msg.String, lambda message: publisher.publish(message.data + " burnt"))
     rospy.Service("rise", std_srvs.srv.Trigger, lambda request: (True, "risen"))
-    # A frozen master counts as lost after a minute here, one that has ended at once.
-    MasterWatch(lambda: print("lost", flush=True), lambda: print("found", flush=True), patience=60.0).start()
+    patience = float(sys.argv[1])  # for a frozen master; one that has ended is lost at once
+    MasterWatch(lambda: print("lost", flush=True), lambda: print("found", flush=True), patience).start()
     print("ready", flush=True)
     rospy.spin()
 """)
@@ -46,8 +47,16 @@ PROBE = textwrap.dedent("""
 """)
 
 
-def start_node(run_program):
-    node = run_program(sys.executable, "-c", NODE, stdout=subprocess.PIPE, text=True)
+LISTENER = textwrap.dedent("""
+    import rospy, std_msgs.msg
+    rospy.init_node("listener")
+    rospy.Subscriber("embers", std_msgs.msg.String, lambda message: None)
+    rospy.spin()
+""")
+
+
+def start_node(run_program, patience=60.0):
+    node = run_program(sys.executable, "-c", NODE, str(patience), stdout=subprocess.PIPE, text=True)
     assert node.stdout.readline() == "ready\n"
     return node
 
@@ -149,6 +158,60 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
     finally:
         keeper.close()
     assert not master_answers(uri)
+
+
+@pytest.fixture
+def core(ros_environment, run_program, wait_until):
+    """The master of `./stack up`: its process."""
+    port = ros_environment["ROS_MASTER_URI"].rpartition(":")[2]
+    core = run_program(sys.executable, "-m", "telepresence_ros.core", "-p", port)
+    wait_until(lambda: knows(ros_environment["ROS_MASTER_URI"], "/rosout"), "rosout is registered")
+    return core
+
+
+def master_log(environment):
+    return Path(environment["ROS_HOME"], "log", "latest", "master.log").read_text()
+
+
+def test_the_master_forgets_who_was_killed_once_it_has_something_to_tell_them(
+    core, ros_environment, run_program, wait_until
+):
+    uri = ros_environment["ROS_MASTER_URI"]
+    killed, living = start_node(run_program), run_program(sys.executable, "-c", LISTENER, stdout=subprocess.PIPE)
+    master = master_proxy(uri)
+    wait_until(lambda: knows(uri, "/listener"), "the listener is registered")
+    master.subscribeParam("/phoenix", master.lookupNode("/test", "/phoenix")[2], "/heat")
+    processes.send(killed.pid, signal.SIGKILL)
+    killed.wait()
+    master.setParam("/test", "/heat", 451)
+    wait_until(lambda: not knows(uri, "/phoenix"), "it is forgotten")
+
+    listed = master.getSystemState("/test")[2]
+    assert "/phoenix" not in {node for group in listed for _, nodes in group for node in nodes}
+    assert "Traceback" not in master_log(ros_environment)
+    assert knows(uri, "/listener") and living.poll() is None
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        elsewhere = f"http://127.0.0.2:{listening.getsockname()[1]}"  # refused, and no address of ours for nodes
+    master.registerSubscriber("/behind_a_firewall", "/wood", "std_msgs/String", elsewhere)
+    master.registerPublisher("/test", "/wood", "std_msgs/String", uri)
+    wait_until(lambda: "was not told of /wood" in master_log(ros_environment), "the master could not tell it")
+    assert knows(uri, "/behind_a_firewall") and "Traceback" not in master_log(ros_environment)
+
+
+def test_a_node_that_missed_an_answer_registers_again_with_another_master_only(core, ros_environment, run_program):
+    """Else all nodes of a busy machine would register everything, and it would be busier still."""
+    node = start_node(run_program, patience=0.0)
+
+    def registrations_after_a_silence() -> int:
+        processes.send(core.pid, signal.SIGSTOP)
+        assert node.stdout.readline() == "lost\n"
+        processes.send(core.pid, signal.SIGCONT)
+        assert node.stdout.readline() == "found\n"
+        return master_log(ros_environment).count("+SUB [/wood] /phoenix")
+
+    first = registrations_after_a_silence()  # the node may not have asked before, and know no master yet
+    assert registrations_after_a_silence() == first
 
 
 def test_a_frozen_rosout_is_reported_and_starts_again(ros_environment, run_program, wait_until, tmp_path):

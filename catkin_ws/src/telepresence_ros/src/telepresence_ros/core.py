@@ -2,9 +2,9 @@
 
     python -m telepresence_ros.core -p PORT [--watch FOLDER]
 
-The master is Debian's rosmaster. It listens on loopback, and on the address that this machine announces (ROS_IP,
-ROS_HOSTNAME), nowhere else; `roscore` would listen on all addresses as soon as one of the two is not loopback, and its
-`rosout`, a roscpp program, always.
+The master is Debian's rosmaster; what we add to it: `telepresence_ros.master_handler`. It listens on loopback and on
+the address that this machine announces (ROS_IP, ROS_HOSTNAME), nowhere else; `roscore` would listen on all addresses as
+soon as one of the two is not loopback, and its `rosout`, a roscpp program, always.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from pathlib import Path
 
 import rosgraph.network
 import rosgraph.roslogging
-import rosmaster.master_api
 import rospkg
 from rosgraph.xmlrpc import ThreadingXMLRPCServer
 
@@ -30,6 +29,7 @@ from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence.station.kept_program import KeptProgram
 from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
+from telepresence_ros.master_handler import MasterHandler
 from telepresence_ros.sockets import bind_address, narrow_sockets
 
 CALLER = "/roscore"
@@ -55,8 +55,9 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     rosgraph.roslogging.configure_logging("rosmaster", filename=str(folder / "master.log"))
 
-    handler = rosmaster.master_api.ROSMasterHandler()
-    handler._ready(f"http://{rosgraph.network.get_host_name()}:{port}/")
+    host = rosgraph.network.get_host_name()
+    handler = MasterHandler({LOOPBACK, "localhost", host})
+    handler._ready(f"http://{host}:{port}/")
     for name, value in first_parameters(run_id).items():
         handler.setParam(CALLER, name, value)
     try:
@@ -80,7 +81,7 @@ def addresses() -> list[str]:
     return [announced] if announced in ("0.0.0.0", "::", "::1", LOOPBACK) else [LOOPBACK, announced]
 
 
-def serve(handler: rosmaster.master_api.ROSMasterHandler, address: str, port: int) -> ThreadingXMLRPCServer:
+def serve(handler: MasterHandler, address: str, port: int) -> ThreadingXMLRPCServer:
     """Answer the Master API at an address, from a thread. Raises OSError."""
     server = _BeatingServer((address, port), log_requests=0)
     server.register_multicall_functions()

@@ -91,6 +91,7 @@ class MasterWatch:
         self._thread = threading.Thread(target=self._run, name="master-watch", daemon=True)
         self._uri = rosgraph.get_master_uri()
         self._name = rospy.get_name()
+        self._run_id: str | None = None
 
     @property
     def alive(self) -> bool:
@@ -106,11 +107,12 @@ class MasterWatch:
         connection = MasterConnection(self._uri)
         pause = self._period
         while not rospy.is_shutdown():
-            connection.wait_for_end(pause)
+            ended = connection.wait_for_end(pause)
             pause = self._period
             try:
-                answer: Any = connection.master.lookupNode(self._name, self._name)
-                known, _, uri = answer
+                known, _, uri = connection.master.lookupNode(self._name, self._name)
+                doubtful = known != 1 or ended or self._misses > 0
+                run_id = self._ask_run_id(connection.master) if doubtful or self._run_id is None else self._run_id
             except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
                 was_lost = not self.alive
                 self._misses += 1
@@ -126,17 +128,27 @@ class MasterWatch:
             if known == 1 and uri != rospy.get_node_uri():
                 continue  # another node has taken the name; the master asks rospy to end this one
             # A new master knows the name alone as soon as rospy has logged a line: that reads a parameter, as a node.
-            if (known != 1 or self._misses) and not self._register():
+            new = known != 1 or (doubtful and (not run_id or run_id != self._run_id))
+            if new and not self._register():
                 continue
+            self._run_id = run_id
             was_lost = not self.alive
             self._misses = 0
             if was_lost:
                 log.warning("the ROS master at %s answers again", self._uri)
                 self._call(self._on_found)
 
+    def _ask_run_id(self, master: Any) -> str:
+        """Return what tells one run of the master from another; empty for a master that roscore has not started.
+
+        On a machine that is busy for a moment all nodes miss an answer. Would all register again, every update would go
+        to every node, and the machine be busier still.
+        """
+        code, _, run_id = master.getParam(self._name, "/run_id")
+        return run_id if code == 1 else ""
+
     def _register(self) -> bool:
-        """Repeat what rospy registered with the old master: publishers, subscribers, services. The same master takes
-        it as it is. False if it failed."""
+        """Repeat what rospy registered with the old master: publishers, subscribers, services. False if it failed."""
         node_uri = rospy.get_node_uri()
         master = master_proxy(self._uri, timeout=2.0)
         topics = get_topic_manager()
