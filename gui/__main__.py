@@ -10,9 +10,10 @@ import signal
 import socket
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -67,46 +68,17 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     log_to_terminal()
     restrict_new_files()
-    # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
-    os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
-    # Nothing here is drawn by OpenGL, which Qt would load and start all the same: 55 MB.
-    ours = {"QT_SCALE_FACTOR": f"{arguments.scale or usual_scale(os.environ):g}", "QT_XCB_GL_INTEGRATION": "none"}
-    chosen = {name: value for name, value in ours.items() if name not in os.environ}
-    os.environ.update(chosen)
-    with runtime_folder():
-        application = QApplication(sys.argv[:1])
-    QWidget().winId()  # Qt starts OpenGL, or does not, with its first window
-    for name in chosen:
-        del os.environ[name]  # programs that the terminal starts choose their own
+    application = start_qt(arguments.scale)
     _gc = GcOnQtThread()  # collects for as long as this variable refers to it
-    application.setApplicationName("telepresence")
-    application.setStyle("Fusion")
     settings = Settings(default_file())
     remembered = settings.text("theme", theme.DEFAULT)
     theme.apply(arguments.theme or (remembered if remembered in themes() else theme.DEFAULT))
 
     node = RosNode()
     tabs = make_tabs(node, arguments, settings)
-    if len(tabs) == 1:
-        window: OperatorWindow | RobotTabs = tabs[0].window
-        front = lambda: tabs[0]  # noqa: E731
-    else:
-        window = together = RobotTabs([(tab.title, tab.window) for tab in tabs])
-        front = lambda: tabs[together.current]  # noqa: E731
-        together.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
-        _bring_to_front(tabs, 0)
-        names = [tab.link.robot.name for tab in tabs]
-        last = settings.text("tab")
-        together.choose(names.index(last) if last in names else 0)
+    window, front = one_window(tabs, settings)
     node.ended.connect(lambda reason: _end_by_ros(window, application, reason))
-    for tab in tabs:
-        tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
-        if arguments.tell:
-            tab.window.status.said.connect(lambda text, level, tab=tab: _print_message(tab.title, text, level))
-    if arguments.screenshot:
-        tabs[0].window.video.first_picture.connect(
-            lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
-        )
+    report(tabs, window, arguments)
     signals = _close_on_signals(window)
     window.show_on_screen()
     settings.restore_window(window)
@@ -116,17 +88,7 @@ def main(argv: list[str] | None = None) -> int:
     authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
     if authorization.page is not None:
         authorization.page.nameField.setText(settings.text("name"))
-
-    def remember() -> None:
-        for tab in tabs:
-            tab.save(settings)
-        if authorization.page is not None:
-            settings.save("name", authorization.page.nameField.text())
-        if isinstance(window, RobotTabs):
-            settings.save("tab", tabs[window.current].link.robot.name)
-        settings.save("theme", theme.current())
-        settings.save_window(window)
-
+    remember = partial(save, settings, tabs, window, authorization)
     remembers = PeriodicTimer(REMEMBER_PERIOD, remember, window)
     remembers.start()
     for tab in tabs:
@@ -150,6 +112,67 @@ def main(argv: list[str] | None = None) -> int:
         for tab in tabs:
             tab.terminal.close_terminal()
     leave(code)
+
+
+def start_qt(scale: float) -> QApplication:
+    """Make the application.
+
+    Args:
+        scale: How much larger than usual everything is shown; 0 for what fits this screen.
+    """
+    # The terminal is an X11 program; on a Wayland desktop both go through XWayland.
+    os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
+    # Nothing here is drawn by OpenGL, which Qt would load and start all the same: 55 MB.
+    ours = {"QT_SCALE_FACTOR": f"{scale or usual_scale(os.environ):g}", "QT_XCB_GL_INTEGRATION": "none"}
+    chosen = {name: value for name, value in ours.items() if name not in os.environ}
+    os.environ.update(chosen)
+    with runtime_folder():
+        application = QApplication(sys.argv[:1])
+    QWidget().winId()  # Qt starts OpenGL, or does not, with its first window
+    for name in chosen:
+        del os.environ[name]  # programs that the terminal starts choose their own
+    application.setApplicationName("telepresence")
+    application.setStyle("Fusion")
+    return application
+
+
+def one_window(tabs: list[RobotTab], settings: Settings) -> tuple[OperatorWindow | RobotTabs, Callable[[], RobotTab]]:
+    """Return the window that shows these robots, and who says which of them is in front."""
+    if len(tabs) == 1:
+        return tabs[0].window, lambda: tabs[0]
+    window = RobotTabs([(tab.title, tab.window) for tab in tabs])
+    window.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
+    _bring_to_front(tabs, 0)
+    names = [tab.link.robot.name for tab in tabs]
+    last = settings.text("tab")
+    window.choose(names.index(last) if last in names else 0)
+    return window, lambda: tabs[window.current]
+
+
+def report(tabs: list[RobotTab], window: QMainWindow, arguments: argparse.Namespace) -> None:
+    """Print and save what the command line asks for, as soon as there is something to see."""
+    for tab in tabs:
+        tab.window.video.first_picture.connect(lambda: print("The window shows the first picture.", flush=True))
+        if arguments.tell:
+            tab.window.status.said.connect(lambda text, level, tab=tab: _print_message(tab.title, text, level))
+    if arguments.screenshot:
+        tabs[0].window.video.first_picture.connect(
+            lambda: QTimer.singleShot(SCREENSHOT_DELAY, lambda: save_screenshot(window, arguments.screenshot))
+        )
+
+
+def save(
+    settings: Settings, tabs: list[RobotTab], window: OperatorWindow | RobotTabs, authorization: Authorization
+) -> None:
+    """Save what the next window shall begin with."""
+    for tab in tabs:
+        tab.save(settings)
+    if authorization.page is not None:
+        settings.save("name", authorization.page.nameField.text())
+    if isinstance(window, RobotTabs):
+        settings.save("tab", tabs[window.current].link.robot.name)
+    settings.save("theme", theme.current())
+    settings.save_window(window)
 
 
 @contextlib.contextmanager
