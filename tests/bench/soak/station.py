@@ -19,6 +19,7 @@ from media.far_network import FarNetwork
 
 from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
+from telepresence.station.up import HEAP
 from telepresence.web.page_auth import make_token
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -51,6 +52,7 @@ class Station:
         self._page_key = make_token()
         self.environment = {
             **os.environ,
+            **HEAP,  # the simulated robots, too, have it from `./stack up` otherwise
             "ROS_MASTER_URI": "http://127.0.0.1:11311",
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(folder / "ros"),
