@@ -104,14 +104,14 @@ def plot(record: Record, findings: Findings, folder: Path) -> None:
             values = [usage.rss / 1024.0 for usage in series.usages]
             axes.plot(np.array(series.times) / 3600.0, values, label=program.name, linewidth=1)
         axes.set(xlabel="hours", ylabel="RSS [MB]", ylim=(0, None))
-        axes.legend(fontsize=6)
+        axes.legend(fontsize=6, ncols=2, loc="lower left")
         _save(figure, folder / "memory.png")
 
         figure, axis = plt.subplots()
         for what in ("descriptors", "threads", "programs"):
             axis.plot(times, [line[what] for line in record.totals], label=what)
         axis.set(xlabel="hours", ylim=(0, None))
-        axis.legend()
+        axis.legend(fontsize=6, ncols=2, loc="lower left")
         _save(figure, folder / "counts.png")
 
         busiest = sorted(findings.programs, key=lambda p: -np.nan_to_num(p.driving))[:20][::-1]
@@ -121,14 +121,14 @@ def plot(record: Record, findings: Findings, folder: Path) -> None:
             axis.barh(place + offset, [100.0 * np.nan_to_num(getattr(p, phase)) for p in busiest], 0.4, label=phase)
         axis.set_yticks(place, [program.name for program in busiest])
         axis.set(xlabel="% of one core")
-        axis.legend()
+        axis.legend(fontsize=6, ncols=2, loc="lower left")
         _save(figure, folder / "processor.png")
 
         figure, axis = plt.subplots()
         axis.plot(times, [line["log_written"] / 1e6 for line in record.totals], label="written")
         axis.plot(times, [line["log_size"] / 1e6 for line in record.totals], label="on the disk")
         axis.set(xlabel="hours", ylabel="MB", ylim=(0, None))
-        axis.legend()
+        axis.legend(fontsize=6, ncols=2, loc="lower left")
         _save(figure, folder / "logs.png")
 
 
