@@ -36,10 +36,10 @@ class MasterHandler(rosmaster.master_api.ROSMasterHandler):
     def _notify(
         self, registrations: Registrations, task: Callable, key: str, value: Any, node_apis: Iterable[str]
     ) -> None:
-        super()._notify(registrations, partial(self._tell, task), key, value, node_apis)
+        super()._notify(registrations, partial(self._notify_node, task), key, value, node_apis)
 
-    def _tell(self, task: Callable, api: str, key: str, value: Any) -> None:
-        """Tell the node at `api`; see `_notify`."""
+    def _notify_node(self, task: Callable, api: str, key: str, value: Any) -> None:
+        """Notify one node; see `_notify`."""
         try:
             task(api, key, value)
         except (OSError, http.client.HTTPException) as error:
@@ -51,7 +51,9 @@ class MasterHandler(rosmaster.master_api.ROSMasterHandler):
 
     def param_update_task(self, caller_id: str, caller_api: str, param_key: str, param_value: Any) -> None:
         """Tell a node of a parameter's new value."""
-        self._tell(lambda api, key, value: self._update(caller_id, api, key, value), caller_api, param_key, param_value)
+        self._notify_node(
+            lambda api, key, value: self._update(caller_id, api, key, value), caller_api, param_key, param_value
+        )
 
     def _update(self, caller_id: str, api: str, key: str, value: Any) -> None:
         super().param_update_task(caller_id, api, key, value)
