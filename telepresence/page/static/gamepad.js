@@ -60,21 +60,21 @@ export function start(page) {
   let index = -1;
   let said = false;
   page.on("letgo", () => hand.lose());
-  addEventListener("gamepaddisconnected", (event) => {
-    if (event.gamepad.index !== index) return;
+  const gone = () => {
     index = -1;
     hand.lose();
     page.held.release("gamepad");
     page.send();
     page.emit("said", text("gamepad.gone"));
-  });
+  };
+  addEventListener("gamepaddisconnected", (event) => { if (event.gamepad.index === index) gone(); });
   page.on("tick", () => {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
     const pad = pads.find((each) => each?.index === index) ?? pads[0] ?? null;
     page.pad = pad;
     chip.hidden = !pad;
     if (!pad) {
-      if (index >= 0) { index = -1; hand.lose(); page.held.release("gamepad"); }
+      if (index >= 0) gone(); // a browser may take it off its list before it says so
       return;
     }
     if (pad.index !== index) { index = pad.index; hand.lose(); }

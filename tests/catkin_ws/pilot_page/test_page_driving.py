@@ -313,10 +313,9 @@ def test_a_gamepad_drives_while_lb_is_held_and_stands_when_it_is_unplugged(anna,
     until_true(lambda: FORWARD in heard(probe), "with LB it drives")
     anna.evaluate("pad.buttons[5] = {pressed: true, value: 1}")
     until_true(lambda: heard(probe)[-1] == pytest.approx([0.35, 0.0, 0.0]), "with RB as fast as the gate allows")
-    anna.evaluate("navigator.getGamepads = () => []")
-    anna.evaluate("dispatchEvent(Object.assign(new Event('gamepaddisconnected'), {gamepad: pad}))")
+    anna.evaluate("navigator.getGamepads = () => []")  # a browser's list, which it looks at, may be ahead of its event
     until_true(lambda: heard(probe)[-1] == ZERO, "without it the robot stands")
-    assert "unplugged" in alert(anna)
+    until_true(lambda: "unplugged" in alert(anna), "the page says why")
 
 
 def test_leaving_the_full_screen_while_driving_is_the_red_stop(anna, probe, until_true):
