@@ -51,12 +51,7 @@ class MasterHandler(rosmaster.master_api.ROSMasterHandler):
 
     def param_update_task(self, caller_id: str, caller_api: str, param_key: str, param_value: Any) -> None:
         """Tell a node of a parameter's new value."""
-        self._notify_node(
-            lambda api, key, value: self._update(caller_id, api, key, value), caller_api, param_key, param_value
-        )
-
-    def _update(self, caller_id: str, api: str, key: str, value: Any) -> None:
-        super().param_update_task(caller_id, api, key, value)
+        self._notify_node(partial(super().param_update_task, caller_id), caller_api, param_key, param_value)
 
     def _forget(self, api: str) -> None:
         """Take the node at `api` off all lists, and tell who has subscribed to what it published."""
