@@ -9,7 +9,6 @@ import os
 import signal
 import socket
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from datetime import datetime
@@ -43,6 +42,7 @@ from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
 from telepresence.station.ros_master import RESTARTED
 from telepresence.teleop.accounts import Users
+from telepresence.temporary_folder import TemporaryFolder
 
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
@@ -182,8 +182,8 @@ def runtime_folder() -> Iterator[None]:
     if "XDG_RUNTIME_DIR" in os.environ:
         yield
         return
-    with tempfile.TemporaryDirectory(prefix="telepresence-runtime-") as folder:
-        os.environ["XDG_RUNTIME_DIR"] = folder
+    with TemporaryFolder("telepresence-runtime-") as folder:
+        os.environ["XDG_RUNTIME_DIR"] = str(folder)
         yield
         del os.environ["XDG_RUNTIME_DIR"]
 

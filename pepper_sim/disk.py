@@ -5,9 +5,10 @@ Clients name files as on the robot, "/home/nao/recordings/a.wav"; nothing outsid
 
 from __future__ import annotations
 
-import shutil
-import tempfile
+import contextlib
 from pathlib import Path, PurePosixPath
+
+from telepresence.temporary_folder import TemporaryFolder
 
 HOME = "/home/nao"
 
@@ -22,8 +23,8 @@ class RobotDisk:
     """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self._kept = folder is not None
-        self.root = Path(tempfile.mkdtemp(prefix="pepper-disk-")) if folder is None else folder.resolve()
+        self._end = contextlib.ExitStack()
+        self.root = self._end.enter_context(TemporaryFolder("pepper-disk-")) if folder is None else folder.resolve()
         self.path(HOME).mkdir(parents=True, exist_ok=True)
 
     def path(self, name: str) -> Path:
@@ -41,5 +42,4 @@ class RobotDisk:
 
     def close(self) -> None:
         """Remove the disk and everything on it, unless it is to be kept."""
-        if not self._kept:
-            shutil.rmtree(self.root, ignore_errors=True)
+        self._end.close()

@@ -8,6 +8,7 @@ browser.
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import itertools
 import json
@@ -16,12 +17,14 @@ import os
 import shutil
 import signal
 import subprocess
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
+from pathlib import Path
 from typing import Any
+
+from telepresence.temporary_folder import TemporaryFolder
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +33,8 @@ REPLY_TIMEOUT = 10.0
 START_TIMEOUT = 40.0
 """Seconds for the first answer: Chromium starts within one, or in 15 beside a station that starts on a slow machine."""
 _MESSAGE_LIMIT = 64_000_000  # bytes
+_SOCKET_FOLDER = "org.chromium.Chromium."
+"""Begins the name of the temporary folder that Chromium makes for its socket."""
 _FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --disable-default-apps --disable-extensions --mute-audio "
@@ -62,8 +67,8 @@ class DevTools:
         self._replies: dict[int, Future[dict[str, Any]]] = {}
         self._lock = threading.Lock()
         self._session: str | None = None
-        self._profile = tempfile.TemporaryDirectory(prefix="tablet-", ignore_cleanup_errors=True)
-        profile = f"--user-data-dir={self._profile.name}"
+        self._profile = TemporaryFolder("tablet-", _remove_socket)
+        profile = f"--user-data-dir={self._profile.path}"
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
         # The shell gives the pipes the numbers that Chromium expects, and Chromium a lower priority than physics and
@@ -136,7 +141,7 @@ class DevTools:
             if self._requests >= 0:
                 os.close(self._requests)
                 self._requests = -1
-        self._profile.cleanup()
+        self._profile.close()
 
     def _send(self, method: str, params: dict[str, Any]) -> tuple[int, Future[dict[str, Any]]]:
         reply: Future[dict[str, Any]] = Future()
@@ -183,6 +188,14 @@ class DevTools:
                 reply.set_result(message)
         elif "method" in message:
             self._on_event(message["method"], message.get("params", {}))
+
+
+def _remove_socket(profile: Path) -> None:
+    """Remove the temporary folder in which a Chromium that was killed has its socket: its profile links there."""
+    with contextlib.suppress(OSError):  # there is no such link
+        folder = (profile / "SingletonSocket").readlink().parent
+        if folder.name.startswith(_SOCKET_FOLDER):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _pipe() -> tuple[int, int]:

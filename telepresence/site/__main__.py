@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-import tempfile
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,6 +22,7 @@ from telepresence.station import processes, start_conditions, station_folder
 from telepresence.station.station_folder import StationFolder
 from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.stop_signals import stop_on
+from telepresence.temporary_folder import TemporaryFolder
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,8 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def check(site: Site) -> int:
     """Say what would run; the exit code. Raises RuntimeError, OSError."""
     require_ports(site)
-    with tempfile.TemporaryDirectory(prefix="telepresence-check-") as folder:
-        files = certificate_files(site, Path(folder))
+    with TemporaryFolder("telepresence-check-") as folder:
+        files = certificate_files(site, folder)
         write_caddyfile(site, files)
         print(banner(site, site.url, fingerprint(files.certificate)))
     print("The file is as it should be, and its ports are free.")

@@ -7,13 +7,13 @@ Everything goes over the documented Master, Parameter Server and Slave APIs: htt
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import logging
 import os
 import re
 import signal
 import sys
-import tempfile
 import threading
 import time
 import xmlrpc.client
@@ -27,6 +27,7 @@ from telepresence.station.kept_program import Report
 from telepresence.station.restarts import what_next
 from telepresence.station.ros_master import RESTARTED, master_answers, master_proxy
 from telepresence.station.vitals import Beats, Vitals
+from telepresence.temporary_folder import TemporaryFolder
 
 log = logging.getLogger(__name__)
 
@@ -54,8 +55,8 @@ class MasterKeeper:
     def __init__(self, uri: str, folder: Path | None = None, report: Report = lambda *fault: None) -> None:
         self.uri = uri
         self._report = report
-        self._own = tempfile.TemporaryDirectory(prefix="telepresence-master-") if folder is None else None
-        self._folder = Path(self._own.name if self._own else folder or "")
+        self._end = contextlib.ExitStack()
+        self._folder = folder or self._end.enter_context(TemporaryFolder("telepresence-master-"))
         self._beats = Beats(self._folder / "master")
         self.restarts = 0
         self._reviving, self._revivals = False, 0
@@ -89,8 +90,7 @@ class MasterKeeper:
             thread.join(timeout=START_TIMEOUT)
         processes.end(self._process)
         self._beats.close()
-        if self._own is not None:
-            self._own.cleanup()
+        self._end.close()
 
     def _start_master(self) -> None:
         port = urlparse(self.uri).port or 11311

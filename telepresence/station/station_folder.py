@@ -1,16 +1,12 @@
 """A station's private folder for temporary files, by which the next start finds what an ended station left behind.
 
-All programs of a station find the folder in TMPDIR and its name in TELEPRESENCE_STATION. The owner holds a lock on it
-(flock(2)), which the kernel releases however the owner ends. So whatever carries the name of a folder that nobody
-locks any more is left over from a station that was killed: `sweep` ends such programs and removes such files.
+All programs of a station find the folder in TMPDIR and its name in TELEPRESENCE_STATION. Whatever carries the name of a
+folder without an owner is left over from a station that was killed: `sweep` ends such programs and removes such files.
 """
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import os
-import shutil
 import signal
 import socket
 import tempfile
@@ -18,36 +14,28 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from telepresence.station import processes
+from telepresence.station import processes, virtual_display
+from telepresence.temporary_folder import TemporaryFolder, owned, ownerless, remove
 
 VARIABLE = "TELEPRESENCE_STATION"
 """Environment variable with the folder's path."""
 PREFIX = "telepresence-station-"
-DISPLAY_NUMBER = "number"
-"""File beside a virtual display's screen with the display's number: X servers that are killed leave files elsewhere."""
 PATIENCE = 2.0
 """Seconds that left programs have to end by SIGTERM before they are killed."""
-_X_LOCK, _X_SOCKET = "/tmp/.X{}-lock", "/tmp/.X11-unix/X{}"
 _TERMINALS = "telepresence-*"
 """Names of the sockets of the windows' tmux servers."""
 
 
 class StationFolder:
-    """A new, locked folder in the folder for temporary files; only its owner can enter it. Until `close` the
-    environment of this process, and of what it starts, names it.
+    """A new temporary folder that the environment of this process, and of what it starts, names until `close`.
 
     Raises:
         OSError: It cannot be made.
     """
 
     def __init__(self) -> None:
-        while True:
-            self.path = Path(tempfile.mkdtemp(prefix=PREFIX))
-            self._lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
-            fcntl.flock(self._lock, fcntl.LOCK_EX)
-            if self.path.exists():
-                break
-            os.close(self._lock)  # another station that was just starting took it for left over
+        self._folder = TemporaryFolder(PREFIX, _remove_displays)
+        self.path = self._folder.path
         self._before = {name: os.environ.get(name) for name in (VARIABLE, "TMPDIR")}
         os.environ.update({VARIABLE: str(self.path), "TMPDIR": str(self.path)})
         tempfile.tempdir = None  # tempfile reads TMPDIR only once
@@ -59,8 +47,7 @@ class StationFolder:
             if value is not None:
                 os.environ[name] = value
         tempfile.tempdir = None
-        _remove(self.path)
-        os.close(self._lock)
+        self._folder.close()
 
 
 def sweep() -> list[str]:
@@ -70,7 +57,7 @@ def sweep() -> list[str]:
         What was found, for the person: the programs' names, then the folders.
     """
     found = []
-    left = {pid: name for pid, folder, name in _programs() if not _owned(folder)}
+    left = {pid: name for pid, folder, name in _programs() if not owned(folder)}
     for request in (signal.SIGTERM, signal.SIGKILL):
         for pid in left:
             processes.send(pid, request)
@@ -78,12 +65,9 @@ def sweep() -> list[str]:
         while left and {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
             time.sleep(0.02)
     found += [f"{name} (process {pid})" for pid, name in left.items()]
-    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
-        with contextlib.suppress(OSError):  # it has just gone
-            if folder.is_symlink() or folder.stat().st_uid != os.geteuid() or _owned(folder):
-                continue
-            _remove(folder)
-            found.append(str(folder))
+    for folder in ownerless(PREFIX):
+        remove(folder, _remove_displays)
+        found.append(str(folder))
     for terminal in Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}").glob(_TERMINALS):
         if not _answers(terminal):
             terminal.unlink(missing_ok=True)
@@ -120,28 +104,10 @@ def _ancestors() -> set[int]:
     return found
 
 
-def _owned(folder: Path) -> bool:
-    """Whether the station of this folder lives."""
-    try:
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except FileNotFoundError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
-
-
-def _remove(folder: Path) -> None:
-    for note in folder.glob(f"*/{DISPLAY_NUMBER}"):
-        number = note.read_text().strip()
-        if number.isdecimal() and not _x_server_lives(number):
-            for name in (_X_LOCK, _X_SOCKET):
-                Path(name.format(number)).unlink(missing_ok=True)
-    shutil.rmtree(folder, ignore_errors=True)
+def _remove_displays(folder: Path) -> None:
+    """Remove what the virtual displays of a station have elsewhere."""
+    for display in folder.glob(f"{virtual_display.PREFIX}*"):
+        virtual_display.remove_elsewhere(display)
 
 
 def _answers(path: Path) -> bool:
@@ -149,15 +115,3 @@ def _answers(path: Path) -> bool:
     with socket.socket(socket.AF_UNIX) as probe:
         probe.settimeout(1.0)
         return probe.connect_ex(str(path)) == 0
-
-
-def _x_server_lives(number: str) -> bool:
-    """Whether the process that has locked this display number exists (X servers write their process id)."""
-    try:
-        pid = int(Path(_X_LOCK.format(number)).read_text())
-        os.kill(pid, 0)
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    except (ValueError, PermissionError):
-        return True  # somebody else's by now
-    return True

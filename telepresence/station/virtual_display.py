@@ -13,22 +13,25 @@ from __future__ import annotations
 
 import os
 import secrets
-import shutil
 import signal
 import socket
 import struct
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from telepresence.station import processes
-from telepresence.station.station_folder import DISPLAY_NUMBER
+from telepresence.temporary_folder import TemporaryFolder
 
 if TYPE_CHECKING:
     import numpy as np
 
+PREFIX = "telepresence-display-"
+"""Of the names of the displays' folders."""
+NUMBER = "number"
+"""File in such a folder with the display's number: X servers that are killed leave files elsewhere."""
+_X_LOCK, _X_SOCKET = "/tmp/.X{}-lock", "/tmp/.X11-unix/X{}"
 _HEADER = struct.Struct(">25I")
 _ANY_DISPLAY = 0xFFFF
 """FamilyWild of X11/Xauth.h: the cookie is for whatever display its reader connects to, as the display's number is not
@@ -48,14 +51,13 @@ class VirtualDisplay:
     def __init__(self, width: int = 1280, height: int = 720, opengl: bool = True) -> None:
         self._extensions = "" if opengl else "-extension GLX"
         self._size = f"{width}x{height}x24"
-        self.folder = Path(
-            tempfile.mkdtemp(prefix="telepresence-display-")
-        )  # 0700: nobody else reads the screen's file
+        self._folder = TemporaryFolder(PREFIX, remove_elsewhere)
+        self.folder = self._folder.path
         self.authority = self.folder / "Xauthority"
         """Value of the environment variable XAUTHORITY."""
         write_cookie(self.authority)
         number = self._run()
-        (self.folder / DISPLAY_NUMBER).write_text(number, encoding="ascii")
+        (self.folder / NUMBER).write_text(number, encoding="ascii")
         self.name = f":{number}"
         """Value of the environment variable DISPLAY."""
 
@@ -99,7 +101,30 @@ class VirtualDisplay:
 
     def close(self) -> None:
         processes.end(self.process)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._folder.close()
+
+
+def remove_elsewhere(folder: Path) -> None:
+    """Remove the lock and the socket of a display whose X server was killed. Args: folder: Of the display."""
+    try:
+        number = (folder / NUMBER).read_text().strip()
+    except FileNotFoundError:
+        return
+    if number.isdecimal() and not _x_server_lives(number):
+        for name in (_X_LOCK, _X_SOCKET):
+            Path(name.format(number)).unlink(missing_ok=True)
+
+
+def _x_server_lives(number: str) -> bool:
+    """Whether the process that has locked this display number exists (X servers write their process id)."""
+    try:
+        pid = int(Path(_X_LOCK.format(number)).read_text())
+        os.kill(pid, 0)
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    except (ValueError, PermissionError):
+        return True  # somebody else's by now
+    return True
 
 
 def write_cookie(path: Path) -> None:
@@ -139,7 +164,7 @@ def display_answers(name: str | None) -> bool:
         if host in ("", "unix"):
             with socket.socket(socket.AF_UNIX) as probe:
                 probe.settimeout(2.0)
-                probe.connect(f"/tmp/.X11-unix/X{number}")
+                probe.connect(_X_SOCKET.format(number))
         else:
             socket.create_connection((host, 6000 + number), timeout=2.0).close()
     except OSError:

@@ -7,6 +7,8 @@ import threading
 
 import pytest
 
+from pepper_sim.tablet.devtools import DevTools
+
 pytestmark = pytest.mark.browser
 
 RED = (255, 0, 0)
@@ -75,3 +77,12 @@ def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(other_thr
     assert eventually(lambda: chromium.ink() > 500)
     chromium.tablet.close()
     assert not [t.name for t in set(threading.enumerate()) - other_threads if t.name.startswith("tablet")]
+
+
+def test_a_browser_leaves_no_file(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    browser = DevTools()
+    assert len([*tmp_path.iterdir()]) == 2, "its profile, and the folder of its socket"
+    browser.close()
+    assert [*tmp_path.iterdir()] == []

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.station import processes, station_folder
-from telepresence.station.station_folder import DISPLAY_NUMBER, StationFolder
+from telepresence import temporary_folder
+from telepresence.station import processes, station_folder, virtual_display
+from telepresence.station.station_folder import StationFolder
 
 STATION = """
 import signal, subprocess, sys, tempfile
@@ -69,7 +70,7 @@ def test_programs_whose_folder_somebody_removed_are_ended_too(temporary):
     station.kill()
     station.wait()
     station.stdout.close()
-    station_folder._remove(folder)
+    temporary_folder.remove(folder)
     assert station_folder.sweep() == [f"sleep (process {orphan})"]
 
 
@@ -84,14 +85,14 @@ def test_an_end_removes_the_folder_and_what_it_set(temporary, monkeypatch):
 
 
 def test_a_killed_x_server_leaves_no_lock(temporary, monkeypatch):
-    monkeypatch.setattr(station_folder, "_X_LOCK", f"{temporary}/.X{{}}-lock")
-    monkeypatch.setattr(station_folder, "_X_SOCKET", f"{temporary}/X{{}}")
+    monkeypatch.setattr(virtual_display, "_X_LOCK", f"{temporary}/.X{{}}-lock")
+    monkeypatch.setattr(virtual_display, "_X_SOCKET", f"{temporary}/X{{}}")
     ended = subprocess.Popen(["true"])
     ended.wait()
     for number, pid in (("7", ended.pid), ("8", os.getpid())):
-        display = temporary / f"{station_folder.PREFIX}x{number}" / "telepresence-display-1"
+        display = temporary / f"{station_folder.PREFIX}x{number}" / f"{virtual_display.PREFIX}1"
         display.mkdir(parents=True)
-        (display / DISPLAY_NUMBER).write_text(number)
+        (display / virtual_display.NUMBER).write_text(number)
         (temporary / f".X{number}-lock").write_text(f"{pid:>10}\n")
         (temporary / f"X{number}").touch()
     assert len(station_folder.sweep()) == 2

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from telepresence.temporary_folder import TemporaryFolder
 from telepresence_ros.forked_process import NodeStarter
 
 FOLDER = "TELEPRESENCE_WATCH"
@@ -41,8 +41,8 @@ def watch_folder() -> Iterator[Path]:
     if given := os.environ.pop(FOLDER, ""):  # not for the nodes: a roslaunch that a person starts there is another one
         yield Path(given)
         return
-    with tempfile.TemporaryDirectory(prefix="telepresence-watch-") as own:
-        yield Path(own)
+    with TemporaryFolder("telepresence-watch-") as own:
+        yield own
 
 
 if __name__ == "__main__":
