@@ -17,6 +17,7 @@ from telepresence.sim.camera import Cameras
 from telepresence.sim.placement import FreePlaces
 from telepresence.sim.scene import build_world
 from telepresence.sim.simulated_robot import BodyState, SimulatedRobot, find_kind, read_pose
+from telepresence.spare_memory import SpareMemory
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -121,6 +122,7 @@ class Simulation:
                 self.world.start()
             for request in requests:
                 self.robots[request.name].serve(address, request.port)
+            stack.callback(SpareMemory().close)
             self._stack = stack.pop_all()
 
     @property

@@ -57,11 +57,9 @@ from telepresence.stop_signals import stop_on
 from telepresence.switch import is_on
 from telepresence.web.page_auth import ANNOUNCED, page_key
 
-HEAP = {"MALLOC_ARENA_MAX": "2", "MALLOC_MMAP_THRESHOLD_": "131072"}
-"""How each program asks for memory (mallopt(3)). With a heap for each of their dozens of threads, what one thread has
-given back lies idle while another one asks for more. From 128 KiB on a block is one of its own, which goes back as a
-whole: by itself glibc raises that limit to the largest block that was ever freed, and then pictures leave holes in the
-heap. A simulated Pepper whose link was cut fifteen times grew by 16 MB, and by none so."""
+HEAP = {"MALLOC_ARENA_MAX": "2"}
+"""How each program asks for memory (mallopt(3)): with a heap for each of their dozens of threads, what one thread has
+given back lies idle while another one asks for more."""
 OWN_DISTUTILS = {"SETUPTOOLS_USE_DISTUTILS": "stdlib"} if sys.version_info < (3, 12) else {}
 """Debian's roslaunch asks distutils for one function. Setuptools takes its place, while there is one: 13 MB and
 0.1 s for every roslaunch."""
