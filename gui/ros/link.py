@@ -7,7 +7,6 @@ call has a thread of its own.
 from __future__ import annotations
 
 import logging
-import re
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,6 +23,7 @@ from gui.ros.channels import Answer, Channel, Incoming, Offered, Outgoing
 from gui.ros.link_state import LinkState
 from gui.ros.node import NODE, Graph, RosNode
 from telepresence.security.outside_text import clean
+from telepresence.station.ros_master import ANONYMOUS
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +31,6 @@ FIND_TIMEOUT = 1.0
 """[s] that finding a service may take."""
 BUFFER = 1 << 22
 """[B]; more than one picture, or old pictures would queue in the socket."""
-_TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, keyboards, somebody's scripts
 
 
 class RosLink(QObject):
@@ -259,7 +258,7 @@ class RosLink(QObject):
             master=True,
             joined=self._node.joined,
             unsupervised=self._node.unsupervised,
-            driver=any(not _TOOL.search(name) for name in drivers),
+            driver=any(not ANONYMOUS.search(name) for name in drivers),
             keyboards=frozenset(name for names in publishers.values() for name in names if "keyboard" in name),
             feed=bool(publishers.get(self.feed)),
             robot_camera=bool(publishers.get(self._resolve(self.robot.robot_camera))),

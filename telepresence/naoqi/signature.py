@@ -131,17 +131,6 @@ def split(text: str) -> tuple[str, ...]:
     return types
 
 
-def split_method(text: str) -> tuple[str, str, str]:
-    """Split "name", "name::(ii)" or "name::i(ii)" into result, name and parameters; "" where there is none."""
-    name, separator, rest = text.partition("::")
-    if not separator:
-        return "", name, ""
-    types = split(rest)
-    if not 1 <= len(types) <= 2:
-        raise WireError(f"Invalid signature {shorten(text)}")
-    return types[0] if len(types) == 2 else "", name, types[-1]
-
-
 def shorten(text: object, longest: int = 60) -> str:
     """Return what an error text shows of a peer's text: one line, not more than that many characters."""
     if isinstance(text, int) and text.bit_length() > 512:  # Python refuses to write out some thousand digits

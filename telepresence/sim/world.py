@@ -35,8 +35,6 @@ SHORTEST_PAUSE = 1e-4
 """[s] after each tick, however late it is: other programs must go on when the physics takes too long."""
 LOWEST_HEIGHT = -3.0
 """A body below this height [m] has fallen out of the world; the world then resets itself."""
-
-_RATE_WINDOW = 2.0  # seconds of wall time over which the real-time factor is measured
 _OUT_OF_WORLD_PERIOD = 1.0
 
 
@@ -110,7 +108,6 @@ class World:
         self._closing = threading.Event()
         self._closed = False
         self._dropped = 0.0
-        self._rate: deque[tuple[float, float]] = deque()
         self._free_heights = _free_joint_heights(self.model)
         self._reset_state()
         self.every(_OUT_OF_WORLD_PERIOD, self._check_out_of_world)
@@ -143,15 +140,6 @@ class World:
     def dropped_time(self) -> float:
         """Real time [s] that was given up because the machine could not keep pace."""
         return self._dropped
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated over real seconds during the last two seconds of running; 0 before there is a measurement."""
-        with self._lock:
-            if len(self._rate) < 2:
-                return 0.0
-            (first_wall, first_time), (last_wall, last_time) = self._rate[0], self._rate[-1]
-        return (last_time - first_time) / (last_wall - first_wall)
 
     def locked(self) -> _Held:
         """Stop the world and use its state: `with world.locked() as data`. Physics waits meanwhile."""
@@ -294,7 +282,6 @@ class World:
 
     def _keep_pace(self) -> None:
         deadline = time.monotonic()
-        measured = 0.0
         starts = StartPatience()  # a station that comes up keeps the processors busy: nothing to act on
         while not self._closing.is_set():
             heartbeat.beat(within=FROZEN_AFTER)
@@ -307,13 +294,6 @@ class World:
                 level = logging.WARNING if starts.over else logging.INFO
                 log.log(level, "the simulation fell %.2f s behind real time and let that time go", late)
             self._make_tick()
-            now = time.monotonic()
-            if now - measured >= 0.1:
-                measured = now
-                with self._lock:
-                    self._rate.append((now, self.time))
-                    while now - self._rate[0][0] > _RATE_WINDOW:
-                        self._rate.popleft()
 
     def _check_out_of_world(self, now: float) -> None:
         if len(self._free_heights) and self._data.qpos[self._free_heights].min() < LOWEST_HEIGHT:

@@ -11,7 +11,6 @@ import contextlib
 import http.client
 import logging
 import os
-import re
 import signal
 import sys
 import threading
@@ -25,7 +24,7 @@ from urllib.parse import urlparse
 from telepresence.station import processes, vitals
 from telepresence.station.kept_program import Report
 from telepresence.station.restarts import what_next
-from telepresence.station.ros_master import RESTARTED, master_answers, master_proxy
+from telepresence.station.ros_master import ANONYMOUS, RESTARTED, master_answers, master_proxy
 from telepresence.station.vitals import Beats, Vitals
 from telepresence.temporary_folder import TemporaryFolder
 
@@ -37,7 +36,6 @@ RETURN_TIMEOUT = 3.0  # seconds within which nodes must register again on their 
 RETURN_PERIOD = 0.25  # seconds between two questions who has
 REMEMBER_PERIOD = 2.0  # seconds between two questions for what a new master must know
 _OF_THE_MASTER_ITSELF = {"run_id", "rosversion", "rosdistro", "roslaunch"}
-_TOOL = re.compile(r"_\d+(_\d+)?$")  # anonymous names: rostopic, rosnode, a person's scripts
 _ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
 
@@ -144,7 +142,7 @@ class MasterKeeper:
         try:
             master: Any = master_proxy(self.uri, timeout=1.0)  # XML-RPC answers have no types
             state = master.getSystemState(CALLER)[2]
-            names = {node for group in state for _, nodes in group for node in nodes if not _TOOL.search(node)}
+            names = {node for group in state for _, nodes in group for node in nodes if not ANONYMOUS.search(node)}
             nodes = {name: master.lookupNode(CALLER, name)[2] for name in names if name != "/rosout"}
             parameters = master.getParam(CALLER, "/")[2]
         except _ERRORS as error:

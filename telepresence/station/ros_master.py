@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.client
+import re
 import select
 import socket
 import time
@@ -14,6 +15,8 @@ from urllib.parse import urlsplit
 TIMEOUT = 0.3
 """Seconds within which the master must answer."""
 
+ANONYMOUS = re.compile(r"_\d+(_\d+)?$")
+"""Ends the names of nodes that did not choose one: rostopic, rosnode, keyboards, a person's scripts."""
 RESTARTED = "the ROS master was restarted"
 """Why a node is asked to shut down which the new master does not know: it is meant to start again."""
 

@@ -29,10 +29,6 @@ ENCODINGS: dict[str, tuple[str, int]] = {
 """sensor_msgs/Image encoding -> (NumPy type without byte order, channels)."""
 
 
-class StaleImage(RuntimeError):
-    """There is no picture that is recent enough."""
-
-
 @dataclass(frozen=True)
 class Picture:
     """One picture: `pixels` is an array or encoded bytes, `stamp` the time it was taken [s since 1970],
@@ -71,20 +67,6 @@ class LatestImage:
         """Return the seconds since the newest picture arrived here (monotonic clock); infinity before the first."""
         with self._changed:
             return time.monotonic() - self._arrival if self._picture else float("inf")
-
-    def read_latest(self, max_age: float) -> Picture:
-        """Return the newest picture, if it arrived at most `max_age` seconds ago.
-
-        Raises:
-            StaleImage: No picture yet, or the newest one is older.
-        """
-        with self._changed:
-            if self._picture is None:
-                raise StaleImage("no picture has arrived yet")
-            age = time.monotonic() - self._arrival
-            if age > max_age:
-                raise StaleImage(f"the newest picture is {age:.2f} s old, at most {max_age:.2f} s is allowed")
-            return self._picture
 
     def wait_newer(self, sequence: int, timeout: float) -> Picture | None:
         """Wait up to `timeout` seconds for a picture after number `sequence` (0: any); None when none came."""

@@ -85,12 +85,12 @@ def naoqi_signature() -> Target:
     """Signatures: what is one can be compiled, and is the same when it is read again."""
     from telepresence.naoqi.codec import decode
     from telepresence.naoqi.metaobject import METAOBJECT
-    from telepresence.naoqi.signature import MAX_DEPTH, WireError, convertibility, parse, split, split_method
+    from telepresence.naoqi.signature import MAX_DEPTH, WireError, convertibility, parse, split
 
     def feed(data: bytes) -> None:
         text = data.decode("latin-1")
         try:
-            split_method(text)
+            split(text)
         except WireError as error:
             assert "\n" not in str(error) and len(str(error)) < 300
         one, *others = split(text.rpartition("::")[2])[:4] or ("",)

@@ -4,7 +4,7 @@ import pytest
 
 from telepresence.naoqi import signature
 from telepresence.naoqi.metaobject import METAOBJECT
-from telepresence.naoqi.signature import Annotation, WireError, convertibility, parse, split, split_method
+from telepresence.naoqi.signature import Annotation, WireError, convertibility, parse, split
 
 SERVICE_INFO = "(sIsI[s]ss)<ServiceInfo,name,serviceId,machineId,processId,endpoints,sessionId,objectUid>"
 
@@ -32,9 +32,6 @@ def test_annotations_do_not_count_for_equality():
 def test_signatures_split():
     assert split("(ss[i])<P,a>b+m") == ("(ss[i])<P,a>", "b", "+m")
     assert split("") == ()
-    assert split_method("say") == ("", "say", "")
-    assert split_method("say::(s)") == ("", "say", "(s)")
-    assert split_method("say::v(s)") == ("v", "say", "(s)")
     assert parse(METAOBJECT).children[0].children[1].children[5].text == "[(ss)]"
 
 

@@ -184,8 +184,6 @@ def test_running_keeps_pace_with_the_clock(wait_until):
         # Never ahead of the clock; behind by no more than a stall that is still being caught up.
         assert simulated <= elapsed + 0.05
         assert simulated >= elapsed - 0.5
-        wait_until(lambda: world.real_time_factor > 0.0, "the factor is measured")
-        assert world.real_time_factor < 1.5
 
 
 def test_a_stall_is_dropped_and_counted(wait_until):
