@@ -17,7 +17,7 @@ from typing import Any, Protocol, cast
 import rosgraph
 import rospy
 from PyQt5.QtCore import QObject, pyqtSignal
-from telepresence_ros.logs import close_log_folder
+from telepresence_ros.logs import close_log_folder, log_without_master
 from telepresence_ros.master_watch import MasterWatch
 from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
@@ -161,6 +161,7 @@ class RosNode(QObject):
         connect_once()
         # ROS ends the older of two nodes with one name, so a second window takes an anonymous name.
         rospy.init_node(NODE, anonymous=self._is_taken(), disable_signals=True)
+        log_without_master()
         self.name = rospy.get_name()
         rospy.core.add_preshutdown_hook(self._on_ros_shutdown)
         self._watch = MasterWatch(self._on_master_lost, self.poll_now).start()

@@ -6,6 +6,8 @@ import sys
 import textwrap
 
 import pytest
+from private_master import start_master
+from telepresence_ros.logs import OF_EACH_LINE
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_proxy
@@ -71,11 +73,23 @@ KEYS = textwrap.dedent("""
 """)
 
 
+LOGS = textwrap.dedent("""
+    import sys, rospy
+    from telepresence_ros.node import Node
+    node = Node("logs")
+    print("running", flush=True)
+    for line in sys.stdin:
+        rospy.logwarn(line.strip())
+        print("without topics" if rospy.get_param_cached("/rosout_disable_topics_generation") else "logged", flush=True)
+    node.shut_down("no more lines")
+""")
+
+
 @pytest.fixture
 def start(run_program):
     def start(program, *words):
         pipe = subprocess.PIPE
-        return run_program(sys.executable, "-c", program, *words, stdout=pipe, stderr=pipe, text=True)
+        return run_program(sys.executable, "-c", program, *words, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
 
     return start
 
@@ -114,6 +128,36 @@ def test_without_a_master_it_says_so_and_gives_up(ros_environment, start):
     output, errors = node.communicate(timeout=20)
     assert node.returncode == 1 and output == ""
     assert "No ROS master answered at " + ros_environment["ROS_MASTER_URI"] in errors
+
+
+@pytest.fixture
+def say(request, start, run_program, ros_environment, wait_until):
+    """Have a node log a line; what it answers."""
+    master = start_master(ros_environment["ROS_MASTER_URI"], run_program, wait_until)
+    for parameter in getattr(request, "param", ()):
+        master_proxy(ros_environment["ROS_MASTER_URI"]).setParam("/test", parameter, True)
+    node = start(LOGS)
+    assert node.stdout.readline() == "running\n"
+
+    def say():
+        print("a line", file=node.stdin, flush=True)
+        return node.stdout.readline().strip()
+
+    say.master = master
+    yield say
+    processes.send(master.pid, signal.SIGCONT)
+    node.communicate(timeout=20)
+
+
+@pytest.mark.timeout(60)  # else the node waits for as long as the master is frozen
+def test_a_line_is_logged_while_the_master_is_frozen(say):
+    processes.send(say.master.pid, signal.SIGSTOP)
+    assert say() == "logged"
+
+
+@pytest.mark.parametrize("say", [[OF_EACH_LINE]], indirect=True)
+def test_what_somebody_has_set_for_all_lines_counts(say):
+    assert say() == "without topics"
 
 
 @pytest.mark.parametrize(("when", "shown"), [("late", False), ("early", True)])

@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 import rospkg
+import rospy
 from rosgraph import roslogging
+from rospy.impl.paramserver import get_param_server_cache
 
 from telepresence.security import private_files
 from telepresence.security.outside_text import keep_logs_plain
@@ -99,6 +101,21 @@ def close_log_folder() -> None:
         private_files.make_folder(Path(rospkg.get_log_dir()))
     except OSError as error:
         print(f"telepresence: other users may read what is logged: {error}", file=sys.stderr)
+
+
+OF_EACH_LINE = "/rosout_disable_topics_generation"
+"""The parameter that rospy reads for each line that it logs (rospy/impl/rosout.py)."""
+
+
+def log_without_master() -> None:
+    """Let a line be logged without a question to the ROS master. Call it after `rospy.init_node`.
+
+    rospy does not remember that nobody has set OF_EACH_LINE, and asks anew for each line, with no time limit: a master
+    that hangs, or is out of reach, holds whoever logs, were it the loop that drives a robot. Besides, each question
+    subscribes to the parameter, by which a node that has ended stays on the master's list. A value that is set later
+    counts for nodes that start later.
+    """
+    get_param_server_cache().set(OF_EACH_LINE, rospy.get_param(OF_EACH_LINE, False))
 
 
 def route_logs_to_ros() -> None:

@@ -127,7 +127,7 @@ class MasterWatch:
                 return  # the master has forgotten this node because it ends
             if known == 1 and uri != rospy.get_node_uri():
                 continue  # another node has taken the name; the master asks rospy to end this one
-            # A new master knows the name alone as soon as rospy has logged a line: that reads a parameter, as a node.
+            # A new master may know the name already, by the one topic that this node has advertised meanwhile.
             new = known != 1 or (doubtful and (not run_id or run_id != self._run_id))
             if new and not self._register():
                 continue

@@ -12,7 +12,7 @@ import rospy
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
 from telepresence.stop_signals import stop_on
-from telepresence_ros.logs import close_log_folder, route_logs_to_ros
+from telepresence_ros.logs import close_log_folder, log_without_master, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 from telepresence_ros.namesake import give_way, remember_to_give_way
 from telepresence_ros.prompt_sending import send_promptly
@@ -60,6 +60,7 @@ class Node:
         send_promptly()
         connect_once()
         rospy.init_node(name, disable_signals=stop is not None)
+        log_without_master()
         remember_to_give_way()
         route_logs_to_ros()
         self.stop = stop or threading.Event()
