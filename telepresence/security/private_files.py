@@ -55,10 +55,14 @@ def read(path: Path) -> bytes:
         return file.read()
 
 
-def write(path: Path, contents: bytes) -> None:
+def write(path: Path, contents: bytes, *, lasting: bool = False) -> None:
     """Write a file at once: readers find the old one or the whole new one, on a full disk too. A link at its place is
     replaced, not followed.
 
+    Args:
+        lasting: Wait until the disk has it, which takes seconds while others write there: else a machine that loses
+            power within the next half minute may have the new name with nothing in it. Not in a loop that others
+            wait for.
     Raises:
         OSError: It cannot be written.
     """
@@ -67,7 +71,8 @@ def write(path: Path, contents: bytes) -> None:
         with open(descriptor, "wb") as file:
             file.write(contents)
             file.flush()
-            os.fsync(file.fileno())  # or a machine that loses power could have the new name with nothing in it
+            if lasting:
+                os.fsync(file.fileno())
         os.replace(new, path)
     except BaseException:
         with contextlib.suppress(OSError):

@@ -62,7 +62,7 @@ class RobotKey(SharedKey):
         """
         path = path_of(robot_address)
         private_files.make_folder(path.parent)
-        private_files.write(path, self._line)
+        private_files.write(path, self._line, lasting=True)
         return path
 
     @property

@@ -42,7 +42,11 @@ def file_of(folder: Path, name: str, ending: str) -> Path:
 
 
 def remember(folder: Path, program: Running) -> None:
-    """Write it down. A disk that is full only costs the adoption."""
+    """Write it down. A disk that is full only costs the adoption.
+
+    Never wait for the disk: a supervisor that does cannot say that it works, counts as frozen and is killed, and the
+    program just started is not known to the next one. What runs outlives no loss of power anyway.
+    """
     with contextlib.suppress(OSError):
         private_files.write(file_of(folder, program.name, "json"), json.dumps(asdict(program)).encode())
 

@@ -93,6 +93,15 @@ def test_a_file_is_written_at_once_and_in_place_of_a_link(tmp_path):
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "victim"]
 
 
+def test_only_what_must_outlive_a_loss_of_power_waits_for_the_disk(tmp_path, monkeypatch):
+    waited = []
+    monkeypatch.setattr(os, "fsync", waited.append)
+    private_files.write(tmp_path / "picture", b"new")
+    assert waited == []
+    private_files.write(tmp_path / "key", b"new", lasting=True)
+    assert len(waited) == 1
+
+
 def test_only_own_files_with_the_endings_are_tightened(tmp_path, capsys):
     files = [loose(tmp_path / name) for name in ("a.bag", "b.png", "c.txt")]
     (tmp_path / "d.bag").symlink_to(files[2])
