@@ -1,9 +1,9 @@
-"""Where the sockets of our ROS programs listen, and whom their XML-RPC servers refuse.
+"""Where the sockets of our ROS programs listen, whom their XML-RPC servers refuse, and how these end.
 
 rospy, rosmaster and roslaunch listen on every address of the machine unless ROS_IP or ROS_HOSTNAME is loopback, and
 answer every web page: a browser sends a POST with plain text to 127.0.0.1 for whoever asks. `narrow_sockets` changes
 both in the process that calls it: sockets listen on the address that the node announces, and nowhere else; requests
-of browsers are refused. Debian's files stay as they are.
+of browsers are refused. Servers that are closed end, too. Debian's files stay as they are.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import rosgraph.xmlrpc
 
 _all_or_loopback = rosgraph.network.get_bind_address
 _PlainHandler: Any = rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler
+_PlainServer: Any = rosgraph.xmlrpc.ThreadingXMLRPCServer
 
 
 class RefusesBrowsers(_PlainHandler):
@@ -43,6 +44,21 @@ class RefusesBrowsers(_PlainHandler):
             self.send_error(HTTPStatus.FORBIDDEN, "for programs of ROS, not for web pages")
             return
         super().do_POST()
+
+
+class EndsWhenClosed(_PlainServer):
+    """An XML-RPC server whose loop ends when somebody closes it.
+
+    rosgraph only closes its socket, and socketserver's loop asks a closed socket again and again, as fast as it can,
+    until the program has ended. In programs with the real-time class that kept everybody else from both processors for
+    a second, while they ended.
+    """
+
+    def service_actions(self) -> None:
+        """Called after each turn of the loop."""
+        super().service_actions()
+        if self.socket.fileno() < 0:
+            raise OSError(errno.EBADF, "the server was closed")
 
 
 def bind_address(address: str | None = None) -> str:
@@ -73,3 +89,4 @@ def narrow_sockets() -> None:
     repeated."""
     rosgraph.network.get_bind_address = bind_address
     rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler = RefusesBrowsers
+    rosgraph.xmlrpc.ThreadingXMLRPCServer = EndsWhenClosed
