@@ -68,8 +68,8 @@ class NodeMonitor(pmon.ProcessMonitor):
                 self.faults.flush()
             self._wait(PERIOD)
         heartbeat.beat(within=ENDING_TIMEOUT)
-        if self.station is not None and os.getppid() != self.station and self.faults is not None:
-            self.faults.report(STATION, "died", "takes everything with it")  # by now the kernel has interrupted us
+        if self.station is not None and self._lost_station() and self.faults is not None:
+            self.faults.report(STATION, "died", "takes everything with it")  # the kernel has interrupted us
 
     def _post_run(self) -> None:
         """End all nodes, in tens, those first that bring a robot to rest: it shall not drive until the others have
@@ -86,6 +86,12 @@ class NodeMonitor(pmon.ProcessMonitor):
         if stands and not self._station_stands and self.faults is not None:
             self.faults.report(STATION, "froze", "is not waited for: everything goes on")
         self._station_stands = stands
+
+    def _lost_station(self) -> bool:
+        """Whether who started us has died. The kernel says so when its first thread has ended; as long as another one
+        has not, it is our parent still."""
+        assert self.station is not None
+        return os.getppid() != self.station or state(self.station) in ("Z", "X", "")
 
     def _look_at_starter(self) -> None:
         """Report that what forks the nodes died or froze; the nodes themselves go on."""
