@@ -19,7 +19,7 @@ from roslaunch.core import RLException, printerrlog, printlog_bold
 from telepresence.station import heartbeat
 from telepresence.station.faults import FaultReporter
 from telepresence.station.restarts import LONGEST_PAUSE, Restarts, what_next
-from telepresence.station.vitals import PERIOD, state
+from telepresence.station.vitals import PERIOD, start_time, state
 from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.watched_node import WatchedNode
 
@@ -68,7 +68,7 @@ class NodeMonitor(pmon.ProcessMonitor):
                 self.faults.flush()
             self._wait(PERIOD)
         heartbeat.beat(within=ENDING_TIMEOUT)
-        if self.station is not None and self._lost_station() and self.faults is not None:
+        if self._lost_station() and self.faults is not None:
             self.faults.report(STATION, "died", "takes everything with it")  # the kernel has interrupted us
 
     def _post_run(self) -> None:
@@ -88,10 +88,9 @@ class NodeMonitor(pmon.ProcessMonitor):
         self._station_stands = stands
 
     def _lost_station(self) -> bool:
-        """Whether who started us has died. The kernel says so when its first thread has ended; as long as another one
-        has not, it is our parent still."""
-        assert self.station is not None
-        return os.getppid() != self.station or state(self.station) in ("Z", "X", "")
+        """Whether the station that started us has died. The kernel says so when its first thread has ended; as long as
+        another one has not, it is our parent still."""
+        return self.station is not None and (os.getppid() != self.station or not start_time(self.station))
 
     def _look_at_starter(self) -> None:
         """Report that what forks the nodes died or froze; the nodes themselves go on."""
