@@ -144,18 +144,18 @@ class ALAnimatedSpeech(Module):
     # --- carrying out, on a worker -----------------------------------------------------------------------------------
 
     def _perform(self) -> None:
-        """Say what waits, one after the other."""
-        while True:
-            with self._lock:
-                if not self._waiting:
-                    return
-                performance = self._waiting[0]
+        """Say what waits, one after the other. Whether this worker goes on is decided as a text leaves the queue: the
+        next text finds either this worker or an empty queue, and is said by one worker only."""
+        waiting = self._waiting[:1]
+        while waiting:
+            (performance,) = waiting
             try:
                 performance.run()
             finally:
                 with self._lock:
                     if performance in self._waiting:
                         self._waiting.remove(performance)
+                    waiting = self._waiting[:1]
                 self._memory.announce(END_EVENT, performance.number)
                 performance.finish()
 

@@ -101,3 +101,17 @@ def test_words_are_linked_with_tags(naoqi, refused, simulation, wait_until):
     assert "tagsToWords" in refused(movement.addTagsToWords, {"hello": "yo"})
     player = next(s for s in simulation.server.catalogue.services if s.name == "ALAnimationPlayer")
     assert all(player.tagged(tag) for tag in (*WORDS, NEUTRAL)), "every tag has an animation"
+
+
+def test_a_text_that_follows_another_one_at_once_is_said_once(simulation, wait_until):
+    services = {service.name: service for service in simulation.server.catalogue.services}
+    speech, heard, following = services["ALAnimatedSpeech"], [], []
+    unfollow = services["ALMemory"].follow("Follows/Said", heard.append)
+    first = speech.say("Yes. $Follows/Said=1")
+    first.add_done_callback(lambda _: following.append(speech.say("Yes. $Follows/Said=2")))
+    wait_until(lambda: following, "the second text waits")
+    following[0].result(10.0)
+    speech.say("Yes. $Follows/Said=3").result(10.0)
+    wait_until(lambda: "3" in heard, "all was said")
+    unfollow()
+    assert heard == ["1", "2", "3"]
