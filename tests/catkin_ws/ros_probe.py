@@ -11,12 +11,14 @@ import sys
 
 import rospy
 from telepresence_ros.probe import Probe
+from telepresence_ros.single_connections import connect_once
 
 from telepresence.station import priority
 
 
 def main() -> None:
     priority.put_commands_first()
+    connect_once()
     rospy.init_node("probe", anonymous=True, disable_signals=True)
     probe = Probe()
     for line in sys.stdin:

@@ -1,4 +1,4 @@
-"""A subscriber that is told of a publisher again and again before it has connected; a real ROS graph."""
+"""A subscriber that is told of a publisher again and again before it has connected, or late; a real ROS graph."""
 
 from __future__ import annotations
 
@@ -23,6 +23,13 @@ PUBLISHER = textwrap.dedent("""
     print(rospy.get_node_uri(), flush=True)
     rospy.spin()
 """)
+HIDDEN_PUBLISHER = PUBLISHER.replace(
+    "rospy.spin()",
+    """rosgraph.Master("publisher").unregisterPublisher("/words", rospy.get_node_uri())
+print("hidden", flush=True)
+rospy.spin()""",
+).replace("import rospy", "import rosgraph, rospy")
+"""The master does not know it, so a subscriber knows what the test tells it, and nothing else."""
 SUBSCRIBER = textwrap.dedent(f"""
     import sys, threading, xmlrpc.client
     import rospy
@@ -56,3 +63,29 @@ def test_a_publisher_that_is_told_of_again_is_connected_to_once(ros_master, run_
     subscriber.stdin.write("\n")
     subscriber.stdin.flush()
     assert subscriber.stdout.readline() == "True 1\n"
+
+
+OVERTAKEN = textwrap.dedent("""
+    import sys, threading
+    import rospy
+    from rospy.impl.registration import RegManager, get_registration_listeners
+    from std_msgs.msg import String
+    from telepresence_ros.node import Node
+
+    Node("subscriber")
+    heard = threading.Event()
+    words = rospy.Subscriber("words", String, lambda message: heard.set())
+    manager, = (listener for listener in get_registration_listeners().listeners if isinstance(listener, RegManager))
+    with manager.cond:  # rospy's thread looks when both have come
+        manager.publisher_update("/words", [sys.argv[1]])
+        manager.publisher_update("/words", [])
+    print(heard.wait(10), flush=True)
+""")
+
+
+def test_a_publisher_is_not_lost_when_an_older_answer_comes_later(ros_master, run_program):
+    publisher = run_program(sys.executable, "-c", HIDDEN_PUBLISHER, stdout=subprocess.PIPE, text=True)
+    uri = publisher.stdout.readline().strip()
+    assert publisher.stdout.readline() == "hidden\n"
+    subscriber = run_program(sys.executable, "-c", OVERTAKEN, uri, stdout=subprocess.PIPE, text=True)
+    assert subscriber.stdout.readline() == "True\n"

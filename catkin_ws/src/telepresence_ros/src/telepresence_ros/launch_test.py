@@ -17,6 +17,7 @@ import rospy
 
 from telepresence.station import processes
 from telepresence_ros.probe import Probe
+from telepresence_ros.single_connections import connect_once
 from telepresence_ros.pseudo_terminal import Terminal
 
 PATIENCE = 40.0
@@ -39,6 +40,7 @@ class LaunchTest(unittest.TestCase):
     def setUp(self) -> None:
         first = LaunchTest._shared is None
         if first:
+            connect_once()
             rospy.init_node("test", disable_signals=True)
             LaunchTest._shared = LaunchTest.probe = Probe(self.drive_topic)
         self.until(lambda: {*self.probe.nodes()} >= {*self.nodes}, f"all of {sorted(self.nodes)}", 90.0)
