@@ -55,6 +55,7 @@ def station(tmp_path_factory, free_port, wait_until):
     for port in ("DRIVE_PORT", "PAGE_PORT", "RTP_PORT"):
         station.environment[port] = str(free_port())
     station.environment["PILOT_CAMERA"] = "test"
+    station.told = ("/truth", "/safety", "/drive/state", "/cmd_vel", "/speech")
     yield station
     station.close()
 
@@ -340,14 +341,19 @@ def test_snapshot_and_record(driving, wait_until):
 def test_sentences(driving):
     desk, station = driving.desk, driving.station
     desk.show_page("robotPage")
-    desk.click("sentence", "robotPage")
-    desk.key("ctrl+a")
-    desk.screen.do("type", "How do you do?")
-    buttons = {"sayButton": "How do you do?", **{f"say_{index}": text for index, text in enumerate(SENTENCES)}}
-    for button, sentence in buttons.items():
-        desk.press_until(
-            button, "robotPage", lambda said=sentence: (s := station.probe("newest", "/speech")) and s[1] == [said]
-        )
+
+    def write():
+        desk.click("sentence", "robotPage")
+        desk.key("ctrl+a")
+        desk.screen.do("type", "How do you do?")
+
+    def said(sentence):
+        heard = station.probe("newest", "/speech")
+        return heard and heard[1] == [sentence]
+
+    desk.press_until("sayButton", "robotPage", lambda: said("How do you do?"), prepare=write)
+    for index, sentence in enumerate(SENTENCES):
+        desk.press_until(f"say_{index}", "robotPage", lambda sentence=sentence: said(sentence))
 
 
 @presses(*(button for button, *_ in POSTURES))

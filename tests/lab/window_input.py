@@ -91,11 +91,27 @@ class Screen:
             self.do(release, what)
 
     def evidence(self) -> str:
-        """Return what is on the screen, as a file, and what the windows showed the pilot."""
+        """Return what is on the screen, as a file, who has the keyboard, and what the windows showed the pilot."""
         shot = tempfile.NamedTemporaryFile(prefix="screen-", suffix=".png", delete=False)
         subprocess.run(["import", "-window", "root", shot.name], env=self.environment, timeout=20)
+        focus, names, pointer = (
+            subprocess.run(["xdotool", *words], env=self.environment, capture_output=True, text=True, timeout=20).stdout
+            for words in (
+                ("getwindowfocus", "-f", "getwindowname"),
+                ("search", "--onlyvisible", "--name", ".", "getwindowname", "%@"),
+                ("getmouselocation",),
+            )
+        )
         told = ("\n".join(window.output.splitlines()[-40:]) for window in self._windows)
-        return "\n".join((f"picture: {shot.name}", *told))
+        windows = ", ".join(f"{window.id} Telepresence" for window in self._windows)
+        return "\n".join(
+            (
+                f"picture: {shot.name}",
+                f"keyboard: {focus.strip()}; pointer: {pointer.strip()}; ours: {windows}",
+                f"visible: {', '.join(names.split(chr(10)))}",
+                *told,
+            )
+        )
 
     def _note_held(self, words: list[str]) -> None:
         for word, what in itertools.pairwise(words):

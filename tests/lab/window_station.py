@@ -198,9 +198,16 @@ class Desk:
         left, top = self._corner
         return self.screen.colour(left + x, top + y)
 
-    def press_until(self, name: str, page: str, condition: Callable[[], object]) -> None:
-        """Press a button, and again after a while: a program that starts late has missed the first press."""
+    def press_until(
+        self, name: str, page: str, condition: Callable[[], object], prepare: Callable[[], object] = lambda: None
+    ) -> None:
+        """Press a button, and again after a while: a program that starts late has missed the first press.
+
+        Args:
+            prepare: Does what each press needs before it.
+        """
         for _ in range(4):
+            prepare()
             self.click(name, page)
             deadline = time.monotonic() + 10.0
             while time.monotonic() < deadline:
