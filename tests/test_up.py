@@ -24,6 +24,7 @@ import pytest
 import socket_table
 from faults.topics import TopicReader
 from newcomer import SCREENS, Newcomer
+from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -44,6 +45,8 @@ PROGRAMS = {
     "/teleop_twist_keyboard",
 }
 """The eight programs of the original, and the simulator."""
+CTRL_S, CTRL_Q = "\x13", "\x11"
+"""Pause the terminal, and go on."""
 FIRST_PICTURE_WITHIN, DRIVES_WITHIN = 3.0, 10.0
 """Seconds after the tap on the link."""
 
@@ -54,28 +57,21 @@ class Station:
     def __init__(self, environment: dict[str, str], ports: dict[str, int]) -> None:
         self.environment = environment
         self.ports = {**ports, "ROS_MASTER_URI": int(environment["ROS_MASTER_URI"].rpartition(":")[2])}
-        self.lines: list[str] = []
-        self.process = processes.start(
-            [
-                str(ROOT / "stack"),
-                "up",
-                "pepper",
-                *(f"{name}:={port}" for name, port in ports.items()),
-                "source:=test",
-                "front_frame_rate:=8",
-            ],
+        self.terminal = Terminal(
+            str(ROOT / "stack"),
+            "up",
+            "pepper",
+            *(f"{name}:={port}" for name, port in ports.items()),
+            "source:=test",
+            "front_frame_rate:=8",
             env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
         )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
+        self.process = self.terminal.process
 
-    def _read(self) -> None:
-        for line in self.process.stdout:
-            self.lines.append(line)
+    @property
+    def lines(self) -> list[str]:
+        """What the terminal shows."""
+        return self.terminal.seen.replace("\r", "").splitlines(keepends=True)
 
     def said(self, text: str) -> bool:
         if self.process.poll() is not None:
@@ -172,7 +168,7 @@ def station(tmp_path_factory: pytest.TempPathFactory, free_port: Callable[[], in
         yield station
     finally:
         processes.end(station.process, patience=30.0)
-        station.process.stdout.close()
+        station.terminal.close()
 
 
 def test_a_normal_start_fits_one_screen_without_a_warning_and_ends_with_what_to_do(station, wait_until):
@@ -266,7 +262,8 @@ def test_a_killed_roslaunch_comes_back_and_no_node_notices(station, wait_until):
     assert {pid for pid, words in tree.items() if "__name:=" in words} <= {*processes.descendants(station.process.pid)}
 
 
-def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):
+def test_a_killed_roscore_stops_the_robot_and_comes_back_though_the_terminal_is_paused(station, wait_until):
+    station.terminal.type(CTRL_S)
     station.type_in_terminal("j")
     wait_until(lambda: "driving" in station.run("rostopic", "echo", "-n1", "/drive_state"), "Pepper turns")
     killed = [p for p in processes.descendants(station.process.pid) if "telepresence_ros.core" in command(p)]
@@ -274,13 +271,34 @@ def test_a_killed_roscore_stops_the_robot_and_comes_back(station, wait_until):
     for pid in killed:
         os.kill(pid, signal.SIGKILL)
     uri = station.environment["ROS_MASTER_URI"]
-    wait_until(lambda: station.said("roscore is back"), "roscore is started again")
+    wait_until(lambda: not master_answers(uri), "roscore has ended")
     wait_until(lambda: master_answers(uri) and PROGRAMS <= station.nodes(), "every program is known to the new master")
     wait_until(lambda: station.speed() < 0.01, "Pepper stands: nobody has pressed a key since")
     begin = station.truth()
     station.type_in_terminal("comma")
     wait_until(lambda: np.linalg.norm(station.truth() - begin) > 0.1, "driving goes on")
     station.type_in_terminal("k")
+    assert not station.said("roscore is back")
+    station.terminal.type(CTRL_Q)
+    wait_until(lambda: station.said("roscore is back"), "the terminal shows what has happened")
+
+
+def test_a_killed_robot_comes_back_though_its_drivers_warn_a_paused_terminal(station, wait_until):
+    warned = station.terminal.seen.count("[WARN]")
+    station.terminal.type(CTRL_S)
+    before = {pid for pid in processes.descendants(station.process.pid) if "__name:=robot_control_node" in command(pid)}
+    assert len(before) == 1
+    os.kill(*before, signal.SIGKILL)
+
+    def drives() -> bool:
+        station.type_in_terminal("comma")
+        return station.speed() > 0.05
+
+    wait_until(lambda: "/robot_control_node" in station.nodes() and drives(), "the new robot is driven")
+    station.type_in_terminal("k")
+    assert station.terminal.seen.count("[WARN]") == warned
+    station.terminal.type(CTRL_Q)
+    wait_until(lambda: station.terminal.seen.count("[WARN]") > warned, "the terminal shows what has happened")
 
 
 def test_ctrl_c_leaves_nothing_behind(station, wait_until):
@@ -290,7 +308,7 @@ def test_ctrl_c_leaves_nothing_behind(station, wait_until):
     for part in ("Xvfb", "tmux", "xterm", "telepresence_ros.core", "telepresence_ros.roslaunch", "pepper_sim"):
         assert part in names, f"{part} was expected to run"
     marker = station.environment["ROS_MASTER_URI"].encode()
-    station.process.send_signal(signal.SIGINT)
+    station.terminal.type("\x03")
     wait_until(lambda: station.process.poll() is not None, "the station ends", timeout=60.0)
     assert station.process.returncode == 0
 

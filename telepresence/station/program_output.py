@@ -1,5 +1,5 @@
-"""What the programs of a station print to standard output: all of it in a file, and on the terminal what a person there
-is to read. Their warnings and errors go to standard error, and so to the terminal at once.
+"""What the programs of a station print: all of it in files, and on the terminal what a person there is to read. That is
+what they print to standard error, their warnings and errors.
 
 The programs write to memory (memfd_create(2)): that never waits and never fails, whatever becomes of the terminal, of
 the disk, or of the one who reads it here.
@@ -14,8 +14,6 @@ from pathlib import Path
 
 log = logging.getLogger(__name__)
 
-ENDING = "-stdout.log"
-"""By which `telepresence.station.log_folder` knows a file that it has to cut."""
 MOST_KEPT = 1_000_000
 """Bytes after which the memory is given back."""
 
@@ -30,7 +28,7 @@ class ProgramOutput:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.descriptor = os.memfd_create("station-output", os.MFD_CLOEXEC)
-        """Standard output for the programs."""
+        """Standard output, or standard error, for the programs."""
         flags = fcntl.fcntl(self.descriptor, fcntl.F_GETFL)
         fcntl.fcntl(self.descriptor, fcntl.F_SETFL, flags | os.O_APPEND)  # of the file, for all who have it open
         self._read = 0

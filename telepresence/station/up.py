@@ -16,7 +16,6 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
-from typing import TextIO
 
 from telepresence import start_patience
 from telepresence.security.private_files import restrict_new_files
@@ -43,13 +42,14 @@ from telepresence.station.launch_settings import (
     require_known,
     require_ports,
 )
-from telepresence.station.log_folder import LogKeeper, log_folder
+from telepresence.station.log_folder import OUTPUTS, LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
-from telepresence.station.program_output import ENDING, ProgramOutput
+from telepresence.station.program_output import ProgramOutput
 from telepresence.station.ros_master import master_answers
 from telepresence.station.screen import SCREEN_KEY, Screen
 from telepresence.station.station_folder import StationFolder
+from telepresence.station.terminal_printer import TerminalPrinter
 from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import display_answers
 from telepresence.station.vitals import Beats
@@ -88,7 +88,8 @@ def main(argv: list[str] | None = None) -> int:
         )
         return run(arguments, stop)
     except (RuntimeError, OSError) as error:
-        say(f"stack up: {error}", sys.stderr)
+        with contextlib.suppress(OSError):  # who has closed the terminal reads nothing any more
+            print(f"stack up: {error}", file=sys.stderr, flush=True)
         return 1
     finally:
         processes.end_descendants()
@@ -157,13 +158,14 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     watch = folder / "watch"
     watch.mkdir(mode=0o700)
     faults = FaultReporter(watch / FAULTS)
-    output = ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ENDING}")
+    output, errors = (ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ending}") for ending in OUTPUTS)
     with contextlib.ExitStack() as ends:
+        printer = ends.enter_context(TerminalPrinter(output.path.parent))
         link = ""
         if page is not None:
             ends.callback(page.close)
             link = page.open()
-        terminal = Terminal(output, arguments.verbose, window, link, is_on(settings, "teleop"))
+        terminal = Terminal(output, errors, printer, arguments.verbose, window, link, is_on(settings, "teleop"))
         ends.callback(terminal.close)
         screen = None
         if window and not display_answers(os.environ.get("DISPLAY")):
@@ -173,7 +175,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         beats = Beats(watch / "roslaunch")
         launch = KeptProgram(
             "roslaunch",
-            partial(start_roslaunch, robot, settings, watch, beats, output.descriptor),
+            partial(start_roslaunch, robot, settings, watch, beats, output, errors),
             faults.report,
             beats,
             ended=lambda code: code >= 0,  # somebody asked it to end, or it has said itself what is wrong
@@ -181,14 +183,15 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         keeper = None
         if master_answers(master_uri, timeout=1.0):
             start_conditions.require_roscore(master_uri, stop)
-            print(f"Using the ROS master that runs at {master_uri}")
-            print(start_conditions.exposure(master_uri), end="")
+            printer.say(f"Using the ROS master that runs at {master_uri}")
+            if exposure := start_conditions.exposure(master_uri):
+                printer.say(exposure)
         else:
             keeper = MasterKeeper(master_uri, watch, faults.report)
             ends.callback(keeper.close)
         health.note(folder, master_uri, page.url if page is not None else "", len(STATIONS.get(robot, ())))
         if SITE not in os.environ:  # else the links' keys would be in a log
-            say(banner(robot, settings, master_uri, simulated, screen, link, output.path))
+            printer.say(banner(robot, settings, master_uri, simulated, screen, link, output.path))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):
@@ -197,7 +200,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             code = launch.look(elapsed)
             terminal.look(beats.ready)
             if code is not None:
-                say("roslaunch ended", sys.stderr)
+                printer.warn("roslaunch ended")
                 return code or 1
             kept = screen.programs if screen is not None else ()
             for program in kept:
@@ -205,7 +208,7 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
             faults.flush()
             processes.reap_orphans({program.pid for program in (*kept, launch, keeper) if program is not None})
         heartbeat.notify("STOPPING=1")
-        say("\nEnding everything ...")
+        printer.say("\nEnding everything ...")
         launch.close(patience=8.0)
         return 0
 
@@ -247,16 +250,26 @@ class Terminal:
     """What the programs print, as far as it goes to the terminal.
 
     Args:
-        output: Of the programs.
-        verbose: All of it.
+        output, errors: Of the programs.
+        printer: Has the terminal.
+        verbose: All of it; without, only errors.
         window: Whether there is the operator's window, whose first picture is waited for.
         link: Opens the pilot's page; empty where there is none.
         keyboard: Whether one drives from here where there is no window.
     """
 
-    def __init__(self, output: ProgramOutput, verbose: bool, window: bool, link: str, keyboard: bool = True) -> None:
-        self._output, self._verbose, self._window, self._link = output, verbose, window, link
-        self._keyboard = keyboard
+    def __init__(
+        self,
+        output: ProgramOutput,
+        errors: ProgramOutput,
+        printer: TerminalPrinter,
+        verbose: bool,
+        window: bool,
+        link: str,
+        keyboard: bool = True,
+    ) -> None:
+        self._output, self._errors, self._printer = output, errors, printer
+        self._verbose, self._window, self._link, self._keyboard = verbose, window, link, keyboard
         self._works, self._sound = False, True
 
     def look(self, started: bool) -> None:
@@ -265,12 +278,14 @@ class Terminal:
         Args:
             started: Whether every program was started.
         """
+        for line in self._errors.lines():
+            self._printer.warn(line)
         for line in self._output.lines():
             self._sound = self._sound and NO_SOUND not in line
             if FIRST_PICTURE in line and self._window and not self._works:
                 self._say_what_next()
             elif self._verbose:
-                say(line)
+                self._printer.say(line)
         if started and not self._window and not self._works:
             self._say_what_next()
 
@@ -278,30 +293,23 @@ class Terminal:
         """Show the rest."""
         self.look(False)
         self._output.close()
+        self._errors.close()
 
     def _say_what_next(self) -> None:
         self._works = True
-        say(next_steps(self._window, self._link, self._sound, self._keyboard))
+        self._printer.say(next_steps(self._window, self._link, self._sound, self._keyboard))
 
 
-def start_roslaunch(robot: str, settings: dict[str, str], watch: Path, beats: Beats, output: int) -> subprocess.Popen:
+def start_roslaunch(
+    robot: str, settings: dict[str, str], watch: Path, beats: Beats, output: ProgramOutput, errors: ProgramOutput
+) -> subprocess.Popen:
     """Start roslaunch with the launch file of the robot; it goes on with the nodes of one that was killed."""
     command = [sys.executable, "-m", "telepresence_ros.roslaunch", "--wait", *LAUNCH_TIMEOUTS]
     chosen = [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS]
     return processes.start(
         [*command, str(LAUNCH / f"{robot}.launch"), *chosen],
         tied=True,
-        stdout=output,
+        stdout=output.descriptor,
+        stderr=errors.descriptor,
         env={**os.environ, "NOTIFY_SOCKET": str(beats.path), "TELEPRESENCE_WATCH": str(watch)},
     )
-
-
-def say(text: str, stream: TextIO | None = None) -> None:
-    """Print a line, to standard output or `stream`. Who has closed the terminal reads nothing any more: then what we
-    print goes nowhere from now on, as writing there fails."""
-    try:
-        print(text, file=stream, flush=True)
-    except OSError:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)

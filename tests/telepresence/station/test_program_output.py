@@ -8,15 +8,23 @@ import pytest
 
 from telepresence.station import program_output
 from telepresence.station.log_folder import OUTPUTS, cut_outputs
-from telepresence.station.program_output import ENDING, ProgramOutput
+from telepresence.station.program_output import ProgramOutput
+from telepresence.station.terminal_printer import TerminalPrinter
 from telepresence.station.up import Terminal
 
 
 @pytest.fixture
 def output(tmp_path):
-    output = ProgramOutput(tmp_path / "log" / f"up{ENDING}")
+    output = ProgramOutput(tmp_path / "log" / f"up{OUTPUTS[0]}")
     yield output
     output.close()
+
+
+@pytest.fixture
+def errors(tmp_path):
+    errors = ProgramOutput(tmp_path / "log" / f"up{OUTPUTS[1]}")
+    yield errors
+    errors.close()
 
 
 def say(output: ProgramOutput, text: str) -> None:
@@ -43,7 +51,7 @@ def test_memory_is_given_back(output, monkeypatch):
 
 def test_a_file_that_cannot_be_written_is_said_once_and_stops_nobody(tmp_path, caplog):
     (tmp_path / "file").write_text("")
-    output = ProgramOutput(tmp_path / "file" / f"up{ENDING}")
+    output = ProgramOutput(tmp_path / "file" / "up.log")
     say(output, "one\n")
     assert output.lines() == ["one"]
     output.close()
@@ -51,7 +59,6 @@ def test_a_file_that_cannot_be_written_is_said_once_and_stops_nobody(tmp_path, c
 
 
 def test_the_file_is_cut_like_those_of_the_nodes(output, monkeypatch):
-    assert ENDING in OUTPUTS
     monkeypatch.setattr("telepresence.station.log_folder.LARGEST_OUTPUT", 4096)
     monkeypatch.setattr("telepresence.station.log_folder.KEPT_OUTPUT", 1000)
     say(output, "0123456789\n" * 2000)
@@ -63,24 +70,26 @@ def test_the_file_is_cut_like_those_of_the_nodes(output, monkeypatch):
 
 
 @pytest.mark.parametrize("verbose", [False, True])
-def test_the_terminal_has_what_to_do_next_and_the_rest_on_request(output, capsys, verbose):
-    terminal = Terminal(output, verbose, window=True, link="https://127.0.0.1:8443/#k=1")
-    say(output, "[INFO] poses\nmicrophone: there is no sound card\n")
-    terminal.look(started=True)
-    assert ("poses" in capsys.readouterr().out) == verbose
-    say(output, "The window shows the first picture.\n")
-    terminal.look(started=True)
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("No sound here") and said[-2:] == [
-        "  https://127.0.0.1:8443/#k=1",
-        "Ctrl-C ends all of it.",
-    ]
-
-
-def test_without_a_window_all_is_started_when_roslaunch_says_so(output, capsys):
-    terminal = Terminal(output, verbose=False, window=False, link="")
-    terminal.look(started=False)
-    assert not capsys.readouterr().out
-    for _ in range(2):
+def test_the_terminal_has_errors_and_what_to_do_next_and_the_rest_on_request(output, errors, tmp_path, capfd, verbose):
+    with TerminalPrinter(tmp_path) as printer:
+        terminal = Terminal(output, errors, printer, verbose, window=True, link="https://127.0.0.1:8443/#k=1")
+        say(output, "[INFO] poses\nmicrophone: there is no sound card\n")
+        say(errors, "[WARN] no robot\n")
         terminal.look(started=True)
-    assert capsys.readouterr().out == "Everything is started. Drive from here. Ctrl-C ends all of it.\n"
+        say(output, "The window shows the first picture.\n")
+        terminal.look(started=True)
+    shown, warned = capfd.readouterr()
+    assert warned == "[WARN] no robot\n" and errors.path.read_text() == warned
+    before, _, after = shown.partition("No sound here")
+    assert (before == "[INFO] poses\nmicrophone: there is no sound card\n") == verbose
+    assert after.splitlines()[-2:] == ["  https://127.0.0.1:8443/#k=1", "Ctrl-C ends all of it."]
+
+
+def test_without_a_window_all_is_started_when_roslaunch_says_so(output, errors, tmp_path, capfd):
+    with TerminalPrinter(tmp_path) as printer:
+        terminal = Terminal(output, errors, printer, verbose=False, window=False, link="")
+        terminal.look(started=False)
+        printer.say("---")
+        for _ in range(2):
+            terminal.look(started=True)
+    assert capfd.readouterr().out == "---\nEverything is started. Drive from here. Ctrl-C ends all of it.\n"

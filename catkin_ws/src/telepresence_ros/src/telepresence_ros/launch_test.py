@@ -17,8 +17,8 @@ import rospy
 
 from telepresence.station import processes
 from telepresence_ros.probe import Probe
-from telepresence_ros.single_connections import connect_once
 from telepresence_ros.pseudo_terminal import Terminal
+from telepresence_ros.single_connections import connect_once
 
 PATIENCE = 40.0
 """Seconds after which something counts as never coming; generous, because the machines are shared."""
