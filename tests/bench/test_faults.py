@@ -217,3 +217,15 @@ def connected(link: BadLink, address, listener: socket.socket) -> tuple[socket.s
     near.sendall(b"hello")
     assert far.recv(10) == b"hello"
     return near, far
+
+
+def test_a_program_that_is_continued_at_once_stays_not_frozen():
+    program = processes.start([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        program.send_signal(signal.SIGSTOP)
+        assert trial.stays_frozen(program.pid)
+        program.send_signal(signal.SIGCONT)
+        assert not trial.stays_frozen(program.pid)
+    finally:
+        processes.end(program)
+    assert trial.stays_frozen(program.pid), "one that has died of it was not continued"

@@ -37,6 +37,8 @@ PRESS, PAUSE = 0.6, 0.1
 BACK_TIMEOUT = 12.0
 LISTEN = 1.5
 """A key that is not held moves nothing for so long [s]."""
+CONTINUED = 0.1
+"""A program that was frozen and is not so long after was continued by whoever started it [s]."""
 FRESH = 0.2
 """A trace without a sample for so long is broken [s]."""
 
@@ -65,7 +67,8 @@ class Outcome:
     stale: float = 0.0
     """Driven with no key held, after it had come to rest [m]."""
     harmless: bool = False
-    """The fault took nothing from the pilot, whose commands all went through: there is nothing to tell."""
+    """The fault took nothing from the pilot, whose commands all went through, or was over at once: there is nothing to
+    tell."""
     note: str = ""
 
     def as_dict(self) -> dict:
@@ -147,14 +150,24 @@ def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
     began = time.monotonic()
     if victim != NOBODY:
         processes.send(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
+    woken = fault == "freeze" and not stays_frozen(pid)
     try:
         _watch(run, outcome, began)
     finally:
         if victim != NOBODY and frozen(pid):
             _wake(run, outcome, pid)
+    if woken:
+        outcome.harmless = outcome.goes_on
+        outcome.note = "continued at once"
     note_sentence(run, outcome, began)
     run.save(outcome, began)
     return outcome
+
+
+def stays_frozen(pid: int) -> bool:
+    """Whether a process stays frozen, or has ended of it: tmux continues its shell as soon as that stops."""
+    time.sleep(CONTINUED)
+    return frozen(pid) or not alive(pid)
 
 
 def _watch(run: Run, outcome: Outcome, began: float) -> None:
