@@ -357,7 +357,7 @@ def test_a_page_in_the_pilot_s_browser_sends_a_form(station, pilots, evil, wait_
         ' {name: \'{"robot": "Pepper", "page": "0000000000000000", "x\', value: \'": ""}\'}));'
         "document.body.append(form); form.submit()"
     )
-    wait_until(lambda: pilots.run("location.href") == address, "the form is sent")
+    wait_until(lambda: pilots.shows(f"location.href == {json.dumps(address)}"), "the form is sent")
     assert "reason" in pilots.run("document.body.innerText")
     pilots.open(HOME.format(station.page.url))
 

@@ -110,11 +110,12 @@ class Browser:
     def open(self, url: str) -> None:
         host = urllib.parse.urlsplit(url).netloc
         self.tools.call("Page.navigate", url=url)
-        self._wait_until(lambda: self._is_at(host), f"the browser is at {host}")
+        self._wait_until(lambda: self.shows(f"location.host == {json.dumps(host)}"), f"the browser is at {host}")
 
-    def _is_at(self, host: str) -> bool:
+    def shows(self, condition: str) -> bool:
+        """Whether a page is open, and the condition, a script, true in it."""
         try:
-            return self.run(f"document.readyState != 'loading' && location.host == {json.dumps(host)}") is True
+            return self.run(f"document.readyState != 'loading' && {condition}") is True
         except BrowserError:  # between two pages
             return False
 
