@@ -111,6 +111,7 @@ def main(argv: list[str] | None = None) -> int:
         node.close()
         for tab in tabs:
             tab.terminal.close_terminal()
+        settings.close()
     leave(code)
 
 
@@ -173,6 +174,7 @@ def save(
         settings.save("tab", tabs[window.current].link.robot.name)
     settings.save("theme", theme.current())
     settings.save_window(window)
+    settings.write()
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from pathlib import Path
 
 from PyQt5.QtCore import QByteArray, QSettings
@@ -14,6 +15,8 @@ from telepresence.security.private_files import NotPrivate
 
 NOTHING = "none"
 """Value of TELEPRESENCE_SETTINGS with which nothing is remembered."""
+PATIENCE = 1.0
+"""Seconds that an ending window waits for the disk."""
 
 
 def default_file() -> Path | None:
@@ -49,13 +52,17 @@ class Settings:
     """
 
     def __init__(self, path: Path | None) -> None:
-        usable = path is not None and _make_private(path)
-        self._settings = QSettings(str(path), QSettings.Format.IniFormat) if usable else None
-        self._changed = False
+        self._path = path if path is not None and _make_private(path) else None
+        self._values: dict[str, object] = {}
+        self._changed: dict[str, str | QByteArray] = {}
+        self._writer = threading.Thread()
+        if self._path is not None:
+            stored = QSettings(str(self._path), QSettings.Format.IniFormat)
+            self._values = {name: stored.value(name) for name in stored.allKeys()}
 
     def text(self, name: str, otherwise: str = "") -> str:
         """Return what was saved under this name; `otherwise` when nothing was."""
-        value = self._settings.value(name, otherwise) if self._settings is not None else otherwise
+        value = self._values.get(name)
         return value if isinstance(value, str) else otherwise
 
     def number(self, name: str, otherwise: float) -> float:
@@ -67,12 +74,26 @@ class Settings:
 
     def save(self, name: str, value: str | float | QByteArray) -> None:
         """Save a value under this name, if it is another one."""
-        if self._settings is None:
+        if self._path is None:
             return
-        wanted, known = value if isinstance(value, QByteArray) else str(value), self._settings.value(name)
+        wanted, known = value if isinstance(value, QByteArray) else str(value), self._values.get(name)
         if type(known) is not type(wanted) or known != wanted:  # to PyQt5 None equals bytes that begin with a zero
-            self._settings.setValue(name, wanted)
-            self._changed = True
+            self._values[name] = self._changed[name] = wanted
+
+    def write(self) -> None:
+        """Begin to write what has changed, unless the last time still lasts. Qt waits until it is on the disk, which
+        takes seconds while other programs write, and a window that waits is taken for frozen: a thread does it."""
+        if self._path is not None and self._changed and not self._writer.is_alive():
+            changed, self._changed = self._changed, {}
+            self._writer = threading.Thread(target=_write, args=(self._path, changed), name="settings", daemon=True)
+            self._writer.start()
+
+    def close(self) -> None:
+        """Write what has changed, and wait for the disk."""
+        for _ in range(2):  # what is being written, and the rest
+            self.write()
+            if self._writer.ident is not None:
+                self._writer.join(PATIENCE)
 
     def restore_window(self, window: QMainWindow) -> bool:
         """Restore size, position and splitters; return False when none were saved.
@@ -91,14 +112,18 @@ class Settings:
         return True
 
     def save_window(self, window: QMainWindow) -> None:
-        """Save size, position and splitters, and write everything that has changed."""
+        """Save size, position and splitters."""
         self.save("window/geometry", window.saveGeometry())
         for splitter in window.findChildren(QSplitter):
             self.save(f"window/{splitter.objectName()}", splitter.saveState())
-        if self._settings is not None and self._changed:
-            self._changed = False
-            self._settings.sync()
 
     def _bytes(self, name: str) -> QByteArray | None:
-        value = self._settings.value(name) if self._settings is not None else None
+        value = self._values.get(name)
         return value if isinstance(value, QByteArray) else None
+
+
+def _write(path: Path, values: dict[str, str | QByteArray]) -> None:
+    settings = QSettings(str(path), QSettings.Format.IniFormat)
+    for name, value in values.items():
+        settings.setValue(name, value)
+    settings.sync()

@@ -1,9 +1,12 @@
 """What the window remembers."""
 
+import threading
+
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
+import gui.settings
 from gui.__main__ import make_tabs, parse
 from gui.ros.node import RosNode
 from gui.settings import Settings, default_file
@@ -31,12 +34,18 @@ def make_window(qt):
         window.close()
 
 
+def remember(path, window):
+    settings = Settings(path)
+    settings.save_window(window)
+    settings.close()
+
+
 def test_values_survive_a_restart(tmp_path):
     path = tmp_path / "deep" / "window.ini"
     settings = Settings(path)
     settings.save("theme", "light")
     settings.save("pepper/speed", 0.35)
-    del settings
+    settings.close()
     assert Settings(path).text("theme") == "light" and Settings(path).number("pepper/speed", 0.2) == 0.35
 
 
@@ -52,7 +61,7 @@ def test_a_window_comes_back_as_it_was(tmp_path, make_window):
     first = make_window()
     first.resize(700, 450)
     first.columns.setSizes([200, 500])
-    Settings(tmp_path / "window.ini").save_window(first)
+    remember(tmp_path / "window.ini", first)
     second = make_window()
     assert Settings(tmp_path / "window.ini").restore_window(second)
     assert (second.width(), second.height()) == (700, 450)
@@ -65,14 +74,39 @@ def test_a_file_is_written_only_when_something_has_changed(tmp_path, make_window
     settings = Settings(path)
     settings.save("name", "anna")
     settings.save_window(window)
-    assert Settings(path).text("name") == "anna", "a window that is killed has written it"
+    settings.close()
+    assert Settings(path).text("name") == "anna"
     path.unlink()
     settings.save("name", "anna")
     settings.save_window(window)
+    settings.close()
     assert not path.exists()
     window.resize(700, 450)
     settings.save_window(window)
+    settings.close()
     assert path.exists()
+
+
+def test_a_window_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch, wait_until):
+    path, free, wrote = tmp_path / "window.ini", threading.Event(), []
+    write = gui.settings._write
+
+    def write_late(*arguments):
+        wrote.append(arguments)
+        free.wait(30.0)
+        write(*arguments)
+
+    monkeypatch.setattr("gui.settings._write", write_late)
+    settings = Settings(path)
+    for name in ("anna", "bert", "carl"):
+        settings.save("name", name)
+        settings.write()
+    assert settings.text("name") == "carl"
+    wait_until(lambda: wrote, "it is being written")
+    assert len(wrote) == 1
+    free.set()
+    settings.close()
+    assert len(wrote) == 2 and Settings(path).text("name") == "carl"
 
 
 def test_a_window_that_fills_a_small_screen_stays_there_without_a_title_bar(tmp_path, make_window):
@@ -82,7 +116,7 @@ def test_a_window_that_fills_a_small_screen_stays_there_without_a_title_bar(tmp_
         window.showMaximized()
         window.setGeometry(window.screen().availableGeometry())
     first.columns.setSizes([200, 500])
-    Settings(tmp_path / "window.ini").save_window(first)
+    remember(tmp_path / "window.ini", first)
     assert Settings(tmp_path / "window.ini").restore_window(second)
     assert second.geometry() == second.screen().availableGeometry()
     assert second.columns.sizes() == first.columns.sizes()
