@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 import os
+import select
 import sys
 import threading
 from collections import deque
@@ -94,7 +95,10 @@ def _write(descriptor: int, data: bytes) -> None:
     closed the terminal reads nothing any more: then it goes nowhere."""
     try:
         while data:
-            data = data[os.write(descriptor, data) :]
+            try:
+                data = data[os.write(descriptor, data) :]
+            except BlockingIOError:  # whoever shares the terminal has made it so
+                select.select([], [descriptor], [])
     except OSError:
         nowhere = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
         os.dup2(nowhere, 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import textwrap
 
@@ -87,3 +89,14 @@ def test_a_closed_terminal_ends_nobody(program, done, wait_until):
     program.hang_up()
     wait_until(lambda: program.process.poll() is not None, "it ends")
     assert program.process.returncode == 0
+
+
+def test_a_terminal_that_refuses_to_wait_gets_all_of_it():
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    program = "from telepresence.station.terminal_printer import _write; _write(1, bytes(1_000_000))"
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=writing)
+    os.close(writing)
+    with open(reading, "rb") as pipe:
+        assert len(pipe.read()) == 1_000_000
+    assert process.wait(10.0) == 0
