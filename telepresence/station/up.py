@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def main(argv: list[str] | None = None) -> int:
         start_conditions.say_all(
             start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
         )
-        return run(arguments, stop)
+        return run(prepare(arguments), stop)
     except (RuntimeError, OSError) as error:
         with contextlib.suppress(OSError):  # who has closed the terminal reads nothing any more
             print(f"stack up: {error}", file=sys.stderr, flush=True)
@@ -132,11 +133,30 @@ def parse(argv: list[str]) -> argparse.Namespace:
     return found
 
 
-def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
-    """Bring everything up and wait until `stop` is set or roslaunch ends.
+@dataclass(frozen=True)
+class Plan:
+    """What is to run."""
+
+    robot: str
+    settings: dict[str, str]
+    simulated: bool
+    window: bool
+    """There is the operator's window."""
+    page: OwnPage | None
+    master_uri: str
+    verbose: bool
+
+    @property
+    def stations(self) -> int:
+        """Robots of this launch file that one can drive."""
+        return len(STATIONS.get(self.robot, ()))
+
+
+def prepare(arguments: argparse.Namespace) -> Plan:
+    """Look whether everything can be, and set the environment of all programs.
 
     Raises:
-        RuntimeError: A port is taken or a part does not start; the text says which and what to do.
+        RuntimeError: A port is taken, or something else is missing; the text says which and what to do.
     """
     robot, settings = arguments.robot, arguments.settings
     if image.in_image():
@@ -144,7 +164,6 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
         if "page" in launch_arguments(robot):
             settings = image.page_settings(settings)
     simulated = is_on(settings, "sim")
-    window = "gui" in launch_arguments(robot) and is_on(settings, "gui")
     require_known(robot, settings)
     set_ros_address()
     LogKeeper().start()
@@ -154,6 +173,16 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
     start_conditions.require_no_station(master_uri)
     set_environment(robot, settings, simulated)
+    window = "gui" in launch_arguments(robot) and is_on(settings, "gui")
+    return Plan(robot, settings, simulated, window, page, master_uri, arguments.verbose)
+
+
+def run(plan: Plan, stop: threading.Event) -> int:
+    """Bring everything up and wait until `stop` is set or roslaunch ends.
+
+    Raises:
+        RuntimeError: A part does not start; the text says which and what to do.
+    """
     folder = Path(os.environ[station_folder.VARIABLE])
     watch = folder / "watch"
     watch.mkdir(mode=0o700)
@@ -162,36 +191,36 @@ def run(arguments: argparse.Namespace, stop: threading.Event) -> int:
     with contextlib.ExitStack() as ends:
         printer = ends.enter_context(TerminalPrinter(output.path.parent))
         link = ""
-        if page is not None:
-            ends.callback(page.close)
-            link = page.open()
-        terminal = Terminal(output, errors, printer, arguments.verbose, window, link, is_on(settings, "teleop"))
+        if plan.page is not None:
+            ends.callback(plan.page.close)
+            link = plan.page.open()
+        terminal = Terminal(output, errors, printer, plan, link)
         ends.callback(terminal.close)
         screen = None
-        if window and not display_answers(os.environ.get("DISPLAY")):
-            screen = Screen(settings, faults.report)
+        if plan.window and not display_answers(os.environ.get("DISPLAY")):
+            screen = Screen(plan.settings, faults.report)
             ends.callback(screen.close)
         # roslaunch reads its files while roscore starts.
         beats = Beats(watch / "roslaunch")
         launch = KeptProgram(
             "roslaunch",
-            partial(start_roslaunch, robot, settings, watch, beats, output, errors),
+            partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors),
             faults.report,
             beats,
             ended=lambda code: code >= 0,  # somebody asked it to end, or it has said itself what is wrong
         )
         keeper = None
-        if master_answers(master_uri, timeout=1.0):
-            start_conditions.require_roscore(master_uri, stop)
-            printer.say(f"Using the ROS master that runs at {master_uri}")
-            if exposure := start_conditions.exposure(master_uri):
+        if master_answers(plan.master_uri, timeout=1.0):
+            start_conditions.require_roscore(plan.master_uri, stop)
+            printer.say(f"Using the ROS master that runs at {plan.master_uri}")
+            if exposure := start_conditions.exposure(plan.master_uri):
                 printer.say(exposure)
         else:
-            keeper = MasterKeeper(master_uri, watch, faults.report)
+            keeper = MasterKeeper(plan.master_uri, watch, faults.report)
             ends.callback(keeper.close)
-        health.note(folder, master_uri, page.url if page is not None else "", len(STATIONS.get(robot, ())))
+        health.note(folder, plan.master_uri, plan.page.url if plan.page is not None else "", plan.stations)
         if SITE not in os.environ:  # else the links' keys would be in a log
-            printer.say(banner(robot, settings, master_uri, simulated, screen, link, output.path))
+            printer.say(banner(plan.robot, plan.settings, plan.master_uri, plan.simulated, screen, link, output.path))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):
@@ -252,24 +281,14 @@ class Terminal:
     Args:
         output, errors: Of the programs.
         printer: Has the terminal.
-        verbose: All of it; without, only errors.
-        window: Whether there is the operator's window, whose first picture is waited for.
+        plan: What runs: all of the output is shown if it says so, and a window's first picture is waited for.
         link: Opens the pilot's page; empty where there is none.
-        keyboard: Whether one drives from here where there is no window.
     """
 
     def __init__(
-        self,
-        output: ProgramOutput,
-        errors: ProgramOutput,
-        printer: TerminalPrinter,
-        verbose: bool,
-        window: bool,
-        link: str,
-        keyboard: bool = True,
+        self, output: ProgramOutput, errors: ProgramOutput, printer: TerminalPrinter, plan: Plan, link: str
     ) -> None:
-        self._output, self._errors, self._printer = output, errors, printer
-        self._verbose, self._window, self._link, self._keyboard = verbose, window, link, keyboard
+        self._output, self._errors, self._printer, self._plan, self._link = output, errors, printer, plan, link
         self._works, self._sound = False, True
 
     def look(self, started: bool) -> None:
@@ -282,11 +301,11 @@ class Terminal:
             self._printer.warn(line)
         for line in self._output.lines():
             self._sound = self._sound and NO_SOUND not in line
-            if FIRST_PICTURE in line and self._window and not self._works:
+            if FIRST_PICTURE in line and self._plan.window and not self._works:
                 self._say_what_next()
-            elif self._verbose:
+            elif self._plan.verbose:
                 self._printer.say(line)
-        if started and not self._window and not self._works:
+        if started and not self._plan.window and not self._works:
             self._say_what_next()
 
     def close(self) -> None:
@@ -297,7 +316,8 @@ class Terminal:
 
     def _say_what_next(self) -> None:
         self._works = True
-        self._printer.say(next_steps(self._window, self._link, self._sound, self._keyboard))
+        keyboard = is_on(self._plan.settings, "teleop")
+        self._printer.say(next_steps(self._plan.window, self._link, self._sound, keyboard))
 
 
 def start_roslaunch(

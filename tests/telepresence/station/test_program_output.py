@@ -10,7 +10,7 @@ from telepresence.station import program_output
 from telepresence.station.log_folder import OUTPUTS, cut_outputs
 from telepresence.station.program_output import ProgramOutput
 from telepresence.station.terminal_printer import TerminalPrinter
-from telepresence.station.up import Terminal
+from telepresence.station.up import Plan, Terminal
 
 
 @pytest.fixture
@@ -25,6 +25,10 @@ def errors(tmp_path):
     errors = ProgramOutput(tmp_path / "log" / f"up{OUTPUTS[1]}")
     yield errors
     errors.close()
+
+
+def plan(window: bool, verbose: bool = False) -> Plan:
+    return Plan("pepper", {}, True, window, None, "http://127.0.0.1:11311", verbose)
 
 
 def say(output: ProgramOutput, text: str) -> None:
@@ -72,7 +76,7 @@ def test_the_file_is_cut_like_those_of_the_nodes(output, monkeypatch):
 @pytest.mark.parametrize("verbose", [False, True])
 def test_the_terminal_has_errors_and_what_to_do_next_and_the_rest_on_request(output, errors, tmp_path, capfd, verbose):
     with TerminalPrinter(tmp_path) as printer:
-        terminal = Terminal(output, errors, printer, verbose, window=True, link="https://127.0.0.1:8443/#k=1")
+        terminal = Terminal(output, errors, printer, plan(True, verbose), link="https://127.0.0.1:8443/#k=1")
         say(output, "[INFO] poses\nmicrophone: there is no sound card\n")
         say(errors, "[WARN] no robot\n")
         terminal.look(started=True)
@@ -87,7 +91,7 @@ def test_the_terminal_has_errors_and_what_to_do_next_and_the_rest_on_request(out
 
 def test_without_a_window_all_is_started_when_roslaunch_says_so(output, errors, tmp_path, capfd):
     with TerminalPrinter(tmp_path) as printer:
-        terminal = Terminal(output, errors, printer, verbose=False, window=False, link="")
+        terminal = Terminal(output, errors, printer, plan(window=False), link="")
         terminal.look(started=False)
         printer.say("---")
         for _ in range(2):
