@@ -65,8 +65,12 @@ def listener(path: Path) -> int:
 
 
 def children(pid: int) -> list[int]:
-    """Return the process ids of a program's children; of one that has ended, none."""
-    try:
-        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    except OSError:
-        return []
+    """Return the process ids of a program's children; of one that has ended, none.
+
+    The kernel lists them by the thread that has started them: roslaunch starts a node again from another one.
+    """
+    found = []
+    for thread in Path(f"/proc/{pid}/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            found += [int(child) for child in thread.read_text().split()]
+    return found

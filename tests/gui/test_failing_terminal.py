@@ -16,7 +16,14 @@ from gui.terminal.terminal_view import WATCH_PERIOD
 from telepresence.station import processes, vitals
 
 DIED, FROZE = "The terminal of this window died; it opens again", "The terminal of this window froze; it opens again"
-NODE = f"{sys.executable} -c 'import signal; signal.pause()' __name:=keys || true"
+LAUNCH = """
+import subprocess, sys, threading
+def respawn():
+    while True:
+        subprocess.run([sys.executable, "-c", "import signal; signal.pause()", "__name:=keys"])
+threading.Thread(target=respawn).start()
+"""
+"""As a plain roslaunch does, with respawn: a thread of its own starts a node again."""
 OUTLIVES = "trap '' HUP; while sleep 0.1; do true; done"
 """A script that a hang-up of its terminal does not end."""
 REAPER_SENTENCE = "What ends the terminal together with this window {}; it starts again."
@@ -103,11 +110,14 @@ def test_a_program_in_the_terminal_that_is_stopped_is_told_of_once(window, tmp_p
 
 
 def test_a_node_in_the_terminal_that_is_started_again_is_told_of(window, tmp_path, wait_until):
-    """As by a plain roslaunch, with respawn."""
-    launch = run_in_terminal(window, tmp_path / "launch.sh", f"while {NODE}; do true; done", wait_until)
+    (tmp_path / "launch.py").write_text(LAUNCH)
+    script = tmp_path / "launch.sh"
+    launch = run_in_terminal(window, script, f"exec {sys.executable} {tmp_path}/launch.py {script}", wait_until)
     os.kill(wait_until(lambda: known(launch, "__name:=keys"), "the node runs"), signal.SIGTERM)
     wait_until(lambda: "A program in the terminal died (keys); it starts again." in window.output, "told")
     node = wait_until(lambda: known(launch, "__name:=keys"), "it runs again")
+    os.kill(node, signal.SIGSTOP)
+    wait_until(lambda: "A program in the terminal froze (keys); it stays stopped." in window.output, "told")
     for program in (launch, node):
         os.kill(program, signal.SIGKILL)
     wait_until(lambda: not lives(launch) and not lives(node), "both have ended")
