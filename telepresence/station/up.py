@@ -207,7 +207,7 @@ def run(plan: Plan, stop: threading.Event) -> int:
             partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors),
             faults.report,
             beats,
-            ended=lambda code: code >= 0,  # somebody asked it to end, or it has said itself what is wrong
+            ended=lambda code: ended_for_good(code, beats.ready),
         )
         keeper = None
         if master_answers(plan.master_uri, timeout=1.0):
@@ -318,6 +318,17 @@ class Terminal:
         self._works = True
         keyboard = is_on(self._plan.settings, "teleop")
         self._printer.say(next_steps(self._plan.window, self._link, self._sound, keyboard))
+
+
+def ended_for_good(code: int, started: bool) -> bool:
+    """Whether roslaunch shall stay away: somebody asked it to end, or it could not start the nodes and has said why.
+
+    Args:
+        code: Its exit code; negative: the signal that ended it.
+        started: Every node was started once. Who goes on with them afterwards may fail only because the master dies
+            meanwhile, and is started again.
+    """
+    return code == 0 or (code > 0 and not started)
 
 
 def start_roslaunch(

@@ -250,6 +250,13 @@ def test_a_folder_with_a_space_is_refused_with_the_reason(request, tmp_path):
     assert "space in its path" in answer.stderr
 
 
+def test_a_roslaunch_that_fails_later_is_started_again():
+    assert up.ended_for_good(1, started=False), "a mistake in the launch file"
+    assert up.ended_for_good(0, started=False) and up.ended_for_good(0, started=True), "a person has ended it"
+    assert not up.ended_for_good(1, started=True), "the master died while it went on with the nodes"
+    assert not up.ended_for_good(-9, started=False) and not up.ended_for_good(-9, started=True)
+
+
 def test_stack_names_its_commands(request):
     stack = request.config.rootpath / "stack"
     answer = subprocess.run([stack, "--help"], capture_output=True, text=True, cwd="/", timeout=30)
