@@ -50,9 +50,13 @@ RECORD = textwrap.dedent("""
     application.exec_()
     recorder.close()
 """)
-REMEMBER = (
-    "import sys; from gui.settings import Settings; Settings(__import__('pathlib').Path(sys.argv[1])).save('a', 'b')"
-)
+REMEMBER = textwrap.dedent("""
+    import pathlib, sys
+    from gui.settings import Settings
+    settings = Settings(pathlib.Path(sys.argv[1]))
+    settings.save("a", "b")
+    settings.close()
+""")
 
 
 def run(*argv, check=True, **more):

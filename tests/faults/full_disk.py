@@ -45,7 +45,7 @@ def main() -> None:
     settings, accounts, report, film = (folder / name for name in ("window.ini", "users.db", "report.html", "film.mp4"))
     kept = Settings(settings)
     kept.save("robot", "old")
-    kept._settings.sync()
+    kept.close()
     users = Users(accounts, CHEAP)
     users.add("anna", "correct horse", "pilot")
     private_files.write(report, b"old")
@@ -57,9 +57,8 @@ def main() -> None:
         "accounts": said(lambda: [users.add(f"bert{number}" * 12, "correct horse", "pilot") for number in range(99)]),
         "film": said(lambda: [pictures.add(noise(number), 0.1 * number) for number in range(1, 99)]),
     }
-    with contextlib.suppress(OSError):
-        kept.save("robot", LONG)
-        kept._settings.sync()
+    kept.save("robot", LONG)
+    kept.close()
     (folder / "filling").unlink()
     print(json.dumps({
         "messages": messages,

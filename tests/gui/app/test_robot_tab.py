@@ -33,4 +33,5 @@ def test_the_choice_of_the_careful_scan_is_remembered(make_tab, tmp_path, choice
     assert make_tab(settings).window.gate.careful_choice is None
     first.window.gate.careful_choice = choice
     first.save(settings)
+    settings.close()
     assert make_tab(Settings(tmp_path / "window.ini")).window.gate.careful_choice is choice
