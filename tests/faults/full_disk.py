@@ -59,12 +59,16 @@ def main() -> None:
     }
     kept.save("robot", LONG)
     kept.close()
+    left_whole = settings.read_text()[:99]
     (folder / "filling").unlink()
+    kept.save("name", "anna")
+    kept.close()
     print(json.dumps({
         "messages": messages,
         "report": report.read_text(),
         "accounts": "anna" in [account.name for account in Users(accounts, CHEAP).all()],
-        "settings": settings.read_text()[:99],
+        "settings": left_whole,
+        "settings later": LONG in settings.read_text() and "name=anna" in settings.read_text(),
         "left": sorted(name for name in os.listdir(folder) if name.startswith(".")),
     }), flush=True)  # fmt: skip
     os._exit(0)  # PyAV would say once more that it could not write

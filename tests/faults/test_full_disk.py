@@ -15,5 +15,6 @@ def test_a_full_disk_is_said_and_the_old_files_stay_whole(tmp_path):
     assert answer.returncode == 0, answer.stderr
     found = json.loads(answer.stdout)
     assert found["report"] == "old" and found["accounts"] and "robot=old" in found["settings"]
+    assert found["settings later"], "what the full disk refused is written with the next change"
     assert found["left"] == [], "no half of a new file stays"
     assert all("No space left" in text or "full" in text for text in found["messages"].values()), found["messages"]
