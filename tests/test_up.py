@@ -45,8 +45,6 @@ PROGRAMS = {
     "/teleop_twist_keyboard",
 }
 """The eight programs of the original, and the simulator."""
-CTRL_S, CTRL_Q = "\x13", "\x11"
-"""Pause the terminal, and go on."""
 FIRST_PICTURE_WITHIN, DRIVES_WITHIN = 3.0, 10.0
 """Seconds after the tap on the link."""
 
@@ -263,7 +261,7 @@ def test_a_killed_roslaunch_comes_back_and_no_node_notices(station, wait_until):
 
 
 def test_a_killed_roscore_stops_the_robot_and_comes_back_though_the_terminal_is_paused(station, wait_until):
-    station.terminal.type(CTRL_S)
+    station.terminal.pause()
     station.type_in_terminal("j")
     wait_until(lambda: "driving" in station.run("rostopic", "echo", "-n1", "/drive_state"), "Pepper turns")
     killed = [p for p in processes.descendants(station.process.pid) if "telepresence_ros.core" in command(p)]
@@ -279,13 +277,13 @@ def test_a_killed_roscore_stops_the_robot_and_comes_back_though_the_terminal_is_
     wait_until(lambda: np.linalg.norm(station.truth() - begin) > 0.1, "driving goes on")
     station.type_in_terminal("k")
     assert not station.said("roscore is back")
-    station.terminal.type(CTRL_Q)
+    station.terminal.resume()
     wait_until(lambda: station.said("roscore is back"), "the terminal shows what has happened")
 
 
 def test_a_killed_robot_comes_back_though_its_drivers_warn_a_paused_terminal(station, wait_until):
     warned = station.terminal.seen.count("[WARN]")
-    station.terminal.type(CTRL_S)
+    station.terminal.pause()
     before = {pid for pid in processes.descendants(station.process.pid) if "__name:=robot_control_node" in command(pid)}
     assert len(before) == 1
     os.kill(*before, signal.SIGKILL)
@@ -297,7 +295,7 @@ def test_a_killed_robot_comes_back_though_its_drivers_warn_a_paused_terminal(sta
     wait_until(lambda: "/robot_control_node" in station.nodes() and drives(), "the new robot is driven")
     station.type_in_terminal("k")
     assert station.terminal.seen.count("[WARN]") == warned
-    station.terminal.type(CTRL_Q)
+    station.terminal.resume()
     wait_until(lambda: station.terminal.seen.count("[WARN]") > warned, "the terminal shows what has happened")
 
 

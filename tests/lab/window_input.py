@@ -94,24 +94,20 @@ class Screen:
         """Return what is on the screen, as a file, who has the keyboard, and what the windows showed the pilot."""
         shot = tempfile.NamedTemporaryFile(prefix="screen-", suffix=".png", delete=False)
         subprocess.run(["import", "-window", "root", shot.name], env=self.environment, timeout=20)
-        focus, names, pointer = (
-            subprocess.run(["xdotool", *words], env=self.environment, capture_output=True, text=True, timeout=20).stdout
-            for words in (
-                ("getwindowfocus", "-f", "getwindowname"),
-                ("search", "--onlyvisible", "--name", ".", "getwindowname", "%@"),
-                ("getmouselocation",),
-            )
-        )
+        asked = {
+            "keyboard": ("getwindowfocus", "-f", "getwindowname"),
+            "visible": ("search", "--onlyvisible", "--name", ".", "getwindowname", "%@"),
+            "pointer": ("getmouselocation",),
+        }
+        found = (f"{what}: {', '.join(self._ask(*words).splitlines())}" for what, words in asked.items())
         told = ("\n".join(window.output.splitlines()[-40:]) for window in self._windows)
-        windows = ", ".join(f"{window.id} Telepresence" for window in self._windows)
-        return "\n".join(
-            (
-                f"picture: {shot.name}",
-                f"keyboard: {focus.strip()}; pointer: {pointer.strip()}; ours: {windows}",
-                f"visible: {', '.join(names.split(chr(10)))}",
-                *told,
-            )
-        )
+        return "\n".join((f"picture: {shot.name}", *found, *told))
+
+    def _ask(self, *words: str) -> str:
+        """What xdotool says; nothing where there is no such window."""
+        return subprocess.run(
+            ["xdotool", *words], env=self.environment, capture_output=True, text=True, timeout=20
+        ).stdout
 
     def _note_held(self, words: list[str]) -> None:
         for word, what in itertools.pairwise(words):

@@ -12,7 +12,6 @@ from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station import terminal_printer
 
-CTRL_S, CTRL_Q = "\x13", "\x11"
 PROGRAM = textwrap.dedent("""
     import contextlib, logging, signal, sys
     from pathlib import Path
@@ -65,9 +64,10 @@ def test_lines_come_in_their_order_and_warnings_in_colour(program, done, wait_un
 def test_a_paused_terminal_holds_nobody_up_and_shows_the_newest_later(program, done, wait_until):
     program.type("1\n")
     done(1)
-    program.type(f"{MANY}\n{CTRL_S}")
+    program.type(f"{MANY}\n")
+    program.pause()
     done(MANY)
-    program.type(CTRL_Q)
+    program.resume()
     wait_until(lambda: program.seen.count("a record") == 2, "the rest is shown")
     numbers = [int(line.removeprefix("line ")) for line in shown(program) if line.startswith("line ")][1:]
     assert numbers == sorted(numbers) and numbers[-1] == MANY - 1
@@ -78,7 +78,8 @@ def test_a_paused_terminal_holds_nobody_up_and_shows_the_newest_later(program, d
 def test_a_program_ends_though_its_terminal_is_paused(program, done, wait_until):
     program.type("1\n")
     done(1)
-    program.type(f"{MANY}\n\4{CTRL_S}")
+    program.type(f"{MANY}\n\4")
+    program.pause()
     wait_until(lambda: program.process.poll() is not None, "it ends")
     assert program.process.returncode == 0
 

@@ -42,6 +42,14 @@ class Terminal:
         """Press these keys."""
         os.write(self.master, text.encode())
 
+    def pause(self) -> None:
+        """Press Ctrl-S: whoever prints waits."""
+        self.type("\x13")
+
+    def resume(self) -> None:
+        """Press Ctrl-Q."""
+        self.type("\x11")
+
     def echoes(self) -> bool:
         """Whether the terminal shows what is typed."""
         return bool(termios.tcgetattr(self.slave)[3] & termios.ECHO)
