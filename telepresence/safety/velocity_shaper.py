@@ -74,47 +74,53 @@ class VelocityShaper:
                 turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
-        safe_turn, room = turning_rate(
-            turn, tick.obstacles.room, tick.obstacles.levers, limits.reaction, limits.braking_turn
-        )
+        permitted, safe_turn, cause = self._within_bounds(vx, vy, turn, tick)
         turned = safe_turn / turn if turn else 1.0
-        capped, cause = _cap(vx, vy, tick)
-        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
-        self._output_turn = safe_turn
-        free = tick.velocity_bounds(room, turns).nearest_allowed(*capped)
-        output, second_cause = (free, "") if free == capped else _cap(*free, tick)
-        if math.hypot(*free) < CUT * math.hypot(*capped) or turned < CUT:
-            cause = ""
-        elif second_cause:
-            cause = second_cause
-
         requested = math.hypot(math.hypot(vx, vy), TURN_ARM * requested_turn)
-        state = self._state_filter.update(
-            now, requested, math.hypot(math.hypot(*output), TURN_ARM * requested_turn * turned)
-        )
+        given = math.hypot(math.hypot(*permitted), TURN_ARM * requested_turn * turned)
+        state = self._state_filter.update(now, requested, given)
         if tick.bumped:
             state, cause = State.BUMPED, "A bumper was hit: only away from it, slowly, until it is reset."
         index = tick.tightest(vx, vy) if state is not State.CLEAR else None
-        reason = self._explain(state, cause, math.hypot(*output), tick, index)
+        reason = self._explain(state, cause, math.hypot(*permitted), tick, index)
 
-        output = shorten(*output, self._speed + limits.acceleration * dt)
+        output = shorten(*permitted, self._speed + limits.acceleration * dt)
         self._speed, self._turn = math.hypot(*output), pilot_turn * turned
         if self._speed > 0.0:
             self.heading = now, math.atan2(output[1], output[0])
-        sector = None if index is None else sector_of(tick.bearing(index))
         return Decision(
-            output[0],
-            output[1],
+            *output,
             safe_turn,
             state,
             reason,
             tick.allowed(),
             tick.obstacles.gap,
-            sector,
-            command_age,
-            scanning,
-            offset,
+            sector=None if index is None else sector_of(tick.bearing(index)),
+            command_age=command_age,
+            scanning=scanning,
+            swing=offset,
         )
+
+    def _within_bounds(
+        self, vx: float, vy: float, turn: float, tick: TickState
+    ) -> tuple[tuple[float, float], float, str]:
+        """Return the velocity [m/s] and turning [rad/s] that sensors, latches and obstacles permit, and why a limit
+        that is no obstacle cut it, empty if none did.
+        """
+        limits = self._limits
+        safe_turn, room = turning_rate(
+            turn, tick.obstacles.room, tick.obstacles.levers, limits.reaction, limits.braking_turn
+        )
+        turns = (0.0, *{rate * limits.lag for rate in (self._output_turn, safe_turn) if rate})
+        self._output_turn = safe_turn
+        capped, cause = _cap(vx, vy, tick)
+        free = tick.velocity_bounds(room, turns).nearest_allowed(*capped)
+        within, second_cause = (free, "") if free == capped else _cap(*free, tick)
+        if math.hypot(*free) < CUT * math.hypot(*capped) or (turn and safe_turn / turn < CUT):
+            cause = ""
+        elif second_cause:
+            cause = second_cause
+        return within, safe_turn, cause
 
     def _explain(self, state: State, cause: str, speed: float, tick: TickState, index: int | None) -> str:
         if state is State.CLEAR:
