@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from telepresence.geometry import roll_pitch_yaw
+from telepresence.safety.messages import SECTORS, sector_of
 from telepresence.security.outside_text import clean, clean_name
 
-SECTORS = 72
-"""Directions of `Safety.allowed`; sector k is centred k * 5 degrees counter-clockwise from x."""
 CHARGING, DEAD = 1, 3
 """sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
 LARGEST = 1e5
@@ -57,7 +56,7 @@ class Safety:
 
     def allowed_towards(self, bearing: float) -> float:
         """Return the speed [m/s] that is allowed in this direction [rad]."""
-        return float(self.allowed[round(bearing / (2.0 * math.pi) * SECTORS) % SECTORS])
+        return float(self.allowed[sector_of(bearing)])
 
 
 @dataclass(frozen=True)
