@@ -180,6 +180,8 @@ class Bench:
                 self._take_down()
                 continue
             self._keep(outcome)
+            if not self._station.running:
+                self._progress(f"  the station has ended; it said last:\n{self._station.last_lines()}")
             return
         self._progress(f"  {fault} {name} could not be measured")
 
