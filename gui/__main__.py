@@ -91,6 +91,7 @@ def main(argv: list[str] | None = None) -> int:
     remember = partial(save, settings, tabs, window, authorization)
     remembers = PeriodicTimer(REMEMBER_PERIOD, remember, window)
     remembers.start()
+    remember_driving(tabs, window, remember)
     for tab in tabs:
         tab.start()
     node.start()
@@ -148,6 +149,20 @@ def one_window(tabs: list[RobotTab], settings: Settings) -> tuple[OperatorWindow
     last = settings.text("tab")
     window.choose(names.index(last) if last in names else 0)
     return window, lambda: tabs[window.current]
+
+
+def remember_driving(tabs: list[RobotTab], window: OperatorWindow | RobotTabs, remember: Callable[[], None]) -> None:
+    """Remember at once which robot the next key drives, and how: a window that dies and comes back must not drive the
+    other one, or faster."""
+    changes = [window.changed] if isinstance(window, RobotTabs) else []
+    for tab in tabs:
+        changes += [
+            tab.controller.controls.speeds_changed,
+            tab.controller.bar.guide_keys_wanted,
+            tab.window.gate.careful_wanted,
+        ]
+    for change in changes:
+        change.connect(lambda *_: remember())
 
 
 def report(tabs: list[RobotTab], window: QMainWindow, arguments: argparse.Namespace) -> None:

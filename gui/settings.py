@@ -15,7 +15,7 @@ from telepresence.security.private_files import NotPrivate
 
 NOTHING = "none"
 """Value of TELEPRESENCE_SETTINGS with which nothing is remembered."""
-PATIENCE = 1.0
+PATIENCE = 2.0
 """Seconds that an ending window waits for the disk."""
 
 
@@ -54,8 +54,9 @@ class Settings:
     def __init__(self, path: Path | None) -> None:
         self._path = path if path is not None and _make_private(path) else None
         self._values: dict[str, object] = {}
+        self._lock = threading.Lock()
         self._changed: dict[str, str | QByteArray] = {}
-        self._writer = threading.Thread()
+        self._writer: threading.Thread | None = None
         if self._path is not None:
             stored = QSettings(str(self._path), QSettings.Format.IniFormat)
             self._values = {name: stored.value(name) for name in stored.allKeys()}
@@ -78,22 +79,35 @@ class Settings:
             return
         wanted, known = value if isinstance(value, QByteArray) else str(value), self._values.get(name)
         if type(known) is not type(wanted) or known != wanted:  # to PyQt5 None equals bytes that begin with a zero
-            self._values[name] = self._changed[name] = wanted
+            self._values[name] = wanted
+            with self._lock:
+                self._changed[name] = wanted
 
     def write(self) -> None:
-        """Begin to write what has changed, unless the last time still lasts. Qt waits until it is on the disk, which
-        takes seconds while other programs write, and a window that waits is taken for frozen: a thread does it."""
-        if self._path is not None and self._changed and not self._writer.is_alive():
-            changed, self._changed = self._changed, {}
-            self._writer = threading.Thread(target=_write, args=(self._path, changed), name="settings", daemon=True)
-            self._writer.start()
+        """Begin to write what has changed; whoever writes already goes on with it. Qt waits until it is on the disk,
+        which takes seconds while other programs write, and a window that waits is taken for frozen: a thread does it.
+        """
+        with self._lock:
+            if self._path is not None and self._changed and self._writer is None:
+                self._writer = threading.Thread(target=self._write_changes, name="settings", daemon=True)
+                self._writer.start()
 
     def close(self) -> None:
         """Write what has changed, and wait for the disk."""
-        for _ in range(2):  # what is being written, and the rest
-            self.write()
-            if self._writer.ident is not None:
-                self._writer.join(PATIENCE)
+        self.write()
+        writer = self._writer
+        if writer is not None:
+            writer.join(PATIENCE)
+
+    def _write_changes(self) -> None:
+        assert self._path is not None
+        while True:
+            with self._lock:
+                changed, self._changed = self._changed, {}
+                if not changed:
+                    self._writer = None
+                    return
+            _write(self._path, changed)
 
     def restore_window(self, window: QMainWindow) -> bool:
         """Restore size, position and splitters; return False when none were saved.

@@ -1,13 +1,16 @@
 """What the window remembers."""
 
 import threading
+from functools import partial
 
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
 import gui.settings
-from gui.__main__ import make_tabs, parse
+from gui.__main__ import make_tabs, one_window, parse, remember_driving, save
+from gui.app.authorization import Authorization
+from gui.app.robot_tab import Terminals
 from gui.ros.node import RosNode
 from gui.settings import Settings, default_file
 
@@ -98,15 +101,16 @@ def test_a_window_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch, wait_unti
 
     monkeypatch.setattr("gui.settings._write", write_late)
     settings = Settings(path)
-    for name in ("anna", "bert", "carl"):
+    settings.save("name", "anna")
+    settings.write()
+    wait_until(lambda: wrote, "it is being written")
+    for name in ("bert", "carl"):
         settings.save("name", name)
         settings.write()
-    assert settings.text("name") == "carl"
-    wait_until(lambda: wrote, "it is being written")
-    assert len(wrote) == 1
+    assert settings.text("name") == "carl" and len(wrote) == 1
     free.set()
-    settings.close()
-    assert len(wrote) == 2 and Settings(path).text("name") == "carl"
+    wait_until(lambda: Settings(path).text("name") == "carl", "what changed meanwhile is written, too")
+    assert len(wrote) == 2
 
 
 def test_a_window_that_fills_a_small_screen_stays_there_without_a_title_bar(tmp_path, make_window):
@@ -153,3 +157,33 @@ def test_keys_as_in_the_guide_hold_for_both_robots_and_are_remembered(tmp_path, 
     for tab in opened:
         tab.terminal.close_terminal()
         tab.window.deleteLater()
+
+
+def test_a_window_that_dies_comes_back_with_what_its_keys_did(tmp_path, qt, wait_until):
+    """What else it remembers is saved every few seconds; until then the next key would drive the other robot."""
+    path, opened = tmp_path / "window.ini", []
+
+    def open_both():
+        settings = Settings(path)
+        tabs = make_tabs(RosNode(), parse(["--profile", "both", "--no-sign-in"]), settings)
+        window, front = one_window(tabs, settings)
+        authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], None)
+        remember_driving(tabs, window, partial(save, settings, tabs, window, authorization))
+        opened.append((window, tabs))
+        return window, front
+
+    window, front = open_both()
+    assert front().link.robot.name == "pepper"
+    window.choose(1)
+    wait_until(lambda: Settings(path).text("tab") == "robotino", "the tab is remembered")
+    front().controller.controls.set_speed(0.05)
+    wait_until(lambda: Settings(path).number("robotino/speed", 0.0) == 0.05, "the speed is remembered")
+    front().controller.bar.set_guide_keys(True)
+    wait_until(lambda: Settings(path).text("keys"), "so are the keys")
+    _window, front = open_both()
+    assert front().link.robot.name == "robotino"
+    assert front().controller.controls.speed == pytest.approx(0.05) and front().controller.bar.guide_keys
+    for window, tabs in opened:
+        for tab in tabs:
+            tab.terminal.close_terminal()
+        window.deleteLater()
