@@ -26,6 +26,30 @@ print("ready", flush=True)
 rospy.spin()
 """
 
+FORGETFUL_GATE = """
+import rospy
+from std_srvs.srv import Trigger, TriggerResponse
+from telepresence_msgs.msg import SafetyState
+rospy.init_node("gate")
+message = SafetyState(state="no command")
+def stop(_request):
+    message.state = "stopped"
+    print("asked to stop", flush=True)
+    return TriggerResponse(True, "")
+def reset(_request):
+    message.state = "no command"
+    return TriggerResponse(True, "")
+rospy.Service("stop_drive", Trigger, stop)
+rospy.Service("reset_stop", Trigger, reset)
+safety = rospy.Publisher("safety", SafetyState, queue_size=1)
+print("ready", flush=True)
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    safety.publish(message)
+    rate.sleep()
+"""
+"""A stop of this one is gone when its program ends, as that of any gate."""
+
 
 class Remote(Talker):
     """Another window."""
@@ -120,6 +144,26 @@ def test_who_lets_go_of_the_red_stop_hears_what_the_gate_answers(anna, graph, pr
     anna.ask("drive")
     assert len(anna.state("refused")) == told
     assert gate.end() == 0
+
+
+def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, probe, until_true):
+    """Else what drives past the lease would move a robot that its pilot has stopped."""
+    probe.watch("/safety", "telepresence_msgs/SafetyState", ["state"])
+    first = graph.run(sys.executable, "-c", FORGETFUL_GATE)
+    until_true(lambda: probe.latest("/safety") == ["no command"], "nothing is stopped")
+    anna.ask("ask", "stop", "")
+    until_true(lambda: probe.latest("/safety") == ["stopped"], "the gate holds it")
+    first.process.kill()
+    probe.forget("/safety")
+    second = graph.run(sys.executable, "-c", FORGETFUL_GATE)
+    until_true(lambda: "asked to stop" in second.output, "the next gate is asked, too")
+    until_true(lambda: probe.latest("/safety") == ["stopped"], "and holds it")
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: probe.latest("/safety") == ["no command"], "she lets go")
+    seen = len(probe.seen("/safety"))
+    until_true(lambda: len(probe.seen("/safety")) > seen + 30, "for longer than after which a stop is asked for again")
+    assert second.output.count("asked to stop") == 1 and anna.state("stopped_by") == ""
+    assert second.end() == 0
 
 
 def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, probe, until_true):

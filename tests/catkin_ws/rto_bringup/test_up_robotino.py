@@ -15,6 +15,7 @@ import subprocess
 import sys
 import urllib.request
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,12 @@ class Station:
     def place(self) -> list[float]:
         """Return the robot's place in the world [x, y] [m]."""
         return self.probe.latest("/truth")
+
+    def drive_servers(self) -> Iterator[int]:
+        for pid in processes.descendants(self.program.process.pid):
+            with contextlib.suppress(FileNotFoundError):  # it has ended meanwhile
+                if b"robotino_onboard drive" in Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" "):
+                    yield pid
 
     def safety(self) -> str:
         return self.probe.latest("/rto3/safety")[0]
@@ -183,6 +190,29 @@ def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):
     assert call("/rto3/reset_bumper", "std_srvs/Trigger", {})[1]["success"] is True
 
 
+def test_a_red_stop_outlasts_the_drive_server(station, graph, until_true):
+    """The one that roslaunch starts again knows nothing of it, and programs may drive past the window."""
+    station.xdotool("mousemove", *HEADING, "click", "1", "key", "Escape")
+    until_true(lambda: station.safety() == "stopped", "the window stops the robot")
+    killed = set(station.drive_servers())
+    for pid in killed:
+        processes.send(pid, signal.SIGKILL)
+    until_true(lambda: set(station.drive_servers()) - killed, "another one starts")
+    station.probe.forget("/rto3/safety")
+    until_true(lambda: station.probe.newest("/rto3/safety")[0] == "stopped", "it is stopped, too")
+    station.probe.watch("/rto3/cmd_vel", "geometry_msgs/Twist", ["linear.x"])
+
+    def commands():
+        return [velocity for _, velocity in station.probe.seen("/rto3/cmd_vel")]
+
+    begin = station.place()
+    with graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"):
+        until_true(lambda: commands().count([0.2]) > 10, "a program commands past the window, for a second")
+    assert math.dist(station.place(), begin) < 1e-3
+    station.xdotool("key", "shift+Escape")
+    until_true(lambda: station.safety() == "no command", "the window lets go")
+
+
 def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
     """A person carries a line from the sender's terminal to the receiver's, and one back."""
 
@@ -222,16 +252,10 @@ def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
 def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, until_true):
     """roslaunch brings it back, as systemd does on a robot."""
 
-    def servers():
-        for pid in processes.descendants(station.program.process.pid):
-            with contextlib.suppress(FileNotFoundError):  # it has ended meanwhile
-                if b"robotino_onboard drive" in Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" "):
-                    yield pid
-
-    assert list(servers())
+    assert list(station.drive_servers())
 
     def is_told():
-        for pid in servers():  # it comes back sooner than anybody misses it
+        for pid in station.drive_servers():  # it comes back sooner than anybody misses it
             processes.send(pid, signal.SIGKILL)
         return station.safety() == "fault"
 

@@ -1,7 +1,8 @@
 """The node drive_lease: one pilot at a time. All operator's windows drive through it.
 
 Subscribes: drive/command and drive/look (telepresence_msgs/DriveCommand, DriveLook) of the windows; cmd_vel
-            (geometry_msgs/Twist), to know when another program drives past the lease.
+            (geometry_msgs/Twist), to know when another program drives past the lease; safety
+            (telepresence_msgs/SafetyState), whether the gate holds the red stop.
 Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
             stops or falls silent; head/look (telepresence_msgs/HeadLook), where that window looks; drive/state
             (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String, latched): why nobody may drive now,
@@ -17,6 +18,7 @@ Arguments:  --sign-in true: check names against the accounts of telepresence.tel
 from __future__ import annotations
 
 import argparse
+import math
 import queue
 import re
 import secrets
@@ -30,7 +32,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from telepresence_msgs.msg import DriveCommand, DriveLook, DriveState, HeadLook
+from telepresence_msgs.msg import DriveCommand, DriveLook, DriveState, HeadLook, SafetyState
 from telepresence_msgs.srv import (
     DriveAsk,
     DriveAskRequest,
@@ -59,6 +61,10 @@ PARTING_TIME = 0.05
 """Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 STOP_PATIENCE = 2.0
 """Seconds within which the safety gate's service must be found for a stop: it may be starting."""
+STOP_AGAIN = 1.0
+"""Seconds after which a gate that does not hold the red stop is asked for it again."""
+STANDS = (SafetyState.STOPPED, SafetyState.FAULT)
+"""States of a gate that lets nothing through, whatever it is asked for."""
 RESET_PATIENCE = 0.2
 """Seconds, likewise, for a reset: a gate that is only starting holds nothing."""
 GATE_ANSWER = 3.0
@@ -98,6 +104,8 @@ class LeaseNode:
         self._looks = rospy.Publisher("head/look", HeadLook, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("drive/look", DriveLook, self._on_look, queue_size=20, tcp_nodelay=True)
         self._connected: set[str] = set()
+        self._stop_asked = -math.inf
+        rospy.Subscriber("safety", SafetyState, self._on_safety, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
         rospy.Service("drive/join", DriveJoin, self._on_join)
         rospy.Service("drive/ask", DriveAsk, self._on_ask)
@@ -185,6 +193,16 @@ class LeaseNode:
             answer = self._lease.receive_other(caller, velocity, time.monotonic())
         self._publish(answer)
 
+    def _on_safety(self, message: SafetyState) -> None:
+        """A red stop lasts until a person resets it. A gate whose program has started again knows nothing of it, and
+        would let programs through that drive past the lease: it is asked again."""
+        now = time.monotonic()
+        if not self._state.stopped_by or message.state in STANDS or now < self._stop_asked + STOP_AGAIN:
+            return
+        self._stop_asked = now
+        rospy.logwarn_throttle(10.0, "the safety gate does not hold the red stop: it is asked for it again")
+        self._at_gate("stop_drive", STOP_PATIENCE)
+
     def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
         claim, now = Claim(request.name, request.window, bytes(request.key)), time.monotonic()
         if not request.session:
@@ -208,6 +226,8 @@ class LeaseNode:
                 request.session, request.number, request.action, request.to, bytes(request.proof), now
             )
             velocity, state = self._lease.tick(now), self._lease.state(now)
+        if reply.ok and request.action == "stop":
+            self._stop_asked = now
         self._publish(velocity)
         self._report(state, now)
         if reply.ok and request.action == "stop":
@@ -238,9 +258,9 @@ class LeaseNode:
                 answer = rospy.ServiceProxy(service, Trigger)()
                 refusal = "" if answer.success else answer.message or "The safety gate refuses."
             except (rospy.ROSException, rospy.ServiceException) as error:
-                rospy.logwarn("%s was not done by the safety gate: %s", service, error)
+                rospy.logwarn_throttle(10.0, f"{service} was not done by the safety gate: {error}")
             if refusal:
-                rospy.logwarn("%s was refused by the safety gate: %s", service, refusal)
+                rospy.logwarn_throttle(10.0, f"{service} was refused by the safety gate: {refusal}")
             answers.put(refusal)
 
         threading.Thread(target=call, name=service, daemon=True).start()
