@@ -11,6 +11,7 @@ Subscribes: voice/from_pilot (telepresence_msgs/Sound): a pilot elsewhere speaks
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
             whoever held it is gone. voice/conversation (SetBool): false is silent both ways, whatever else is set.
+A node that dies and is started again is as silent as it was, see `KeptState`.
 What is muted is muted here: voice/from_pilot and voice/from_robot are switched on and off at their other ends.
 """
 
@@ -28,6 +29,7 @@ from telepresence_msgs.msg import Sound, VoiceSettings
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
+from telepresence_ros.kept_state import KeptState
 
 LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
 TALK_LIMIT = 120.0
@@ -88,9 +90,11 @@ class VoiceTopics:
 
     def __init__(self, talk: Talk, muted: bool = False, conversation: bool = True) -> None:
         self._voice = talk
-        self._conversation = conversation
-        self._muted, self._talking, self._talk_since = muted, False, 0.0
-        self._speaker_muted = False
+        self._kept = KeptState()
+        kept = self._kept.read()
+        self._conversation = kept.get("conversation", conversation)
+        self._muted, self._talking, self._talk_since = kept.get("microphone_muted", muted), False, 0.0
+        self._speaker_muted = kept.get("speaker_muted", False)
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
         self._apply()
         self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
@@ -134,6 +138,7 @@ class VoiceTopics:
             if (newest := self._settings()) != settings:
                 settings = newest
                 self._settings_topic.publish(settings)
+        self._kept.forget()
 
     def pass_on(self, frames: bytes, rate: int, channels: int) -> None:
         """Publish what the robot's microphone records, see `Sound`; from any thread."""
@@ -170,10 +175,12 @@ class VoiceTopics:
     def _mute(self, muted: bool) -> None:
         self._muted = muted
         self._apply()
+        self._keep()
 
     def _mute_speaker(self, muted: bool) -> None:
         self._speaker_muted = muted
         self._apply()
+        self._keep()
 
     def _talk(self, talking: bool) -> None:
         self._talking, self._talk_since = talking, time.monotonic()
@@ -182,6 +189,16 @@ class VoiceTopics:
     def _converse(self, wanted: bool) -> None:
         self._conversation = wanted
         self._apply()
+        self._keep()
+
+    def _keep(self) -> None:
+        self._kept.write(
+            {
+                "conversation": self._conversation,
+                "microphone_muted": self._muted,
+                "speaker_muted": self._speaker_muted,
+            }
+        )
 
     def _apply(self) -> None:
         self._voice.open_microphone(self._conversation and (self._talking or not self._muted))

@@ -1,0 +1,45 @@
+"""What a person has silenced stays silent: the node `rto_voice`, without a robot and without a sound card."""
+
+from __future__ import annotations
+
+import pytest
+
+pytestmark = pytest.mark.ros
+
+SETTINGS = ["microphone_muted", "speaker_muted"]
+
+
+@pytest.fixture
+def probe(graph):
+    probe = graph.probe()
+    probe.watch("/voice/settings", "telepresence_msgs/VoiceSettings", SETTINGS)
+    probe.watch("/voice/state", "std_msgs/String", ["data"])
+    return probe
+
+
+@pytest.fixture
+def start(graph, probe, until_true):
+    def start():
+        probe.forget("/voice/settings")
+        probe.forget("/voice/state")
+        node = graph.run(str(graph.workspace / "lib/rto_node/rto_voice"), f"_server:=127.0.0.1:{graph.free_port()}")
+        until_true(lambda: probe.seen("/voice/settings") and probe.seen("/voice/state"), "it runs")
+        return node
+
+    return start
+
+
+def test_a_node_that_dies_comes_back_as_silent_as_it_was(probe, start):
+    first = start()
+    assert probe.newest("/voice/settings") == [False, False]
+    for name, wanted in (("mute_microphone", True), ("mute_speaker", True), ("conversation", False)):
+        assert probe.call(f"/voice/{name}", "std_srvs/SetBool", {"data": wanted})[0]
+    first.process.kill()
+    first.process.wait()
+    second = start()
+    assert probe.newest("/voice/settings") == [True, True]
+    assert probe.newest("/voice/state") == ["no conversation"]
+    assert second.end() == 0
+    third = start()
+    assert probe.newest("/voice/settings") == [False, False], "one that ends forgets it"
+    assert third.end() == 0
