@@ -82,10 +82,10 @@ class Link:
 class Drive:
     """A driver with a clock of its own."""
 
-    def __init__(self, connection: Connection, wake_up: bool = True) -> None:
+    def __init__(self, connection: Connection, wake_up: bool = True, rests: bool = False) -> None:
         self.watchdog = CommandWatchdog()
         self.link = Link()
-        self.base = BaseDriver(connection, self.link, self.watchdog, wake_up)
+        self.base = BaseDriver(connection, self.link, self.watchdog, wake_up, rests=rests)
         self.now = 0.0
 
     @property
@@ -249,6 +249,17 @@ def test_robot_that_was_put_to_rest_is_left_alone_and_said_to_sleep(drive, motio
     drive.hold(0.2, 0.1)
     assert drive.base.state == "stopped: the robot sleeps; wake it up to drive"
     assert motion.calls == []
+
+
+def test_robot_that_was_put_to_rest_before_the_driver_died_is_left_alone(connection, motion):
+    motion.awake = False
+    drive = Drive(connection, rests=True)
+    drive.supervise()
+    drive.hold(0.2, 0.1)
+    assert motion.calls == [] and "sleeps" in drive.base.state
+    motion.awake = True
+    drive.supervise()
+    assert drive.base.awake, "somebody has woken it"
 
 
 def test_lost_robot_is_given_nothing_and_named(naoqi, memory, make_connection, wait_until):

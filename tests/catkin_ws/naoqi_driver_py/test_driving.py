@@ -167,6 +167,25 @@ def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, until
     station.cruise(until_true)
 
 
+def test_robot_that_was_put_to_rest_sleeps_on_when_its_driver_dies(station, until_true):
+    """It must not stand up because a program has died."""
+    session = qi.Session()
+    session.connect(f"tcp://127.0.0.1:{station.graph.robot_port}")
+    motion = session.service("ALMotion")
+    motion.rest()
+    until_true(lambda: station.pilot.parameter("/naoqi_moveto_listener/kept") == {"rests": True}, "the driver knows")
+    station.driver.kill()
+    station.start_driver()
+    until_true(lambda: station.pilot.subscribers() == 1, "the next driver listens")
+    station.pilot.drive(0.2, 0.0, 0.0)
+    until_true(lambda: "sleeps" in station.state, "the pilot is told")
+    assert not motion.robotIsWakeUp()
+    station.pilot.silence()
+    motion.wakeUp()
+    station.cruise(until_true)
+    session.close()
+
+
 def test_robot_of_a_frozen_driver_stands(station, until_true):
     station.cruise(until_true)
     station.driver.signal(signal.SIGSTOP)

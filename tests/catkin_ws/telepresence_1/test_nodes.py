@@ -103,6 +103,10 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert switch.process.wait(30) == 0 and "success: True" in switch.output
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; not on the tablet: switched off", "switched off")
     assert colour(tablet) == (0, 0, 0) and life.focus == ""
+    node.kill()
+    node = graph.run(program(graph, "com_cam.py"), *arguments)
+    probe.forget("/com_cam/status")
+    wait_until(lambda: probe.newest("/com_cam/status")[1].endswith("switched off"), "nor does it come back by itself")
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
     assert "Traceback" not in node.output and node.output.endswith("Exit\n")

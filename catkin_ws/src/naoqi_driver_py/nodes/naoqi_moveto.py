@@ -13,7 +13,8 @@ Parameters: ~drive_server (""): host or host:port, 8085 unless given, of the dri
             is in the pilot's store, `./stack pair`. Without one this node starts one for itself;
             ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
             ~base_frame_id (base_footprint): frame of what the safety gate reports;
-            ~wake_up (true): wake a sleeping robot at start;
+            ~wake_up (true): wake a sleeping robot at start, but for one that was put to rest while a driver ran that
+            has died;
             ~look (0.15): HeadPitch at start, and of looking straight ahead [rad, positive down]; "none" leaves the
             head alone until a pilot turns it.
 """
@@ -38,6 +39,7 @@ from naoqi_driver.range_sensors import RangeSensorReader
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.kept_state import KeptState
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
@@ -82,12 +84,14 @@ class MoveTo:
                 self._node.connection, lambda reading: gated.receive(reading, time.monotonic())
             ).start()
         look = rospy.get_param("~look", LOOK)
+        self._kept = KeptState()
         self._base = BaseDriver(
             self._node.connection,
             self._link,
             self._commands,
             wake_up=bool(rospy.get_param("~wake_up", True)),
             look=None if look == "none" else float(look),
+            rests=self._kept.read().get("rests", False),
         )
         ahead = LOOK if look == "none" else float(look)
         asleep = lambda: self._base.awake is False  # noqa: E731
@@ -205,9 +209,11 @@ class MoveTo:
                 self._head.head.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
+            self._kept.keep({"rests": self._base.awake is False})
             if not offered and now >= begun + OFFER_AFTER:
                 offered = True
                 self._offer_distances()
+        self._kept.forget()
 
     def _offer_distances(self) -> None:
         # Imported late, see `OFFER_AFTER`: with it come all messages of the package.

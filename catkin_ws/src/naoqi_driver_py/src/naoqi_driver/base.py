@@ -52,6 +52,7 @@ class BaseDriver:
         commands: Holds the newest command; a `CommandWatchdog`, or a `GatedDrive`, which checks it against the sensors.
         wake_up: Wake a sleeping robot when the link comes up for the first time, and again when a robot that was awake
             comes back asleep (it restarted). One that was put to rest meanwhile is left alone.
+        rests: Whether it was put to rest already while a driver ran that has died.
         look: HeadPitch [rad, positive down] given to an awake robot when the link comes up, so that the pilot sees
             the floor ahead and not the ceiling that the Stand posture looks at; None leaves the head alone.
     Attributes:
@@ -67,10 +68,11 @@ class BaseDriver:
         commands: CommandWatchdog | GatedDrive,
         wake_up: bool = True,
         look: float | None = None,
+        rests: bool = False,
     ) -> None:
         self.state = "stopped: not connected yet"
         self.problem = ""
-        self.awake: bool | None = None
+        self.awake: bool | None = False if rests else None
         self._connection = connection
         self._link = link
         self._commands = commands

@@ -42,6 +42,7 @@ from naoqi_driver.connection import Address, Connection
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 
 from telepresence.security.outside_text import clean
@@ -114,10 +115,11 @@ class ComCam:
         self.page_url = page_url
         login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
         self.connection = Connection(Address.parse(robot, int(rospy.get_param("~nao_port", 9559)), *login))
+        self._kept = KeptState()  # a pilot who has taken the own face off the tablet does not come back unasked
         self.link = TabletLink(
             self.connection,
             page_url,
-            wanted=bool(rospy.get_param("~show_on_tablet", True)),
+            wanted=self._kept.read().get("on_tablet", bool(rospy.get_param("~show_on_tablet", True))),
             activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
         )
         self._linked = False
@@ -156,6 +158,7 @@ class ComCam:
     def close(self) -> None:
         """End everything within three seconds, whatever the robot and the camera do."""
         remove_record(self.connection.address)
+        self._kept.forget()
         self.link.close()
         self.connection.close()
         self.server.close()
@@ -242,6 +245,7 @@ class ComCam:
         if request.data and not self._linked:
             self._start_link()
         self._record()
+        self._kept.keep({"on_tablet": request.data})
         return SetBoolResponse(True, self._describe_tablet())
 
 

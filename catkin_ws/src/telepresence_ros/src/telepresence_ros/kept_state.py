@@ -26,6 +26,7 @@ class KeptState:
 
     def __init__(self) -> None:
         self._name = rospy.resolve_name("~kept")
+        self._kept: dict[str, bool] | None = None
 
     def read(self) -> dict[str, bool]:
         """Return what was kept of a run of this node that has died; empty if there was none."""
@@ -34,10 +35,13 @@ class KeptState:
             return {}
         return {str(name): value for name, value in found.items() if isinstance(value, bool)}
 
-    def write(self, switches: Mapping[str, bool]) -> None:
+    def keep(self, switches: Mapping[str, bool]) -> None:
         """Keep these in place of what was kept before."""
+        if switches == self._kept:
+            return
+        self._kept = dict(switches)
         try:
-            self._master().setParam(rospy.get_name(), self._name, dict(switches))
+            self._master().setParam(rospy.get_name(), self._name, self._kept)
         except ERRORS as error:
             rospy.logwarn(
                 "what was set here is lost if this node dies, since the ROS master does not take it: %s", error

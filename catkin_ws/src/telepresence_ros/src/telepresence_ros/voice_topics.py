@@ -192,7 +192,7 @@ class VoiceTopics:
         self._keep()
 
     def _keep(self) -> None:
-        self._kept.write(
+        self._kept.keep(
             {
                 "conversation": self._conversation,
                 "microphone_muted": self._muted,
