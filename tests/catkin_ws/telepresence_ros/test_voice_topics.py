@@ -6,7 +6,7 @@ import pytest
 
 pytestmark = pytest.mark.ros
 
-SETTINGS = ["microphone_muted", "speaker_muted"]
+SETTINGS = ["microphone_muted", "speaker_muted", "speaker"]
 
 
 @pytest.fixture
@@ -29,17 +29,20 @@ def start(graph, probe, until_true):
     return start
 
 
-def test_a_node_that_dies_comes_back_as_silent_as_it_was(probe, start):
+def test_a_node_that_dies_comes_back_as_silent_as_it_was(graph, probe, start, until_true):
     first = start()
-    assert probe.newest("/voice/settings") == [False, False]
+    before = probe.newest("/voice/settings")
+    assert before[:2] == [False, False] and before[2] != "none"
     for name, wanted in (("mute_microphone", True), ("mute_speaker", True), ("conversation", False)):
         assert probe.call(f"/voice/{name}", "std_srvs/SetBool", {"data": wanted})[0]
-    first.process.kill()
-    first.process.wait()
+    chosen = graph.run("rostopic", "pub", "/voice/speaker", "std_msgs/String", "data: none")
+    until_true(lambda: probe.newest("/voice/settings")[2] == "none", "a loudspeaker is chosen")
+    chosen.kill()
+    first.kill()
     second = start()
-    assert probe.newest("/voice/settings") == [True, True]
+    until_true(lambda: probe.newest("/voice/settings") == [True, True, "none"], "muted, on the device that was chosen")
     assert probe.newest("/voice/state") == ["no conversation"]
     assert second.end() == 0
     third = start()
-    assert probe.newest("/voice/settings") == [False, False], "one that ends forgets it"
+    assert probe.newest("/voice/settings") == before, "one that ends forgets it"
     assert third.end() == 0

@@ -119,7 +119,7 @@ class ComCam:
         self.link = TabletLink(
             self.connection,
             page_url,
-            wanted=self._kept.read().get("on_tablet", bool(rospy.get_param("~show_on_tablet", True))),
+            wanted=self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True))),
             activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
         )
         self._linked = False

@@ -22,24 +22,29 @@ ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
 
 class KeptState:
-    """The node's private parameter `~kept`: switches by name."""
+    """The node's private parameter `~kept`: switches and texts by name."""
 
     def __init__(self) -> None:
         self._name = rospy.resolve_name("~kept")
-        self._kept: dict[str, bool] | None = None
-
-    def read(self) -> dict[str, bool]:
-        """Return what was kept of a run of this node that has died; empty if there was none."""
         found = rospy.get_param(self._name, {})
-        if not isinstance(found, dict):
-            return {}
-        return {str(name): value for name, value in found.items() if isinstance(value, bool)}
+        self._found = found if isinstance(found, dict) else {}
+        self._kept: dict[str, bool | str] | None = None
 
-    def keep(self, switches: Mapping[str, bool]) -> None:
+    def switch(self, name: str, otherwise: bool) -> bool:
+        """Return a switch of a run of this node that has died; `otherwise` if there is none."""
+        value = self._found.get(name)
+        return value if isinstance(value, bool) else otherwise
+
+    def text(self, name: str) -> str:
+        """Return a text of such a run; empty if there is none."""
+        value = self._found.get(name)
+        return value if isinstance(value, str) else ""
+
+    def keep(self, values: Mapping[str, bool | str]) -> None:
         """Keep these in place of what was kept before."""
-        if switches == self._kept:
+        if values == self._kept:
             return
-        self._kept = dict(switches)
+        self._kept = dict(values)
         try:
             self._master().setParam(rospy.get_name(), self._name, self._kept)
         except ERRORS as error:

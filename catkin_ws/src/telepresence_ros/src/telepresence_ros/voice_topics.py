@@ -11,7 +11,7 @@ Subscribes: voice/from_pilot (telepresence_msgs/Sound): a pilot elsewhere speaks
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
             whoever held it is gone. voice/conversation (SetBool): false is silent both ways, whatever else is set.
-A node that dies and is started again is as silent as it was, see `KeptState`.
+A node that dies and is started again is as silent as it was, with the devices that were chosen, see `KeptState`.
 What is muted is muted here: voice/from_pilot and voice/from_robot are switched on and off at their other ends.
 """
 
@@ -90,11 +90,11 @@ class VoiceTopics:
 
     def __init__(self, talk: Talk, muted: bool = False, conversation: bool = True) -> None:
         self._voice = talk
-        self._kept = KeptState()
-        kept = self._kept.read()
-        self._conversation = kept.get("conversation", conversation)
-        self._muted, self._talking, self._talk_since = kept.get("microphone_muted", muted), False, 0.0
-        self._speaker_muted = kept.get("speaker_muted", False)
+        self._kept = kept = KeptState()
+        self._conversation = kept.switch("conversation", conversation)
+        self._muted, self._talking, self._talk_since = kept.switch("microphone_muted", muted), False, 0.0
+        self._speaker_muted = kept.switch("speaker_muted", False)
+        self._choices: dict[str, str] = {}
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
         self._apply()
         self._level_topic = rospy.Publisher("voice/levels", Float32MultiArray, queue_size=1)
@@ -104,8 +104,8 @@ class VoiceTopics:
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self._from_robot = rospy.Publisher("voice/from_robot", Sound, queue_size=10, tcp_nodelay=True)
         rospy.Subscriber("voice/from_pilot", Sound, self._on_pilot, queue_size=50, tcp_nodelay=True)
-        rospy.Subscriber("voice/microphone", String, lambda message: talk.choose_microphone(message.data))
-        rospy.Subscriber("voice/speaker", String, lambda message: talk.choose_speaker(message.data))
+        rospy.Subscriber("voice/microphone", String, lambda message: self._choose("microphone", message.data))
+        rospy.Subscriber("voice/speaker", String, lambda message: self._choose("speaker", message.data))
         for name, action in (
             ("mute_microphone", self._mute),
             ("mute_speaker", self._mute_speaker),
@@ -117,6 +117,9 @@ class VoiceTopics:
     def run(self, cycles: Iterable[float]) -> None:
         """Publish in every cycle (`LEVEL_PERIOD`) until there are no more."""
         told, listed, settings, slow = None, None, None, 0.0
+        for part in ("microphone", "speaker"):
+            if device := self._kept.text(part):
+                self._choose(part, device)
         for now in cycles:
             if self._talking and now - self._talk_since > TALK_LIMIT:
                 rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
@@ -191,9 +194,16 @@ class VoiceTopics:
         self._apply()
         self._keep()
 
+    def _choose(self, part: str, device: str) -> None:
+        choose = self._voice.choose_microphone if part == "microphone" else self._voice.choose_speaker
+        choose(device)
+        self._choices[part] = device
+        self._keep()
+
     def _keep(self) -> None:
         self._kept.keep(
             {
+                **self._choices,
                 "conversation": self._conversation,
                 "microphone_muted": self._muted,
                 "speaker_muted": self._speaker_muted,
