@@ -26,6 +26,9 @@ TABS = {"pepper": ("50", "27"), "robotino": ("125", "27")}
 class Pilot(Protocol):
     """Somebody with a finger on a key."""
 
+    def approach(self) -> None:
+        """Get to where this robot is driven from."""
+
     def hold(self) -> None:
         """Press forward and keep it."""
 
@@ -53,6 +56,9 @@ class TopicPilot:
         )  # fmt: skip
         if self.process.stdout.readline() != "ready\n":
             raise RuntimeError("the pilot's program did not start")
+
+    def approach(self) -> None:
+        """Its topic is always there."""
 
     def hold(self) -> None:
         self.drive(self._speed, 0.0)
@@ -94,6 +100,9 @@ class TerminalPilot:
         self._released: threading.Event | None = None
         self._thread: threading.Thread | None = None
 
+    def approach(self) -> None:
+        """Its keyboard program has the terminal."""
+
     def hold(self) -> None:
         if self._released is None:
             self._released = threading.Event()
@@ -121,19 +130,22 @@ class TerminalPilot:
 
 
 class WindowPilot:
-    """The key W in the operator's window, on the page of this robot."""
+    """The key W in the operator's window, on the page of this robot: a window that comes back shows it by itself."""
 
     def __init__(self, station: Station, robot: Robot) -> None:
         self._station = station
         several = len(station.robots) > 1
         self._nowhere = ("4", "400") if several else ("60", "84")
-        tab = ("mousemove", *TABS[robot.name], "click", "1", "sleep", "0.3")
-        self._page = tab if several else ()
+        self._tab = ("mousemove", *TABS[robot.name], "click", "1", "sleep", "0.3") if several else ()
         self._display: dict[str, str] = {}
+
+    def approach(self) -> None:
+        if self._tab:
+            self._do(*self._tab)
 
     def hold(self) -> None:
         # A click on a place that does nothing else gives the keyboard to a window that has come back.
-        self._do(*self._page, "mousemove", *self._nowhere, "click", "1", "keydown", "w")
+        self._do("mousemove", *self._nowhere, "click", "1", "keydown", "w")
 
     def release(self) -> None:
         self._do("keyup", "w")

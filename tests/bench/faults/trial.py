@@ -131,6 +131,7 @@ def start_driving(run: Run) -> None:
         raise NotReady(f"the simulated world does not return to its start: {problem}")
     deadline = time.monotonic() + START_TIMEOUT
     while True:
+        run.pilot.approach()
         run.pilot.hold()
         if wait(run.drives, 3.0):
             time.sleep(STEADY + run.random.uniform(0.0, 0.3))  # at any moment of every loop's period
