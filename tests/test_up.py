@@ -45,8 +45,6 @@ PROGRAMS = {
     "/teleop_twist_keyboard",
 }
 """The eight programs of the original, and the simulator."""
-FIRST_PICTURE_WITHIN, DRIVES_WITHIN = 3.0, 10.0
-"""Seconds after the tap on the link."""
 
 
 class Station:
@@ -222,25 +220,20 @@ def moves(station) -> Callable[[], float]:
 
 @pytest.mark.parametrize("screen", SCREENS, ids=lambda screen: screen.name)
 def test_a_newcomer_opens_the_link_sees_and_drives(station, moves, wait_until, screen):
-    """Nothing is read and nothing is filled in: a tap on the link that the terminal shows, then forward is held."""
+    """Nothing is read and nothing is filled in: a tap on the link that the terminal shows, then forward is held. How
+    long it takes is measured by `./stack bench newcomer`."""
     link = re.search(r"pilot's page (https://\S+)", "".join(station.lines))[1]
     newcomer = Newcomer(screen)
     try:
-        for last in (False, False, True):  # a machine that is busy for a moment is no station that is slow
-            newcomer.tap(link)
-            tapped = time.monotonic()
-            wait_until(newcomer.is_there, "the picture is there, and the window has let go of the robot")
-            moves.restart()
-            wait_until(lambda: newcomer.insists() and moves() > 0.05, "the robot drives")
-            drove, seen = time.monotonic() - tapped, newcomer.first_picture()
-            if folder := os.environ.get("NEWCOMER_PICTURES"):  # for docs/page.md
-                Path(folder, f"pilot_page_{screen.name}.png").write_bytes(newcomer.picture())
-            newcomer.let_go()
-            wait_until(newcomer.holds_nothing, "the page lets go")
-            wait_until(lambda: station.speed() < 0.01, "the robot stands")
-            if last or (seen < FIRST_PICTURE_WITHIN and drove < DRIVES_WITHIN):
-                break
-        assert seen < FIRST_PICTURE_WITHIN and drove < DRIVES_WITHIN
+        newcomer.tap(link)
+        wait_until(newcomer.is_there, "the picture is there, and the window has let go of the robot")
+        moves.restart()
+        wait_until(lambda: newcomer.insists() and moves() > 0.05, "the robot drives")
+        if folder := os.environ.get("NEWCOMER_PICTURES"):  # for docs/page.md
+            Path(folder, f"pilot_page_{screen.name}.png").write_bytes(newcomer.picture())
+        newcomer.let_go()
+        wait_until(newcomer.holds_nothing, "the page lets go")
+        wait_until(lambda: station.speed() < 0.01, "the robot stands")
         assert station.looked_at_by() == [getpass.getuser()], "Pepper's tablet says who looks"
         assert "#" not in newcomer.evaluate("location.href"), "the key stays in the address bar"
         assert newcomer.errors == []
