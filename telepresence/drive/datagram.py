@@ -88,12 +88,13 @@ class Ask(namedtuple("Ask", "number what")):
     __slots__ = ()
 
 
-class Report(namedtuple("Report", "stamp seq state reason given allowed gap sector command_age scanning goal")):
+class Report(namedtuple("Report", "stamp seq state reason given allowed gap sector command_age scanning goal started")):
     """What the drive server lets through: `telepresence.safety.Decision` on the wire.
 
     `gap` [m] and `command_age` [s] may be infinite; `sector` is -1 for none; `given` is what was sent to the base
     [m/s, m/s, rad/s]; `stamp` is the robot's clock [s]. `allowed` [m/s] is empty where no sensor gate runs at that end;
-    `goal` is a `GoalState` or None.
+    `goal` is a `GoalState` or None. `started` is when the drive server began, on the clock of `stamp` [s]: a later one
+    knows nothing of what an earlier one was asked for. None from an older program, which does not say it.
     """
 
     __slots__ = ()
@@ -122,6 +123,7 @@ def encode_report(report):
     # In whole cm/s: written in a third of the time that it takes to write floats.
     fields["allowed"] = [int(round(speed * 100.0)) for speed in report.allowed]  # noqa: RUF046  Python 2.7 rounds to a float
     fields["given"] = [round(part, 4) for part in report.given]
+    fields["started"] = None if report.started is None else round(report.started, 3)
     for name in ("gap", "command_age"):
         fields[name] = round(fields[name], 3) if abs(fields[name]) < INFINITY else None
     fields["goal"] = report.goal and {"id": report.goal.number, "state": report.goal.state}
@@ -195,6 +197,7 @@ def parse_report(fields):
         INFINITY if fields.get("command_age") is None else _number(fields, "command_age"),
         _flag(fields, "scanning"),
         _goal_state(fields),
+        None if fields.get("started") is None else _number(fields, "started"),
     )
 
 

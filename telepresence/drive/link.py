@@ -17,7 +17,6 @@ import select
 import socket
 import threading
 import time
-from typing import NamedTuple
 
 from telepresence.drive.datagram import (
     MAX_DATAGRAM,
@@ -32,6 +31,7 @@ from telepresence.drive.datagram import (
 )
 from telepresence.drive.link_ends import default_name, parse_address
 from telepresence.drive.pilots_goal import PilotsGoal
+from telepresence.drive.pilots_requests import Done, PilotsRequests
 from telepresence.drive.session import COOKIE_LIFE, KeyMismatch, PilotHandshake, Session
 from telepresence.security.robot_key import RobotKey, is_loopback
 from telepresence.station.fault_sentences import DRIVE_SERVER
@@ -46,13 +46,6 @@ REOPEN_PERIOD = 2.0
 """Seconds of silence after which another socket is tried."""
 REQUEST_TIMEOUT = 2.0
 """Seconds; until then a request without an answer is repeated with every command."""
-
-
-class Done(NamedTuple):
-    """The answer to a request: whether it was done, and a sentence."""
-
-    ok: bool
-    text: str
 
 
 class DriveLink:
@@ -75,16 +68,13 @@ class DriveLink:
         PilotHandshake(None, self._name, self._rank)
         self.problem = f"{DRIVE_SERVER} at {self.host}:{self.port} has not answered yet."
         self.outages = 0
-        self._lock = threading.Lock()  # protects what the pilot gives and asks
+        self._lock = threading.Lock()  # protects what the pilot gives
         self._sending = threading.Lock()  # a datagram is made and sent before the next one
         self._velocity: tuple[float, float, float] | None = None
         self._given_at = -math.inf
         self._careful = self._hard = False
         self._goal = PilotsGoal()
-        self._requests: dict[int, str] = {}
-        self._answers: dict[int, Done] = {}
-        self._answered = threading.Condition(self._lock)
-        self._number = 0
+        self._requests = PilotsRequests()
         self._report: Report | None = None
         self._echo: float | None = None  # the stamp of the newest report in this session
         self._heard_at = -math.inf
@@ -161,16 +151,10 @@ class DriveLink:
             return self._goal.state(time.monotonic())
 
     def ask(self, what: str, timeout: float = REQUEST_TIMEOUT) -> Done:
-        """Have the robot do one of `datagram.REQUESTS`; waits for the answer, asking again until it comes."""
-        with self._lock:
-            self._number += 1
-            number = self._number
-            self._requests[number] = what
-            came = self._answered.wait_for(lambda: number in self._answers, timeout)
-            del self._requests[number]
-            if came:
-                return self._answers.pop(number)
-        return Done(False, self.problem or f"The robot did not answer within {timeout:g} s.")
+        """Have the robot do one of `datagram.REQUESTS`; waits for the answer, asking again until it comes. A stop that
+        was done is asked of a drive server that has started again, too, until it is reset."""
+        done = self._requests.ask(what, timeout)
+        return done or Done(False, self.problem or f"The robot did not answer within {timeout:g} s.")
 
     def report(self) -> tuple[Report | None, float]:
         """The newest report and its age [s]; None before the first."""
@@ -314,9 +298,7 @@ class DriveLink:
         )
 
     def _send_requests(self) -> None:
-        with self._lock:
-            waiting = [(number, what) for number, what in self._requests.items() if number not in self._answers]
-        for number, what in waiting:
+        for number, what in self._requests.waiting():
             with self._sending:
                 self._send_body(encode(type="ask", id=number, what=what))
 
@@ -380,12 +362,10 @@ class DriveLink:
             case "refused":
                 self._hint = short(str(fields.get("text")))
             case "done" if isinstance(number := fields.get("id"), int):
-                with self._lock:
-                    if number in self._requests:  # nothing else would ever take it away
-                        self._answers[number] = Done(fields.get("ok") is True, short(str(fields.get("text", ""))))
-                        self._answered.notify_all()
+                self._requests.answer(number, Done(fields.get("ok") is True, short(str(fields.get("text", "")))))
             case "report":
                 report = parse_report(fields)
+                self._requests.report(report)
                 with self._lock:
                     self._report, self._heard_at, self._hint = report, time.monotonic(), ""
                     self._echo = report.stamp

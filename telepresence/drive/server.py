@@ -84,7 +84,7 @@ class DriveServer(object):
         self._robot, self._log = robot, log
         self._pilots = Pilots(key)
         self._log_due, self._unsaid, self._refused = -INFINITY, 0, 0
-        self._reports = 0
+        self._reports, self._started = 0, monotonic()
         self._stopping = False
         self._waker, self._wake = socket.socketpair()
         self._waker.setblocking(False)
@@ -196,7 +196,8 @@ class DriveServer(object):
                 state, reason = NO_COMMAND, "Another pilot drives: %s." % driver
             elif not commanded and state in IDLE:
                 state, reason = NO_COMMAND, self._pilots.problem or "Nobody drives."
-            report = Report(*((now, self._reports, state, reason) + outcome[2:] + (self._pilots.goal_state(pilot),)))  # noqa: RUF005
+            about = self._pilots.goal_state(pilot), self._started
+            report = Report(*((now, self._reports, state, reason) + outcome[2:] + about))  # noqa: RUF005
             self._pilots.reported(pilot, now)
             self._send(pilot.send(encode_report(report)))
 

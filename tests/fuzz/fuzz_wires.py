@@ -33,7 +33,7 @@ def drive_datagram() -> Target:
     )
 
     goal = GoalState(7, "driving")
-    report = Report(1.5, 3, "way is free", "", (0.1, 0.0, 0.0), (0.3,) * SECTORS, 0.5, 2, 0.05, False, goal)
+    report = Report(1.5, 3, "way is free", "", (0.1, 0.0, 0.0), (0.3,) * SECTORS, 0.5, 2, 0.05, False, goal, 0.5)
 
     def feed(data: bytes) -> None:
         fields = decode(data)

@@ -73,7 +73,7 @@ class Link:
 
     def answer(self, state: str, reason: str = "", goal: str | None = None) -> None:
         self._goal = goal or self._goal
-        self._report = Report(0.0, 0, state, reason, (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None)
+        self._report = Report(0.0, 0, state, reason, (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None, 0.0)
 
     def report(self) -> tuple[Report | None, float]:
         return self._report, 0.0

@@ -36,7 +36,7 @@ def test_messages_survive_the_wire():
 
 REPORT = Report(
     1234567.123456789, 2**40, "sensor stale", "x" * 300, (-0.1999, -0.1999, -1.9999), (10.19,) * 72,
-    math.inf, -1, math.inf, True, GoalState(2**52, "driving"),
+    math.inf, -1, math.inf, True, GoalState(2**52, "driving"), 1234567.123,
 )  # fmt: skip
 
 
@@ -56,7 +56,7 @@ def test_a_report_fits_one_datagram_and_survives():
     body = datagram.encode_report(REPORT)
     assert len(body) <= MAX_BODY
     assert parse_report(decode(body)) == REPORT
-    ungated = REPORT._replace(allowed=(), goal=None)
+    ungated = REPORT._replace(allowed=(), goal=None, started=None)
     assert parse_report(decode(datagram.encode_report(ungated))) == ungated
 
 

@@ -24,8 +24,8 @@ from telepresence.safety import UNKNOWN
 def make_link(until_true):
     made = []
 
-    def make(port: int, name: str = "") -> DriveLink:
-        link = DriveLink(f"127.0.0.1:{port}", name=name)
+    def make(port: int, name: str = "", rank: int = 0) -> DriveLink:
+        link = DriveLink(f"127.0.0.1:{port}", name=name, rank=rank)
         made.append(link)
         until_true(lambda: not link.problem, "the drive server answers")
         return link
@@ -177,6 +177,24 @@ def test_a_terminated_server_stops_the_robot_first(simulation, run_onboard, make
     server.process.send_signal(signal.SIGTERM)
     assert server.process.wait(5) == 0
     until_true(lambda: abs(simulation.robot.snapshot().odometry.omega) < 0.01, "the robot stands")
+
+
+def test_a_stop_outlasts_the_server_until_somebody_resets_it(simulation, run_onboard, make_link, until_true):
+    server = run_onboard("drive", "--port", "0", "--robot", simulation.url)
+    link = make_link(server.port)
+    until_true(lambda: state(link) == "no command", "nothing is stopped")
+    assert link.ask("stop").ok
+    until_true(lambda: state(link) == "stopped", "the robot is stopped")
+    began = link.report()[0].started
+    server.process.kill()
+    server.process.wait()
+    server = run_onboard("drive", "--port", str(server.port), "--robot", simulation.url)
+    until_true(lambda: link.report()[0].started > began and state(link) == "stopped", "the next server is stopped, too")
+    other = make_link(server.port, "other@elsewhere", rank=1)
+    assert other.ask("reset stop").ok, "a higher rank resets it"
+    seq = other.report()[0].seq
+    until_true(lambda: link.report()[0].seq > seq + 20, "a second passes")
+    assert state(link) == "no command", "and nobody presses it again"
 
 
 def test_a_taken_port_is_named(capsys):

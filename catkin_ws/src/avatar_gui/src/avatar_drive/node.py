@@ -2,7 +2,7 @@
 
 Subscribes: drive/command and drive/look (telepresence_msgs/DriveCommand, DriveLook) of the windows; cmd_vel
             (geometry_msgs/Twist), to know when another program drives past the lease; safety
-            (telepresence_msgs/SafetyState), whether the gate holds the red stop.
+            (telepresence_msgs/SafetyState), whether a gate that has just come holds the red stop.
 Publishes:  cmd_vel (geometry_msgs/Twist), what the pilot's window asks for, and a zero whenever the pilot changes,
             stops or falls silent; head/look (telepresence_msgs/HeadLook), where that window looks; drive/state
             (telepresence_msgs/DriveState, latched); drive/hold (std_msgs/String, latched): why nobody may drive now,
@@ -63,8 +63,6 @@ STOP_PATIENCE = 2.0
 """Seconds within which the safety gate's service must be found for a stop: it may be starting."""
 STOP_AGAIN = 1.0
 """Seconds after which a gate that does not hold the red stop is asked for it again."""
-STANDS = (SafetyState.STOPPED, SafetyState.FAULT)
-"""States of a gate that lets nothing through, whatever it is asked for."""
 RESET_PATIENCE = 0.2
 """Seconds, likewise, for a reset: a gate that is only starting holds nothing."""
 GATE_ANSWER = 3.0
@@ -104,6 +102,10 @@ class LeaseNode:
         self._looks = rospy.Publisher("head/look", HeadLook, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("drive/look", DriveLook, self._on_look, queue_size=20, tcp_nodelay=True)
         self._connected: set[str] = set()
+        self._unsure_gate = False
+        """Whether a gate may not know of the red stop: it was just pressed, or the gate has just come."""
+        self._gate: dict[str, str] = {}
+        """The header of the connection to the gate, another one for every connection."""
         self._stop_asked = -math.inf
         rospy.Subscriber("safety", SafetyState, self._on_safety, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
@@ -195,13 +197,22 @@ class LeaseNode:
 
     def _on_safety(self, message: SafetyState) -> None:
         """A red stop lasts until a person resets it. A gate whose program has started again knows nothing of it, and
-        would let programs through that drive past the lease: it is asked again."""
+        would let programs through that drive past the lease: it is asked again. One that has held it since was reset by
+        somebody who may."""
+        if message._connection_header is not self._gate:
+            self._gate, self._unsure_gate = message._connection_header, True
         now = time.monotonic()
-        if not self._state.stopped_by or message.state in STANDS or now < self._stop_asked + STOP_AGAIN:
-            return
-        self._stop_asked = now
-        rospy.logwarn_throttle(10.0, "the safety gate does not hold the red stop: it is asked for it again")
-        self._at_gate("stop_drive", STOP_PATIENCE)
+        if message.state == SafetyState.STOPPED:
+            self._unsure_gate = False
+        elif message.state != SafetyState.FAULT and self._unsure_gate and now > self._stop_asked + STOP_AGAIN:
+            if self._is_stopped():
+                rospy.logwarn_throttle(10.0, "the safety gate does not hold the red stop: it is asked for it again")
+                self._stop_asked = now
+                self._at_gate("stop_drive", STOP_PATIENCE, again=True)
+
+    def _is_stopped(self) -> bool:
+        with self._lock:
+            return bool(self._lease.state(time.monotonic()).stopped_by)
 
     def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
         claim, now = Claim(request.name, request.window, bytes(request.key)), time.monotonic()
@@ -227,7 +238,7 @@ class LeaseNode:
             )
             velocity, state = self._lease.tick(now), self._lease.state(now)
         if reply.ok and request.action == "stop":
-            self._stop_asked = now
+            self._unsure_gate, self._stop_asked = True, now
         self._publish(velocity)
         self._report(state, now)
         if reply.ok and request.action == "stop":
@@ -246,21 +257,24 @@ class LeaseNode:
             refusal = "The safety gate does not answer, so the robot stays stopped."
         return Reply(not refusal, refusal)
 
-    def _at_gate(self, service: str, patience: float) -> queue.SimpleQueue[str]:
+    def _at_gate(self, service: str, patience: float, again: bool = False) -> queue.SimpleQueue[str]:
         """Have the safety gate stop the robot, which also holds against programs that drive past the lease, or let it
-        go; return where its refusal will be, empty for none."""
+        go; return where its refusal will be, empty for none. Again: a stop that may have been let go of meanwhile, and
+        whose failure was said already."""
         answers: queue.SimpleQueue[str] = queue.SimpleQueue()
+        log = rospy.logdebug if again else rospy.logwarn
 
         def call() -> None:
             refusal = ""
             try:
                 rospy.wait_for_service(service, timeout=patience)
-                answer = rospy.ServiceProxy(service, Trigger)()
-                refusal = "" if answer.success else answer.message or "The safety gate refuses."
+                if not again or self._is_stopped():
+                    answer = rospy.ServiceProxy(service, Trigger)()
+                    refusal = "" if answer.success else answer.message or "The safety gate refuses."
             except (rospy.ROSException, rospy.ServiceException) as error:
-                rospy.logwarn_throttle(10.0, f"{service} was not done by the safety gate: {error}")
+                log("%s was not done by the safety gate: %s", service, error)
             if refusal:
-                rospy.logwarn_throttle(10.0, f"{service} was refused by the safety gate: {refusal}")
+                log("%s was refused by the safety gate: %s", service, refusal)
             answers.put(refusal)
 
         threading.Thread(target=call, name=service, daemon=True).start()

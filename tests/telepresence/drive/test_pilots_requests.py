@@ -1,0 +1,102 @@
+"""What is asked of a drive server, answered by hand."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import pytest
+
+from telepresence.drive.datagram import Report
+from telepresence.drive.pilots_requests import Done, PilotsRequests
+
+NEVER = 0.0
+
+
+def report(started: float | None, state: str = "no command") -> Report:
+    """Of the server that began at this time [s]."""
+    return Report(9.0, 1, state, "", (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None, started)
+
+
+@pytest.fixture
+def requests(wait_until):
+    """Requests, and somebody who asks and gets the answer that a test gives."""
+    requests = PilotsRequests()
+
+    def do(what: str) -> None:
+        done: list[Done | None] = []
+        asking = threading.Thread(target=lambda: done.append(requests.ask(what, 30.0)))
+        asking.start()
+        wait_until(lambda: what in [asked for _, asked in requests.waiting()], "it is asked")
+        number = max(number for number, asked in requests.waiting() if asked == what)
+        requests.answer(number, Done(True, "done"))
+        asking.join()
+        assert done == [Done(True, "done")] and number not in dict(requests.waiting())
+
+    requests.do = do
+    return requests
+
+
+def asked(requests: PilotsRequests) -> list[str]:
+    return [what for _, what in requests.waiting()]
+
+
+def test_what_is_not_answered_is_given_up(requests):
+    assert requests.ask("stop", NEVER) is None and asked(requests) == []
+
+
+def test_an_answer_that_nobody_waits_for_is_dropped(requests):
+    requests.answer(7, Done(True, ""))
+    assert requests.ask("stop", NEVER) is None
+
+
+def test_a_server_that_began_later_is_asked_for_the_stop(requests):
+    requests.report(report(1.0))
+    requests.do("stop")
+    requests.report(report(1.0, "stopped"))
+    requests.report(report(2.0, "fault"))
+    requests.report(report(2.0))
+    assert asked(requests) == ["stop"]
+    (number, _), *_ = requests.waiting()
+    requests.answer(number, Done(True, ""))
+    requests.report(report(2.0, "stopped"))
+    assert asked(requests) == []
+    requests.report(report(3.0))
+    assert asked(requests) == ["stop"], "and so is the one after that"
+
+
+@pytest.mark.parametrize("state", ["no command", "clear", "limited"])
+def test_a_stop_that_another_pilot_has_reset_is_over(requests, state):
+    requests.report(report(1.0))
+    requests.do("stop")
+    requests.report(report(1.0, "stopped"))
+    requests.report(report(1.0, state))
+    requests.report(report(2.0))
+    assert asked(requests) == []
+
+
+def test_a_fault_is_no_reset(requests):
+    requests.report(report(1.0))
+    requests.do("stop")
+    requests.report(report(1.0, "fault"))
+    requests.report(report(2.0))
+    assert asked(requests) == ["stop"]
+
+
+def test_who_resets_the_stop_no_longer_asks_for_it(requests):
+    requests.report(report(1.0))
+    requests.do("stop")
+    requests.report(report(2.0))
+    requests.do("reset stop")
+    requests.report(report(2.0))
+    assert asked(requests) == []
+    requests.report(report(3.0))
+    assert asked(requests) == []
+
+
+def test_a_server_that_does_not_say_when_it_began_is_taken_for_the_same(requests):
+    requests.report(report(None))
+    requests.do("stop")
+    requests.report(report(None, "stopped"))
+    requests.report(report(None))
+    assert asked(requests) == []
