@@ -88,7 +88,7 @@ class Settings:
         which takes seconds while other programs write, and a window that waits is taken for frozen: a thread does it.
         """
         with self._lock:
-            if self._path is not None and self._changed and self._writer is None:
+            if self._path is not None and self._changed and not (self._writer and self._writer.is_alive()):
                 self._writer = threading.Thread(target=self._write_changes, name="settings", daemon=True)
                 self._writer.start()
 

@@ -109,7 +109,10 @@ class MoveTo:
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
-        return self._node.run(self._loop, self._look_after, self._head.loop)
+        code = self._node.run(self._loop, self._look_after, self._head.loop)
+        if code == 0:
+            self._kept.forget()
+        return code
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))
@@ -209,11 +212,10 @@ class MoveTo:
                 self._head.head.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
-            self._kept.keep({"rests": self._base.awake is False})
+            self._kept.keep(lambda: {"rests": self._base.awake is False})
             if not offered and now >= begun + OFFER_AFTER:
                 offered = True
                 self._offer_distances()
-        self._kept.forget()
 
     def _offer_distances(self) -> None:
         # Imported late, see `OFFER_AFTER`: with it come all messages of the package.

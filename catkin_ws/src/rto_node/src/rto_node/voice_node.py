@@ -49,7 +49,10 @@ class Voice:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._node.run(self._loop)
+        code = self._node.run(self._loop)
+        if code == 0:
+            self._topics.forget()
+        return code
 
     def _loop(self) -> None:
         parts = (self._robot, self._loudspeaker, self._microphone)

@@ -119,7 +119,7 @@ class ComCam:
         self.link = TabletLink(
             self.connection,
             page_url,
-            wanted=self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True))),
+            wanted=bool(rospy.get_param("~show_on_tablet", True)) and self._kept.switch("on_tablet", True),
             activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
         )
         self._linked = False
@@ -131,7 +131,10 @@ class ComCam:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._node.run(self._loop)
+        code = self._node.run(self._loop)
+        if code == 0:
+            self._kept.forget()
+        return code
 
     def _loop(self) -> None:
         try:
@@ -158,7 +161,6 @@ class ComCam:
     def close(self) -> None:
         """End everything within three seconds, whatever the robot and the camera do."""
         remove_record(self.connection.address)
-        self._kept.forget()
         self.link.close()
         self.connection.close()
         self.server.close()
@@ -166,6 +168,7 @@ class ComCam:
 
     def report(self) -> None:
         """Publish how things stand."""
+        self._keep()
         camera, link = self.camera.status, self.link
         messages = [camera.text]
         level = DiagnosticStatus.OK if camera.state is State.LIVE else DiagnosticStatus.WARN
@@ -234,6 +237,9 @@ class ComCam:
         except OSError as error:
             rospy.logwarn("main.py will not find this page: %s", error)
 
+    def _keep(self) -> None:
+        self._kept.keep(lambda: {"on_tablet": self.link.wanted})
+
     def _on_face(self, message: CompressedImage) -> None:
         try:
             self.camera.show(message.data, message.header.stamp.to_sec())
@@ -245,7 +251,7 @@ class ComCam:
         if request.data and not self._linked:
             self._start_link()
         self._record()
-        self._kept.keep({"on_tablet": request.data})
+        self._keep()
         return SetBoolResponse(True, self._describe_tablet())
 
 

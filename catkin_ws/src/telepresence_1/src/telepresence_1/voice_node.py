@@ -86,7 +86,10 @@ class Voice:
         for part in (self._speaker_stream, self._microphone, self._microphone_stream, self._sender, self._player):
             if part is not None:
                 part.start()
-        return self._node.run(self._loop)
+        code = self._node.run(self._loop)
+        if code == 0:
+            self._topics.forget()
+        return code
 
     def _loop(self) -> None:
         try:

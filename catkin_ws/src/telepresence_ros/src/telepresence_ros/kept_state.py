@@ -1,14 +1,17 @@
 """What people have set in a node, kept on the ROS master for as long as the node runs.
 
-A node that dies and is started again goes on with it: a microphone that was muted stays muted. One that ends forgets
-it, so the next session begins as its parameters say.
+A node that dies or fails and is started again goes on with it: a microphone that was muted stays muted. One that ends
+in order forgets it, so that the next session begins as its parameters say. What is found may be of a session that was
+killed as a whole: use it only for what makes the robot quieter than the parameters say.
 """
 
 from __future__ import annotations
 
 import http.client
+import threading
+import time
 import xmlrpc.client
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any
 
 import rosgraph
@@ -16,8 +19,10 @@ import rospy
 
 from telepresence.station.ros_master import master_proxy
 
-TIMEOUT = 1.0
+TIMEOUT = 0.5
 """Seconds that the master may take for an answer."""
+REPEAT = 5.0
+"""Seconds after which the same is kept again: a ROS master that died has lost what was new to it."""
 ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
 
@@ -28,7 +33,9 @@ class KeptState:
         self._name = rospy.resolve_name("~kept")
         found = rospy.get_param(self._name, {})
         self._found = found if isinstance(found, dict) else {}
+        self._lock = threading.Lock()
         self._kept: dict[str, bool | str] | None = None
+        self._due = 0.0
 
     def switch(self, name: str, otherwise: bool) -> bool:
         """Return a switch of a run of this node that has died; `otherwise` if there is none."""
@@ -40,17 +47,20 @@ class KeptState:
         value = self._found.get(name)
         return value if isinstance(value, str) else ""
 
-    def keep(self, values: Mapping[str, bool | str]) -> None:
-        """Keep these in place of what was kept before."""
-        if values == self._kept:
-            return
-        self._kept = dict(values)
-        try:
-            self._master().setParam(rospy.get_name(), self._name, self._kept)
-        except ERRORS as error:
-            rospy.logwarn(
-                "what was set here is lost if this node dies, since the ROS master does not take it: %s", error
-            )
+    def keep(self, values: Callable[[], dict[str, bool | str]]) -> None:
+        """Keep these in place of what was kept before. To be called at every change, and again and again."""
+        with self._lock:
+            newest, now = values(), time.monotonic()
+            if newest == self._kept and now < self._due:
+                return
+            try:
+                self._master().setParam(rospy.get_name(), self._name, newest)
+            except ERRORS as error:
+                rospy.logwarn_throttle(
+                    60.0, f"if this node dies now, what was set here is lost: the ROS master does not take it: {error}"
+                )
+            else:
+                self._kept, self._due = newest, now + REPEAT
 
     def forget(self) -> None:
         """Keep nothing. A master that has gone keeps nothing either."""

@@ -29,6 +29,7 @@ from telepresence_msgs.msg import Sound, VoiceSettings
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
+from telepresence.security.outside_text import clean
 from telepresence_ros.kept_state import KeptState
 
 LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
@@ -91,8 +92,8 @@ class VoiceTopics:
     def __init__(self, talk: Talk, muted: bool = False, conversation: bool = True) -> None:
         self._voice = talk
         self._kept = kept = KeptState()
-        self._conversation = kept.switch("conversation", conversation)
-        self._muted, self._talking, self._talk_since = kept.switch("microphone_muted", muted), False, 0.0
+        self._conversation = conversation and kept.switch("conversation", True)
+        self._muted, self._talking, self._talk_since = muted or kept.switch("microphone_muted", False), False, 0.0
         self._speaker_muted = kept.switch("speaker_muted", False)
         self._choices: dict[str, str] = {}
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
@@ -132,6 +133,7 @@ class VoiceTopics:
                 self._state_topic.publish(state)
             if now - slow > SLOW_PERIOD:
                 slow = now
+                self._keep()
                 self._publish_diagnostics()
                 self._offered = devices.names()
                 text = "\n".join(f"{kind[:-1]} {name}" for kind, names in self._offered.items() for name in names)
@@ -141,6 +143,9 @@ class VoiceTopics:
             if (newest := self._settings()) != settings:
                 settings = newest
                 self._settings_topic.publish(settings)
+
+    def forget(self) -> None:
+        """Forget what is kept for a node that dies: this one has ended."""
         self._kept.forget()
 
     def pass_on(self, frames: bytes, rate: int, channels: int) -> None:
@@ -197,12 +202,12 @@ class VoiceTopics:
     def _choose(self, part: str, device: str) -> None:
         choose = self._voice.choose_microphone if part == "microphone" else self._voice.choose_speaker
         choose(device)
-        self._choices[part] = device
+        self._choices[part] = clean(device)
         self._keep()
 
     def _keep(self) -> None:
         self._kept.keep(
-            {
+            lambda: {
                 **self._choices,
                 "conversation": self._conversation,
                 "microphone_muted": self._muted,
