@@ -106,6 +106,10 @@ class DriveLease:
         """Let a window join that has proven its account."""
         return self._windows.admit(window, self._pilot, now)
 
+    def keep_stop(self, account: Account) -> None:
+        """Hold the red stop that this account has pressed at an earlier lease, which died."""
+        self._stopper = account
+
     def set_private(self, private: bytes) -> None:
         """Prove to windows that join from now on with this key of the lease."""
         self._windows.set_private(private)

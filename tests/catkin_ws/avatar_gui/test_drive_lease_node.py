@@ -69,9 +69,13 @@ def accounts(tmp_path_factory):
     return users.path
 
 
+def lease_command(graph, accounts):
+    return str(graph.workspace / "lib/avatar_gui/drive_lease"), f"_users:={accounts}"
+
+
 @pytest.fixture(scope="module")
 def lease(graph, accounts):
-    return graph.run(str(graph.workspace / "lib/avatar_gui/drive_lease"), f"_users:={accounts}")
+    return graph.run(*lease_command(graph, accounts))
 
 
 @pytest.fixture(scope="module")
@@ -166,6 +170,19 @@ def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, pr
     anna.ask("ask", "reset_stop", "")
     until_true(lambda: anna.state("stopped_by") == "", "she lets go")
     assert second.end() == 0
+
+
+def test_a_red_stop_outlasts_the_lease(graph, lease, accounts, anna, probe, until_true):
+    """The next one knows who has pressed it, and so do windows and keyboards."""
+    probe.watch("/drive/state", "telepresence_msgs/DriveState", ["epoch", "stopped_by", "hold"])
+    anna.ask("ask", "stop", "")
+    until_true(lambda: probe.parameter("/drive_lease/kept") == {"stopped_by": "anna"}, "the stop is kept")
+    began = probe.newest("/drive/state")[0]
+    lease.kill()
+    graph.run(*lease_command(graph, accounts))
+    until_true(lambda: probe.newest("/drive/state")[0] != began, "the next lease speaks")
+    assert probe.newest("/drive/state")[1] == "anna" and "red stop" in probe.newest("/drive/state")[2]
+    until_true(lambda: anna.ask("ask", "reset_stop", "") or not probe.newest("/drive/state")[1], "she lets go")
 
 
 def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, probe, until_true):

@@ -41,13 +41,15 @@ from telepresence_msgs.srv import (
     DriveJoinRequest,
     DriveJoinResponse,
 )
+from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import Node
 
+from telepresence.security.outside_text import clean_name
 from telepresence.security.signing import PROOF
 from telepresence.station import priority
 from telepresence.switch import switch
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import ZERO, Account, Command, DriveLease, State, Velocity
+from telepresence.teleop.drive_lease import WATCHER, ZERO, Account, Command, DriveLease, State, Velocity
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.key_agreement import KEY, Claim
 from telepresence.teleop.known_accounts import KnownAccounts
@@ -88,6 +90,9 @@ class LeaseNode:
         self._sign_in = sign_in
         self._known = KnownAccounts(users if sign_in else None, Invitations(beside(users.path)))
         self._lease = DriveLease(self._find_account, self._known.of_lease(())[0])
+        self._kept = KeptState()
+        if name := clean_name(self._kept.text("stopped_by")):
+            self._lease.keep_stop(self._find_account(name) or Account(name, WATCHER))
         self._epoch = secrets.token_hex(4)
         self._lock = threading.Lock()  # protects the lease: callbacks come on threads of their own
         self._state, self._state_due = DriveState(), 0.0
@@ -115,7 +120,10 @@ class LeaseNode:
     def run(self) -> int:
         """Run until the node is shut down, then send a zero; return the exit code."""
         threading.Thread(target=self._watch_accounts, name="accounts", daemon=True).start()
-        return self._node.run(self._loop)
+        code = self._node.run(self._loop)
+        if code == 0:
+            self._kept.forget()
+        return code
 
     def _loop(self) -> None:
         for now in self._node.cycles(PERIOD):
@@ -140,9 +148,11 @@ class LeaseNode:
         return lost
 
     def _watch_accounts(self) -> None:
-        """End the sessions of accounts that are removed or changed, beside the loop: a file may keep us waiting."""
+        """End the sessions of accounts that are removed or changed, and keep who has pressed the red stop, beside the
+        loop: a file and the ROS master may keep us waiting."""
         read_at = time.monotonic()
         while not self._node.stop.wait(ACCOUNTS_PERIOD):
+            self._kept.keep(lambda: {"stopped_by": self._state.stopped_by})
             with self._lock:
                 sessions, names = self._lease.sessions(), self._lease.names()
             now = time.monotonic()
