@@ -10,7 +10,6 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
-from gui.ros.topics.station import FaultReport
 
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess
@@ -27,11 +26,10 @@ class _Part:
     Args:
         service: The row of the robot's table whose argument true begins it.
         sign: The channel that is published where it can begin.
-        programs: Last parts of the names of the nodes that it may run in.
     """
 
-    def __init__(self, service: str, sign: str, name: str, programs: tuple[str, ...]) -> None:
-        self.service, self.sign, self.name, self.programs = service, sign, name, programs
+    def __init__(self, service: str, sign: str, name: str) -> None:
+        self.service, self.sign, self.name = service, sign, name
         self.done: bool | None = None
         """What the robot's programs have last confirmed; None when they have not been asked."""
         self.asked = False
@@ -53,16 +51,14 @@ class Conversation(QObject):
         super().__init__(link)
         self._link, self._access = link, access
         parts = (
-            _Part("show_page", "page", "you on the robot's tablet", ("com_cam",)),
-            _Part("conversation", "voice_state", "sound", ("voice", "rto_voice")),
+            _Part("show_page", "page", "you on the robot's tablet"),
+            _Part("conversation", "voice_state", "sound"),
         )
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
         self._since = 0.0
         self._timer = PeriodicTimer(PERIOD, self._work, self)
-        link.state_changed.connect(lambda state: None if state.driver else self._forget(self._parts))
-        if link.has("faults"):
-            link.channel("faults").arrived.connect(self._on_fault)
+        link.state_changed.connect(lambda state: None if state.driver else self._forget())
 
     @property
     def text(self) -> str:
@@ -90,14 +86,9 @@ class Conversation(QObject):
         self._wanted = None
         self._timer.stop()
 
-    def _on_fault(self, report: FaultReport) -> None:
-        program = report.program.rpartition("/")[2]
-        if parts := [part for part in self._parts if program in part.programs]:
-            self._forget(parts)
-
-    def _forget(self, parts: list[_Part]) -> None:
-        """The programs of these parts have ended, and the next ones have to be asked anew."""
-        for part in parts:
+    def _forget(self) -> None:
+        """The programs have ended, and the next ones have to be asked anew."""
+        for part in self._parts:
             part.done, part.asked = None, False
         self._since = time.monotonic()
         if self._wanted:

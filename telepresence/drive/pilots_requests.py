@@ -72,7 +72,7 @@ class PilotsRequests:
             another, self._server = self._server not in (None, report.started), report.started
             if not self._stopped or self._again is not None:
                 return
-            if another:
+            if another and "reset stop" not in self._waiting.values():
                 self._again = self._add("stop")
             elif report.state not in STANDS:
                 self._stopped = False  # somebody else has reset it

@@ -176,7 +176,7 @@ def test_a_red_stop_outlasts_the_lease(graph, lease, accounts, anna, probe, unti
     """The next one knows who has pressed it, and so do windows and keyboards."""
     probe.watch("/drive/state", "telepresence_msgs/DriveState", ["epoch", "stopped_by", "hold"])
     anna.ask("ask", "stop", "")
-    until_true(lambda: probe.parameter("/drive_lease/kept") == {"stopped_by": "anna"}, "the stop is kept")
+    until_true(lambda: probe.parameter("/drive_lease/kept")["stopped_by"] == "anna", "the stop is kept")
     began = probe.newest("/drive/state")[0]
     lease.kill()
     graph.run(*lease_command(graph, accounts))

@@ -15,7 +15,6 @@ from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.driving.picture_patience import MOST_PATIENCE
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
-from gui.ros.topics.station import FaultReport
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
 from gui.widgets.key_legend import IN_WINDOW
 from gui.window import OperatorWindow, style_sheet
@@ -149,21 +148,6 @@ def test_signing_out_ends_the_conversation(open_window, link, spin):
     spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
     window.controller.dismiss()
     assert begun(link) == {"show_page": False, "conversation": False}
-
-
-@pytest.mark.parametrize(("program", "again"), [("/voice", "conversation"), ("/com_cam", "show_page"), ("/front", "")])
-def test_a_conversation_goes_on_with_a_program_that_starts_again(open_window, link, spin, program, again):
-    """One that has died may begin without."""
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: len(begun(link)) == 2, "the conversation begins")
-    link.called.clear()
-    link.channel("faults").arrived.emit(FaultReport(time.time(), program, "died", "starts again", time.monotonic()))
-    if again:
-        spin(lambda: begun(link), "it is begun again")
-    QTest.qWait(PERIOD + 50)
-    assert begun(link) == ({again: True} if again else {})
 
 
 def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):

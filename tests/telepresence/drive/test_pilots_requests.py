@@ -94,6 +94,21 @@ def test_who_resets_the_stop_no_longer_asks_for_it(requests):
     assert asked(requests) == []
 
 
+def test_a_reset_that_waits_for_the_next_server_counts(requests, wait_until):
+    requests.report(report(1.0))
+    requests.do("stop")
+    asking = threading.Thread(target=requests.ask, args=("reset stop", 30.0))
+    asking.start()
+    wait_until(lambda: asked(requests) == ["reset stop"], "it is asked of nobody yet")
+    requests.report(report(2.0))
+    assert asked(requests) == ["reset stop"]
+    ((number, _),) = requests.waiting()
+    requests.answer(number, Done(True, ""))
+    asking.join()
+    requests.report(report(3.0))
+    assert asked(requests) == []
+
+
 def test_a_server_that_does_not_say_when_it_began_is_taken_for_the_same(requests):
     requests.report(report(None))
     requests.do("stop")

@@ -91,7 +91,7 @@ class MoveTo:
             self._commands,
             wake_up=bool(rospy.get_param("~wake_up", True)),
             look=None if look == "none" else float(look),
-            rests=self._kept.switch("rests", False),
+            rests=self._kept.switch("rests", False, quiet=True),
         )
         ahead = LOOK if look == "none" else float(look)
         asleep = lambda: self._base.awake is False  # noqa: E731

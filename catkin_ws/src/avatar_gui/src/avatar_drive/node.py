@@ -12,7 +12,8 @@ Calls:      stop_drive, reset_stop (std_srvs/Trigger) of the safety gate, with t
 Arguments:  --sign-in true: check names against the accounts of telepresence.teleop.accounts; false: everybody who asks
             is a pilot. --users FILE: the accounts; default TELEPRESENCE_USERS, else gui/users.db; guests are in the
             file of invitations beside it (telepresence.teleop.invitations). Also _sign_in:= and
-            _users:=, but only from the command line: anybody on the graph can set parameters.
+            _users:=, but only from the command line: anybody on the graph can set parameters. ~kept, which this node
+            sets for the next one if it dies, holds who has pressed the red stop: it can only hold the robot.
 """
 
 from __future__ import annotations
@@ -152,7 +153,7 @@ class LeaseNode:
         loop: a file and the ROS master may keep us waiting."""
         read_at = time.monotonic()
         while not self._node.stop.wait(ACCOUNTS_PERIOD):
-            self._kept.keep(lambda: {"stopped_by": self._state.stopped_by})
+            self._kept.keep(lambda: {"stopped_by": self._stopped_by()})
             with self._lock:
                 sessions, names = self._lease.sessions(), self._lease.names()
             now = time.monotonic()
@@ -215,14 +216,14 @@ class LeaseNode:
         if message.state == SafetyState.STOPPED:
             self._unsure_gate = False
         elif message.state != SafetyState.FAULT and self._unsure_gate and now > self._stop_asked + STOP_AGAIN:
-            if self._is_stopped():
+            if self._stopped_by():
                 rospy.logwarn_throttle(10.0, "the safety gate does not hold the red stop: it is asked for it again")
                 self._stop_asked = now
                 self._at_gate("stop_drive", STOP_PATIENCE, again=True)
 
-    def _is_stopped(self) -> bool:
+    def _stopped_by(self) -> str:
         with self._lock:
-            return bool(self._lease.state(time.monotonic()).stopped_by)
+            return self._lease.state(time.monotonic()).stopped_by
 
     def _on_join(self, request: DriveJoinRequest) -> DriveJoinResponse:
         claim, now = Claim(request.name, request.window, bytes(request.key)), time.monotonic()
@@ -278,7 +279,7 @@ class LeaseNode:
             refusal = ""
             try:
                 rospy.wait_for_service(service, timeout=patience)
-                if not again or self._is_stopped():
+                if not again or (self._unsure_gate and self._stopped_by()):
                     answer = rospy.ServiceProxy(service, Trigger)()
                     refusal = "" if answer.success else answer.message or "The safety gate refuses."
             except (rospy.ROSException, rospy.ServiceException) as error:

@@ -119,7 +119,7 @@ class ComCam:
         self.link = TabletLink(
             self.connection,
             page_url,
-            wanted=bool(rospy.get_param("~show_on_tablet", True)) and self._kept.switch("on_tablet", True),
+            wanted=self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True)), quiet=False),
             activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
         )
         self._linked = False

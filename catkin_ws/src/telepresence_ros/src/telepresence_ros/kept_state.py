@@ -1,13 +1,14 @@
 """What people have set in a node, kept on the ROS master for as long as the node runs.
 
 A node that dies or fails and is started again goes on with it: a microphone that was muted stays muted. One that ends
-in order forgets it, so that the next session begins as its parameters say. What is found may be of a session that was
-killed as a whole: use it only for what makes the robot quieter than the parameters say.
+in order forgets it, so that the next session begins as its parameters say. After a session that was killed as a whole
+the next one may be quieter than they say, and never louder.
 """
 
 from __future__ import annotations
 
 import http.client
+import os
 import threading
 import time
 import xmlrpc.client
@@ -18,6 +19,7 @@ import rosgraph
 import rospy
 
 from telepresence.station.ros_master import master_proxy
+from telepresence.station.vitals import start_time
 
 TIMEOUT = 0.5
 """Seconds that the master may take for an answer."""
@@ -33,14 +35,19 @@ class KeptState:
         self._name = rospy.resolve_name("~kept")
         found = rospy.get_param(self._name, {})
         self._found = found if isinstance(found, dict) else {}
+        # A session is whoever starts the node, and starts it again: pid and time of start, in the kernel's ticks.
+        self._session = f"{os.getppid()} {start_time(os.getppid())}"
+        self._same = self._found.get("session") == self._session
+        self._ended = False
         self._lock = threading.Lock()
         self._kept: dict[str, bool | str] | None = None
         self._due = 0.0
 
-    def switch(self, name: str, otherwise: bool) -> bool:
-        """Return a switch of a run of this node that has died; `otherwise` if there is none."""
+    def switch(self, name: str, otherwise: bool, quiet: bool) -> bool:
+        """Return a switch of a run of this node that has died; `otherwise` if there is none. Of another session only
+        the `quiet` position counts."""
         value = self._found.get(name)
-        return value if isinstance(value, bool) else otherwise
+        return value if isinstance(value, bool) and (self._same or value is quiet) else otherwise
 
     def text(self, name: str) -> str:
         """Return a text of such a run; empty if there is none."""
@@ -50,8 +57,8 @@ class KeptState:
     def keep(self, values: Callable[[], dict[str, bool | str]]) -> None:
         """Keep these in place of what was kept before. To be called at every change, and again and again."""
         with self._lock:
-            newest, now = values(), time.monotonic()
-            if newest == self._kept and now < self._due:
+            newest, now = {**values(), "session": self._session}, time.monotonic()
+            if self._ended or (newest == self._kept and now < self._due):
                 return
             try:
                 self._master().setParam(rospy.get_name(), self._name, newest)
@@ -64,10 +71,12 @@ class KeptState:
 
     def forget(self) -> None:
         """Keep nothing. A master that has gone keeps nothing either."""
-        try:
-            self._master().deleteParam(rospy.get_name(), self._name)
-        except ERRORS as error:
-            rospy.logdebug("%s was not deleted: %s", self._name, error)
+        with self._lock:
+            self._ended = True
+            try:
+                self._master().deleteParam(rospy.get_name(), self._name)
+            except ERRORS as error:
+                rospy.logdebug("%s was not deleted: %s", self._name, error)
 
     def _master(self) -> Any:  # XML-RPC has no types
         return master_proxy(rosgraph.get_master_uri(), TIMEOUT)

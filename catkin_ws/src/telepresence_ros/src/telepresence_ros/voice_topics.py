@@ -92,9 +92,9 @@ class VoiceTopics:
     def __init__(self, talk: Talk, muted: bool = False, conversation: bool = True) -> None:
         self._voice = talk
         self._kept = kept = KeptState()
-        self._conversation = conversation and kept.switch("conversation", True)
-        self._muted, self._talking, self._talk_since = muted or kept.switch("microphone_muted", False), False, 0.0
-        self._speaker_muted = kept.switch("speaker_muted", False)
+        self._conversation = kept.switch("conversation", conversation, quiet=False)
+        self._muted, self._talking, self._talk_since = kept.switch("microphone_muted", muted, quiet=True), False, 0.0
+        self._speaker_muted = kept.switch("speaker_muted", False, quiet=True)
         self._choices: dict[str, str] = {}
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
         self._apply()
