@@ -214,7 +214,7 @@ class RobotSession(QObject):
     def _on_terminal_ready(self) -> None:
         """A terminal that has taken the place of one that died gets the keyboard program that had run there."""
         if self._terminal_failed and self._keyboard_line and self._connected:
-            self._terminal.type_line(self._keyboard_line, otherwise="")
+            self._terminal.type_line(self._keyboard_line)
         self._terminal_failed = False
 
     def _on_state(self, state: LinkState) -> None:

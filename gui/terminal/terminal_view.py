@@ -85,7 +85,7 @@ class TerminalView(QFrame):
         self._reaper: subprocess.Popen | None = None
         self._host: HostWindow | None = None
         self._guest: int | None = None
-        self._has_keyboard = False
+        self._has_keyboard = self._is_ready = False
         self._wants_keyboard = False
         self._closing = False
         self._denied = ""
@@ -156,6 +156,7 @@ class TerminalView(QFrame):
         program, *arguments = self._xterm_command()
         self._restarts.started(time.monotonic())
         self._xterm.start(program, arguments)
+        self._is_ready = False
         self._parts, self._programs = TerminalParts(self._xterm.processId(), self._tmux.socket), TerminalPrograms()
         self._search.start()
         self._watch.start()
@@ -251,8 +252,13 @@ class TerminalView(QFrame):
         return [*command, "-e", "sh", "-c", left, "terminal", *self._tmux.attach_command]
 
     def _find_guest(self) -> None:
-        guest = self._host.guest() if self._host is not None else None
-        if self._host is None or guest is None:
+        if self._host is None:
+            return
+        if not self._is_ready and self._host.has_guest():
+            self._is_ready = True
+            self.ready.emit()
+        guest = self._host.guest()
+        if guest is None:
             return
         self._search.stop()
         self._guest = guest
@@ -260,7 +266,6 @@ class TerminalView(QFrame):
         self._host.raise_shield()
         if self._wants_keyboard and self.isVisible() and self.isActiveWindow():
             self.take_keyboard()
-        self.ready.emit()
 
     def _fit(self) -> None:
         if self._host is not None and self._guest is not None:

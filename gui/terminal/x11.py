@@ -178,16 +178,23 @@ class HostWindow:
 
     def guest(self) -> int | None:
         """Return the guest's window; None until it is on the screen."""
+        return next(filter(self._is_viewable, self._guests()), None)
+
+    def has_guest(self) -> bool:
+        """Whether there is a guest, on the screen or in a tab behind another one."""
+        return bool(self._guests())
+
+    def _guests(self) -> list[int]:
         root, parent, count = c_ulong(), c_ulong(), c_uint()
         children = POINTER(c_ulong)()
         if not self._x11.XQueryTree(
             self._display, self._window, byref(root), byref(parent), byref(children), byref(count)
         ):
-            return None
+            return []
         windows = [children[index] for index in range(count.value)]
         if children:
             self._x11.XFree(children)
-        return next((window for window in windows if window != self._shield and self._is_viewable(window)), None)
+        return [window for window in windows if window != self._shield]
 
     def fill(self, guest: int, width: int, height: int) -> None:
         """Resize the guest and the shield to fill the window [px]."""
