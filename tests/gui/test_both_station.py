@@ -21,6 +21,7 @@ import pytest
 import socket_table
 from window_station import PASSWORD, ROOT, Station
 
+from gui.terminal.terminal_parts import listener
 from gui.terminal.tmux import Tmux
 from telepresence.station import processes
 
@@ -391,6 +392,15 @@ def test_the_other_tab_is_the_other_robot_and_only_that_one_drives(
     arrive(station, "/rto3", target)
     screen.do("mouseup", 1)
     assert math.dist(pepper[:2], station.pose("/truth")[:2]) < 0.02
+
+
+def test_a_terminal_behind_the_other_tab_gets_its_keyboard_back(robotino, window, wait_until):
+    """Pepper's, while Robotino's is in front."""
+    tmux = Tmux(f"telepresence-{window.process.pid}-pepper")
+    server = listener(tmux.socket)
+    os.kill(server, signal.SIGKILL)
+    wait_until(lambda: listener(tmux.socket) not in (0, server), "another terminal opens")
+    wait_until(lambda: "a key holds until the next one" in terminal_text(window), "the keyboard runs", timeout=60.0)
 
 
 def test_a_key_held_for_a_second_drives_robotino_for_a_second(
