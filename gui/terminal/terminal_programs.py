@@ -30,16 +30,16 @@ class TerminalPrograms:
     """The shells of a terminal and all that they run."""
 
     def __init__(self) -> None:
-        self._running: list[tuple[int, int]] = []
-        """The jobs for which shells waited at the last look: process ids and when they began."""
+        self._waiting: dict[int, tuple[int, int]] = {}
+        """Shell -> the job for which it waited when it was last seen: process id and when that began."""
         self._stopped: frozenset[int] = frozenset()
         self._nodes: dict[tuple[int, str], int] = {}
         """Who started a node, and its name -> the node's process id."""
 
     @property
     def running(self) -> bool:
-        """Whether a program still runs for which a shell waited at the last look."""
-        return any(vitals.start_time(pid) == began for pid, began in self._running)
+        """Whether a program still runs for which a shell waited when that was last seen."""
+        return any(vitals.start_time(pid) == began for pid, began in self._waiting.values())
 
     def look(self, server: int) -> list[Failure]:
         """Return what has happened since the last look.
@@ -51,8 +51,12 @@ class TerminalPrograms:
         started = [(shell, child) for shell in shells for child in children(shell)]
         for _, program in started:  # it becomes longer meanwhile
             started += [(program, child) for child in children(program)]
-        jobs = {vitals.foreground(shell) for shell in shells} - {*shells}
-        self._running = [(pid, began) for pid in jobs if (began := vitals.start_time(pid))]
+        jobs = {shell: vitals.foreground(shell) for shell in shells if vitals.start_time(shell)}
+        gone = {shell: job for shell, job in self._waiting.items() if shell not in jobs}
+        waiting = {
+            shell: (pid, began) for shell, pid in jobs.items() if pid != shell and (began := vitals.start_time(pid))
+        }
+        self._waiting = gone | waiting
         return [*self._newly_stopped([*shells, *(pid for _, pid in started)]), *self._born_again(started)]
 
     def _newly_stopped(self, programs: list[int]) -> list[Failure]:
