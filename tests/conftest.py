@@ -6,6 +6,7 @@ import fcntl
 import gc
 import itertools
 import os
+import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -22,6 +23,8 @@ from telepresence.station import processes
 
 # Containers run the tests as root; a station of a test must end with the test, whoever runs it.
 os.environ.setdefault("TELEPRESENCE_AS_ROOT", "1")
+# Tests that nohup has started ignore hang-ups, and so would every program that they start.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 # The vendor's library, the stranger of many tests, reads these when it is loaded: its log 1 is for fatal errors alone;
 # its threads stay, because it ends idle ones with an exception that aborts the process once a server has been closed.
 os.environ.setdefault("QI_LOG_LEVEL", "1")
