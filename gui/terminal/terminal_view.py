@@ -56,7 +56,7 @@ class TerminalView(QFrame):
     """The embedded terminal. `start` opens it; a thread of its own types lines into it."""
 
     ready = pyqtSignal()
-    """xterm is on the screen."""
+    """xterm has opened its window, on the screen or in a tab behind another one."""
     refused = pyqtSignal(str)
     """A line could not be typed; why, and what to do."""
     typed = pyqtSignal(str)

@@ -109,10 +109,7 @@ class MoveTo:
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
-        code = self._node.run(self._loop, self._look_after, self._head.loop)
-        if code == 0:
-            self._kept.forget()
-        return code
+        return self._kept.forget_after(self._node.run(self._loop, self._look_after, self._head.loop))
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))

@@ -121,10 +121,7 @@ class LeaseNode:
     def run(self) -> int:
         """Run until the node is shut down, then send a zero; return the exit code."""
         threading.Thread(target=self._watch_accounts, name="accounts", daemon=True).start()
-        code = self._node.run(self._loop)
-        if code == 0:
-            self._kept.forget()
-        return code
+        return self._kept.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
         for now in self._node.cycles(PERIOD):

@@ -49,10 +49,7 @@ class Voice:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        code = self._node.run(self._loop)
-        if code == 0:
-            self._topics.forget()
-        return code
+        return self._topics.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
         parts = (self._robot, self._loudspeaker, self._microphone)

@@ -131,10 +131,7 @@ class ComCam:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        code = self._node.run(self._loop)
-        if code == 0:
-            self._kept.forget()
-        return code
+        return self._kept.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
         try:

@@ -86,10 +86,7 @@ class Voice:
         for part in (self._speaker_stream, self._microphone, self._microphone_stream, self._sender, self._player):
             if part is not None:
                 part.start()
-        code = self._node.run(self._loop)
-        if code == 0:
-            self._topics.forget()
-        return code
+        return self._topics.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
         try:

@@ -69,14 +69,18 @@ class KeptState:
             else:
                 self._kept, self._due = newest, now + REPEAT
 
-    def forget(self) -> None:
-        """Keep nothing. A master that has gone keeps nothing either."""
+    def forget_after(self, code: int) -> int:
+        """Keep nothing any more if the node has ended in order; return its exit code. A master that has gone keeps
+        nothing either."""
+        if code != 0:
+            return code
         with self._lock:
             self._ended = True
             try:
                 self._master().deleteParam(rospy.get_name(), self._name)
             except ERRORS as error:
                 rospy.logdebug("%s was not deleted: %s", self._name, error)
+        return code
 
     def _master(self) -> Any:  # XML-RPC has no types
         return master_proxy(rosgraph.get_master_uri(), TIMEOUT)

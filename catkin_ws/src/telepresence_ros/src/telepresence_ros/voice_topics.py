@@ -144,9 +144,9 @@ class VoiceTopics:
                 settings = newest
                 self._settings_topic.publish(settings)
 
-    def forget(self) -> None:
-        """Forget what is kept for a node that dies: this one has ended."""
-        self._kept.forget()
+    def forget_after(self, code: int) -> int:
+        """See `KeptState.forget_after`."""
+        return self._kept.forget_after(code)
 
     def pass_on(self, frames: bytes, rate: int, channels: int) -> None:
         """Publish what the robot's microphone records, see `Sound`; from any thread."""
