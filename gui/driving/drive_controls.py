@@ -14,13 +14,8 @@ from gui.driving.gamepad import JoystickState
 from gui.styling import set_property
 from gui.widgets.label import Label, caption
 from telepresence.security.outside_text import clean
+from telepresence.teleop.hand_speeds import SPEED_STEP, TURN_PER_SPEED, USUAL_SPEED
 
-STEP = 0.05
-"""[m/s] between two positions of the slider."""
-USUAL_SPEED = 0.2
-"""[m/s]; the keyboard node starts with the same speed."""
-TURN_PER_SPEED = 2.5
-"""[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
 GUIDE_SPEED, GUIDE_TURN_PER_SPEED = 0.05, 1.0
 """[m/s], [rad/s per m/s] of the Robotino guide: 0.05 m/s and 0.05 rad/s."""
 LONGEST = 16
@@ -71,7 +66,7 @@ class DriveControls(QWidget):
     @property
     def speed(self) -> float:
         """[m/s]"""
-        return self.speedSlider.value() * STEP
+        return self.speedSlider.value() * SPEED_STEP
 
     @property
     def turn(self) -> float:
@@ -81,14 +76,14 @@ class DriveControls(QWidget):
     def set_limits(self, top_speed: float, top_turn: float, speed: float = USUAL_SPEED) -> None:
         """Set the robot's limits [m/s, rad/s] and the speed to start with [m/s]."""
         self._top_turn = top_turn
-        self.speedSlider.setMaximum(max(1, int(top_speed / STEP + 1e-6)))
+        self.speedSlider.setMaximum(max(1, int(top_speed / SPEED_STEP + 1e-6)))
         self.set_speed(speed)
         self._show_speeds()
 
     def set_speed(self, speed: float) -> None:
         """Set the speed, as near to this as the robot and the slider allow [m/s]."""
         if math.isfinite(speed):
-            self.speedSlider.setValue(round(speed / STEP))
+            self.speedSlider.setValue(round(speed / SPEED_STEP))
 
     def set_guide_speeds(self, wanted: bool) -> None:
         """Start from the Robotino guide's speeds, 0.05 m/s and 0.05 rad/s, or go back to the ones before."""

@@ -13,10 +13,9 @@ from telepresence.page.commands import FloorMessage
 from telepresence.teleop.floor_band import floor_band
 from telepresence.teleop.floor_goal import HOLD, FloorGoal, FloorStep
 from telepresence.teleop.floor_projection import scaled_to
+from telepresence.teleop.hand_speeds import TURN_PER_SPEED
 from telepresence.teleop.robot_readings import BodyState, CameraView, Safety
 
-TURN_PER_SPEED = 2.5
-"""[rad/s per m/s]: 0.5 rad/s at 0.2 m/s, as by keys."""
 BAND_STEP = 0.15
 """[m] between two points of the band's edges: what is painted ten times a second goes by radio."""
 BESIDE = 2.0

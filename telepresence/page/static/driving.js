@@ -2,7 +2,7 @@
 /** Driving by keys and by the buttons on the screen, the red stop, and when a page must not drive. */
 
 import { Patience } from "./delay.js";
-import { DIRECTIONS, STEP } from "./held.js";
+import { DIRECTIONS, SPEED_STEP } from "./held.js";
 import { text } from "./language.js";
 import { part } from "./page.js";
 
@@ -108,7 +108,7 @@ function listenToKeys(page) {
       return;
     }
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (FASTER[event.code]) { event.preventDefault(); page.held.setSpeed(page.held.speed + FASTER[event.code] * STEP); return; }
+    if (FASTER[event.code]) { event.preventDefault(); page.held.setSpeed(page.held.speed + FASTER[event.code] * SPEED_STEP); return; }
     const direction = KEYS[event.code];
     if (!direction) return;
     event.preventDefault();

@@ -6,12 +6,14 @@ export const DIRECTIONS = {
   forward: [1, 0, 0], back: [-1, 0, 0], left: [0, 1, 0], right: [0, -1, 0],
   turn_left: [0, 0, 1], turn_right: [0, 0, -1],
 };
-export const STEP = 0.05; // m/s between two speeds
+// As in telepresence/teleop/hand_speeds.py; a test compares them.
+const USUAL_SPEED = 0.2; // m/s
+export const SPEED_STEP = 0.05; // m/s between two speeds
 const TURN_PER_SPEED = 2.5; // rad/s per m/s: 0.5 rad/s at 0.2 m/s
 
 export class Held {
   /** @param {number} speed m/s @param {number} topSpeed m/s @param {number} topTurn rad/s */
-  constructor(speed = 0.2, topSpeed = 0.35, topTurn = 1) {
+  constructor(speed = USUAL_SPEED, topSpeed = 0.35, topTurn = 1) {
     this.topSpeed = topSpeed;
     this.topTurn = topTurn;
     this.speed = speed;
@@ -29,8 +31,8 @@ export class Held {
 
   /** @param {number} speed m/s, from now on, as near as the robot allows */
   setSpeed(speed) {
-    const steps = Math.max(1, Math.min(Math.floor(this.topSpeed / STEP + 1e-6), Math.round(speed / STEP)));
-    this.speed = Math.round(steps * STEP * 100) / 100;
+    const steps = Math.max(1, Math.min(Math.floor(this.topSpeed / SPEED_STEP + 1e-6), Math.round(speed / SPEED_STEP)));
+    this.speed = Math.round(steps * SPEED_STEP * 100) / 100;
   }
 
   /** @returns {number} rad/s */

@@ -1,7 +1,7 @@
 // @ts-check
 /** How fast: a slider with a button at each end, and what the pad and the keys do. */
 
-import { STEP } from "./held.js";
+import { SPEED_STEP } from "./held.js";
 import { text } from "./language.js";
 
 /** @param {import("./page.js").Page} page */
@@ -15,7 +15,7 @@ export function start(page) {
   label.append(words);
   row.className = "speeds";
   slider.type = "range";
-  slider.min = slider.step = String(STEP);
+  slider.min = slider.step = String(SPEED_STEP);
   const help = ["help_hand", "help_keys", "help_floor"].map((name) => {
     const words = document.createElement("p");
     words.className = `quiet ${name}`;
@@ -35,7 +35,7 @@ export function start(page) {
     button.className = "round";
     button.textContent = sign;
     button.setAttribute("aria-label", text(name));
-    button.addEventListener("click", () => { page.held.setSpeed(page.held.speed + steps * STEP); show(); });
+    button.addEventListener("click", () => { page.held.setSpeed(page.held.speed + steps * SPEED_STEP); show(); });
     return button;
   };
   slider.addEventListener("input", () => { page.held.setSpeed(Number(slider.value)); show(); });

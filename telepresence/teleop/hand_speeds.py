@@ -1,0 +1,13 @@
+"""How fast a robot is driven by hand before somebody chooses: window and page start alike.
+
+`telepresence/page/static/held.js` has the same numbers for browsers.
+"""
+
+from __future__ import annotations
+
+USUAL_SPEED = 0.2
+"""[m/s]; the keyboard node starts with the same speed."""
+SPEED_STEP = 0.05
+"""[m/s] between two positions of the slider."""
+TURN_PER_SPEED = 2.5
+"""[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
