@@ -10,6 +10,7 @@ from __future__ import annotations
 import http.client
 import math
 import socket
+import struct
 import time
 from typing import Any, NamedTuple
 
@@ -83,6 +84,13 @@ class BoundedConnection(http.client.HTTPConnection):
         if answer.length:
             raise BadAnswer(f"the answer ends {answer.length} bytes too early")
         return Answer(answer.status, answer.headers, data)
+
+    def abandon(self) -> None:
+        """Close at once. What was sent and has not been confirmed is thrown away: the network, when it is back, does
+        not deliver it to a server that would act on it (socket(7), SO_LINGER of zero seconds)."""
+        if self.sock is not None:
+            self.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.close()
 
     def _patience(self) -> float:
         """Seconds that the next step may take. Raises TimeoutError when there are none left."""

@@ -4,8 +4,10 @@ import contextlib
 import socket
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from machines import Machine
 from rto_node.client import (
     LONGEST_BACK_OFF,
     RequestRefused,
@@ -163,6 +165,29 @@ def test_a_late_answer_is_not_taken_for_the_next_one(bad_server):
     clock.now += 10.0
     assert client.bumper() is True
     assert server.connections == 2
+
+
+def test_a_velocity_that_a_cut_network_has_held_up_is_never_delivered():
+    machine = Machine()
+    try:
+        with machine.entered(), socket.create_server(("127.0.0.1", 0)) as listener:
+            client = RobotinoClient(address_of(listener), timeout=0.2)
+            with ThreadPoolExecutor() as others:
+                first = others.submit(client.drive, 0.2, 0.0, 0.0)
+                near, _ = listener.accept()
+                while not near.recv(65536).endswith(b"[0.2, 0.0, 0.0]"):
+                    pass
+                near.sendall(http_answer(b""))
+                first.result()
+            machine.run("ip", "link", "set", "lo", "down")
+            with pytest.raises(RobotinoUnreachable):
+                client.drive(0.2, 0.0, 0.0)
+            machine.run("ip", "link", "set", "lo", "up")
+            near.settimeout(2.0)  # the kernel sends again after 0.2, 0.6 and 1.4 s
+            with near, pytest.raises(TimeoutError):
+                near.recv(65536)
+    finally:
+        machine.close()
 
 
 def test_backs_off_after_failures_and_comes_back(free_port, bad_server):

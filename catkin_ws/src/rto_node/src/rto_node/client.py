@@ -284,8 +284,10 @@ class RobotinoClient:
                 self.close()
                 answer = self._exchange(method, path, body, deadline, limit)
         except (OSError, BadAnswer) as error:
-            # Whatever comes late must not be taken for the answer to the next request.
-            self.close()
+            # What comes late must not be taken for the answer to the next request, nor a late velocity be obeyed.
+            if self._connection is not None:
+                self._connection.abandon()
+                self._connection = None
             self._back_off = min(LONGEST_BACK_OFF, max(SHORTEST_BACK_OFF, 2.0 * self._back_off))
             self._not_before = self._clock() + self._back_off
             cause = clean(_cause(error, time_allowed or self._timeout), ERROR_LENGTH)
