@@ -18,6 +18,7 @@ from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.replies import text
 from std_msgs.msg import String
 from telepresence_ros.node import hide_late_publications
+from telepresence_ros.past_commands import subscribe_commands
 
 POLL_PERIOD = 0.1
 
@@ -26,7 +27,7 @@ class Speech:
     def __init__(self) -> None:
         self._node = NaoqiNode("naoqi_speech")
         hide_late_publications()
-        rospy.Subscriber("speech", String, self._on_speech, queue_size=10)
+        subscribe_commands("speech", String, self._on_speech, queue_size=10)
         rospy.Service("naoqi_driver/set_language", SetString, self._on_set_language)
         rospy.Service("naoqi_driver/get_language", GetString, self._on_get_language)
         self._action = actionlib.SimpleActionServer("speech_action", SpeechWithFeedbackAction, self._on_goal, False)

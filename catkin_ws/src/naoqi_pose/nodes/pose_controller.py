@@ -36,6 +36,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 from telepresence_ros.node import hide_late_publications
+from telepresence_ros.past_commands import subscribe_commands
 
 SLOW_TIMEOUT = 15.0
 """Seconds that waking up, resting and a change of life may take."""
@@ -72,8 +73,8 @@ class PoseController:
         }
         for server in self._servers.values():
             server.start()
-        rospy.Subscriber("joint_angles", JointAnglesWithSpeed, self._on_angles, queue_size=10, tcp_nodelay=True)
-        rospy.Subscriber("joint_stiffness", JointState, self._on_stiffness, queue_size=10)
+        subscribe_commands("joint_angles", JointAnglesWithSpeed, self._on_angles, queue_size=10)
+        subscribe_commands("joint_stiffness", JointState, self._on_stiffness, queue_size=10)
 
     def run(self) -> int:
         return self._node.run(self._loop)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import rospy
 from telepresence_msgs.msg import DriveState, HeadLook, HeadState
 from telepresence_ros.node import Node
+from telepresence_ros.past_commands import subscribe_commands
 
 from naoqi_driver.connection import Connection, RobotError
 from naoqi_driver.head import LARGEST_YAW, limits_at
@@ -48,7 +49,7 @@ class HeadTopics:
         self._state_due = 0.0
         self._turned = -AFTERWARDS
         self._states = rospy.Publisher("head/state", HeadState, queue_size=1)
-        rospy.Subscriber("head/look", HeadLook, self._on_look, queue_size=BURST_ROOM, tcp_nodelay=True)
+        subscribe_commands("head/look", HeadLook, self._on_look, queue_size=BURST_ROOM)
         rospy.Subscriber("drive/state", DriveState, self._on_lease, queue_size=1)
 
     def loop(self) -> None:

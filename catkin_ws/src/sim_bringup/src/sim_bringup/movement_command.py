@@ -1,7 +1,8 @@
 """movement_command: 0 stop, 1 forward, 2 backward, until the next one.
 
 A command needs no repetition, so what makes it safe is who stands behind it: the robot stops when the program that sent
-the command is gone, when a value comes that means nothing, and at a restart. A flood costs nothing, because
+the command is gone, when a value comes that means nothing, and at a restart, after which a command that is still
+latched has to be sent again. A flood costs nothing, because
 only the newest command counts. A window that drives by velocities only reports here, and its reports move nothing
 (`telepresence.teleop.movement`). What the robot does goes through its driver, with the safety gate in between; a robot
 without a driver is commanded directly.
@@ -16,6 +17,7 @@ from typing import Protocol
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Int32
+from telepresence_ros.past_commands import PastCommands
 
 from telepresence.sim.simulated_robot import Controls
 from telepresence.teleop.movement import Movement, only_reports
@@ -77,6 +79,7 @@ class Movements:
         self._zeros = 0
         self.refused = 0
         """Commands that meant nothing."""
+        self._past = PastCommands(topic)
         self._subscriber = rospy.Subscriber(topic, Int32, self._take, queue_size=1)
 
     def stop(self) -> bool:
@@ -117,6 +120,9 @@ class Movements:
 
     def _take(self, message: Int32) -> None:
         if only_reports(message._connection_header):
+            return
+        if self._past.is_past(message) and message.data != Movement.STOP:
+            rospy.logwarn("movement_command: a command from before this program listened is not obeyed; send it again")
             return
         with self._changed:
             try:

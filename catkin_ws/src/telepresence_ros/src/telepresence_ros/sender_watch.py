@@ -15,6 +15,8 @@ from typing import Any
 import rospy
 from geometry_msgs.msg import Twist
 
+from telepresence_ros.past_commands import PastCommands
+
 log = logging.getLogger(__name__)
 
 PERIOD = 0.05
@@ -73,13 +75,23 @@ class SenderWatch:
 
 
 def subscribe_velocities(topic: str, callback: Callable[[Twist], None], queue_size: int = 1) -> SenderWatch:
-    """Subscribe to velocities. When the program that drives ends without a zero, the callback gets one."""
+    """Subscribe to velocities. When the program that drives ends without a zero, the callback gets one.
+
+    A latched velocity that was sent before this program listened is not obeyed, see `PastCommands`.
+    """
+    past = PastCommands(topic)
+
+    def take(twist: Twist) -> None:
+        if past.is_past(twist) and _moves(twist):
+            rospy.logwarn("%s: a velocity from before this program listened is not obeyed", rospy.resolve_name(topic))
+        else:
+            callback(twist)
 
     def end() -> None:
         rospy.logwarn("the program that drove by %s has ended", rospy.resolve_name(topic))
         callback(Twist())
 
-    return SenderWatch(topic, Twist, callback, end, queue_size, matters=_moves)
+    return SenderWatch(topic, Twist, take, end, queue_size, matters=_moves)
 
 
 def _moves(twist: Twist) -> bool:

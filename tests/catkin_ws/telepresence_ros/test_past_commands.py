@@ -1,0 +1,67 @@
+"""A program that is started again does not carry out what a latched publisher was told before."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+pytestmark = pytest.mark.ros
+
+DRIVER = textwrap.dedent("""
+    import rospy
+    from geometry_msgs.msg import PoseStamped
+    from telepresence_ros.past_commands import subscribe_commands
+    from telepresence_ros.sender_watch import subscribe_velocities
+
+    rospy.init_node("driver")
+    subscribe_velocities("cmd_vel", lambda twist: print("velocity", twist.linear.x, flush=True))
+    subscribe_commands("goal", PoseStamped, lambda goal: print("goal", goal.pose.position.x, flush=True))
+    rospy.spin()
+""")
+
+WALKER = textwrap.dedent("""
+    import threading
+    import rospy
+    from sim_bringup.movement_command import Movements
+
+    class Legs:
+        def move(self, movement):
+            print(movement.name, flush=True)
+
+    rospy.init_node("walker")
+    Movements("movement_command", Legs()).run(threading.Event())
+""")
+WAITING = {"stdout": subprocess.PIPE, "text": True}
+
+
+def velocity(speed):
+    return "rostopic", "pub", "/cmd_vel", "geometry_msgs/Twist", f"{{linear: {{x: {speed}}}}}"
+
+
+def goal(x):
+    return "rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", f"{{pose: {{position: {{x: {x}}}}}}}"
+
+
+def movement(number):
+    return "rostopic", "pub", "/movement_command", "std_msgs/Int32", str(number)
+
+
+def test_only_commands_that_are_given_from_now_on_count(ros_master, run_program):
+    for command in (velocity(0.1), goal(1.0)):
+        assert "latching" in run_program(*command, **WAITING).stdout.readline()
+    driver = run_program(sys.executable, "-c", DRIVER, stderr=subprocess.PIPE, **WAITING)
+    refused = [driver.stderr.readline(), driver.stderr.readline()]
+    assert all("from before this program listened is not obeyed" in line for line in refused), refused
+    run_program(*velocity(0.2))
+    assert driver.stdout.readline() == "velocity 0.2\n"
+    run_program(*goal(2.0))
+    assert driver.stdout.readline() == "goal 2.0\n"
+
+
+def test_a_restarted_simulation_does_not_walk_on(ros_master, run_program):
+    assert "latching" in run_program(*movement(1), **WAITING).stdout.readline()
+    walker = run_program(sys.executable, "-c", WALKER, stderr=subprocess.PIPE, **WAITING)
+    assert "send it again" in walker.stderr.readline()
+    run_program(*movement(2))
+    assert walker.stdout.readline() == "BACKWARD\n"
