@@ -12,7 +12,8 @@ import math
 BURST_GAP = 0.004
 """Commands closer together than this [s] were queued for later delivery, or come from two programs."""
 BURST = 3
-"""This many in a row are a burst; two programs that both drive do not make three."""
+"""This many in a row are a burst; two programs that both drive do not make three. So the first two are believed:
+whoever is told that a command is stale has to take back the last one, too."""
 BURST_ROOM = 1000
 """Queue size that a subscriber needs, so that no command of a burst is lost before it is judged."""
 SILENCE = 0.5

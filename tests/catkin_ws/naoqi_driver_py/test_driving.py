@@ -12,11 +12,15 @@ import time
 import pytest
 import qi
 
+from telepresence.teleop.stale_command_filter import SILENCE
+
 pytestmark = pytest.mark.ros
 
 STOP_WITHIN = 1.0 + 0.1
 """Seconds to a stand after a fault; the tenth is for odometry that comes every 0.04 s and a machine that is shared."""
 STANDING = 0.005
+STALE = 0.002
+"""Metres that nobody wants to have driven: odometry's noise. One old command is 2 cm."""
 
 
 class Station:
@@ -40,7 +44,14 @@ class Station:
         self.pilot.watch(
             "/odom",
             "nav_msgs/Odometry",
-            ["pose.pose.position.x", "pose.pose.position.y", "twist.twist.linear.x", "twist.twist.angular.z"],
+            [
+                "pose.pose.position.x",
+                "pose.pose.position.y",
+                "twist.twist.linear.x",
+                "twist.twist.angular.z",
+                "header.stamp.secs",
+                "header.stamp.nsecs",
+            ],
         )
         self.pilot.watch("/drive_state", "std_msgs/String", ["data"])
 
@@ -63,6 +74,11 @@ class Station:
         until(lambda: self.pilot.subscribers() == 1, "the driver listens")
         self.pilot.drive(speed, 0.0, 0.0)
         until(lambda: abs(self.speed() - speed) < 0.05 * abs(speed), f"the robot drives at {speed} m/s")
+
+    def covered_since(self, since: float) -> float:
+        """Return the greatest distance from where the robot was then [m]."""
+        places = [value[:2] for at, value in self.pilot.seen("/odom") if at > since]
+        return max(math.dist(place, places[0]) for place in places)
 
     def time_to_stand(self, since: float, until) -> float:
         """Return the seconds from `since` until the odometry shows no more speed."""
@@ -87,9 +103,9 @@ def test_drives_at_the_commanded_speed(station, until_true):
     station.cruise(until_true, 0.2)
     station.pilot.forget("/odom")
     until_true(lambda: len(station.pilot.seen("/odom")) >= 40, "1.6 s of odometry")
-    (first, start), *_, (last, end) = station.pilot.seen("/odom")
-    covered = math.hypot(end[0] - start[0], end[1] - start[1])
-    assert covered / (last - first) == pytest.approx(0.2, rel=0.05)
+    start, *_, end = (value for _, value in station.pilot.seen("/odom"))
+    lasted = end[4] - start[4] + 1e-9 * (end[5] - start[5])
+    assert math.dist(start[:2], end[:2]) / lasted == pytest.approx(0.2, rel=0.05)
     assert station.state == "driving"
 
 
@@ -186,15 +202,20 @@ def test_robot_that_was_put_to_rest_sleeps_on_when_its_driver_dies(station, unti
     session.close()
 
 
-def test_robot_of_a_frozen_driver_stands(station, until_true):
+def test_robot_of_a_frozen_driver_stands_and_what_was_sent_meanwhile_never_moves_it(station, until_true):
     station.cruise(until_true)
     station.driver.signal(signal.SIGSTOP)
     frozen = time.time()
     try:
         assert station.time_to_stand(frozen, until_true) < STOP_WITHIN
+        until_true(lambda: time.time() > frozen + 2.0 * SILENCE, "commands lie in the frozen driver's socket")
     finally:
         station.pilot.silence()
+        woken = time.time()
         station.driver.signal(signal.SIGCONT)
+    station.pilot.forget("/drive_state")
+    until_true(lambda: len(station.pilot.seen("/drive_state")) >= 3, "the driver has looked at all of them")
+    assert station.covered_since(woken) < STALE
 
 
 def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, until_true):

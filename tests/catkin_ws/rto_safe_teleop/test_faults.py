@@ -15,11 +15,15 @@ from corrupting_proxy import CorruptingProxy
 from gated_station import STOP_WITHIN, GatedStation
 from guide_lines import GuideLine, tables, typed
 
+from telepresence.teleop.stale_command_filter import SILENCE
+
 pytestmark = [pytest.mark.ros]
 
 SPEED = 0.15
 DISTANCES = "/data/distancesensorarray"
 NOTHING = 0.41
+STALE = 0.002
+"""Metres that nobody wants to have driven: odometry's noise. One old command is 2 cm."""
 AT_ONCE = 3
 """Command lines that are typed side by side."""
 
@@ -189,6 +193,22 @@ def test_a_killed_gate_is_a_standing_robot_and_its_successor_drives_on(station):
     station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
     station.under_way()
     assert station.careful() == "off"
+
+
+def test_what_was_sent_to_a_frozen_gate_never_moves_the_robot(station):
+    station.cruise()
+    station.gate.signal(signal.SIGSTOP)
+    frozen = time.time()
+    try:
+        assert station.time_to_stand(frozen) < STOP_WITHIN
+        station.until(lambda: time.time() > frozen + 2.0 * SILENCE, "commands lie in the frozen gate's socket")
+    finally:
+        station.pilot.silence()
+        stood = station.place()
+        station.gate.signal(signal.SIGCONT)
+    station.pilot.forget("/rto3/safety")
+    station.until(lambda: len(station.pilot.seen("/rto3/safety")) >= 20, "the gate has looked at all of them")
+    assert abs(station.place() - stood) < STALE
 
 
 def test_the_guides_lines_print_what_the_page_of_the_guides_says(station):

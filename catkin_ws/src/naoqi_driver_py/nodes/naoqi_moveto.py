@@ -40,12 +40,13 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.kept_state import KeptState
+from telepresence_ros.past_commands import subscribe_commands
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
-from telepresence.geometry import Velocity, yaw_of
+from telepresence.geometry import ZERO_VELOCITY, Velocity, yaw_of
 from telepresence.safety import PEPPER, SECTORS, Decision, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
@@ -105,7 +106,7 @@ class MoveTo:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles)
         subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
-        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_goal, queue_size=1, tcp_nodelay=True)
+        subscribe_commands("move_base_simple/goal", PoseStamped, self._on_goal)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
@@ -130,10 +131,13 @@ class MoveTo:
         self._wake.set()
 
     def _on_velocity(self, twist: Twist) -> None:
-        if self._late.is_stale(time.monotonic()):
+        now = time.monotonic()
+        if self._late.is_stale(now):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
+            self._commands.command(*ZERO_VELOCITY, now)  # those of the burst that were taken for new ones end
+            self._obey_at_once()
             return
-        velocity, now = Velocity(twist.linear.x, twist.linear.y, twist.angular.z), time.monotonic()
+        velocity = Velocity(twist.linear.x, twist.linear.y, twist.angular.z)
         self._commands.command(*velocity, now)
         self._obey_at_once()
         self._head.head.drives(velocity, now)

@@ -83,6 +83,7 @@ class DriveLinkNode:
 
     def _on_velocity(self, twist: Twist) -> None:
         if self._late.is_stale(time.monotonic()) or not self._node.master.alive:
+            self._link.release()  # what came before it in a burst was taken for new
             return
         try:
             self._link.drive(twist.linear.x, twist.linear.y, twist.angular.z, self._careful)

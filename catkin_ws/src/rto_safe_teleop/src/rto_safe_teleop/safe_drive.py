@@ -92,7 +92,7 @@ class SafeDrive:
         now = time.monotonic()
         if self._late.is_stale(now):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
-            return
+            twist = Twist()  # those of the burst that were taken for new ones end
         with self._lock:
             answer = self._gate.receive_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
             lines = self._gate.log_lines() if isinstance(self._gate, BubbleGate) else ""
