@@ -40,7 +40,7 @@ from gui.window import OperatorWindow, themes
 from telepresence.security.outside_text import keep_logs_plain
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
-from telepresence.station.ros_master import RESTARTED
+from telepresence.station.ros_master import end_code
 from telepresence.teleop.accounts import Users
 from telepresence.temporary_folder import TemporaryFolder
 
@@ -337,16 +337,10 @@ def _print_message(title: str, text: str, level: str) -> None:
     print(f"{datetime.now().isoformat(' ', 'milliseconds')} {title}, {level}: {text}", flush=True)
 
 
-def end_code(reason: str) -> int:
-    """Return the exit code of a window that ROS has ended. 0 says that it was closed, and our roslaunch leaves it away;
-    one that the new master did not know is to start again."""
-    return os.EX_TEMPFAIL if RESTARTED in reason else 0
-
-
 def _end_by_ros(window: QMainWindow, application: QApplication, reason: str) -> None:
     print(f"gui: ROS ended this window: {reason}", file=sys.stderr)
     window.close()
-    application.exit(end_code(reason))
+    application.exit(end_code(reason))  # 0 says that it was closed, and our roslaunch leaves it away
 
 
 class _SignalNotifier(QSocketNotifier):

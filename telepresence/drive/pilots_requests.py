@@ -29,7 +29,7 @@ class PilotsRequests:
         self._waiting: dict[int, str] = {}
         self._answers: dict[int, Done] = {}
         self._stopped = False
-        """Our stop was done, and nobody has reset it since."""
+        """The robot was stopped when we came, or since then by us, and nobody has reset it."""
         self._again: int | None = None
         """The number of a stop that is asked of the next server."""
         self._server: float | None = None
@@ -69,7 +69,10 @@ class PilotsRequests:
     def report(self, report: Report) -> None:
         """Take a report. A server that has been started since knows nothing of a stop: it is asked for it."""
         with self._answered:
-            another, self._server = self._server not in (None, report.started), report.started
+            first, another = self._server is None, self._server not in (None, report.started)
+            self._server = report.started
+            if first and report.state == "stopped":
+                self._stopped = True  # asked for by the program whose place we have taken, or by somebody else
             if not self._stopped or self._again is not None:
                 return
             if another and "reset stop" not in self._waiting.values():

@@ -169,6 +169,7 @@ class MasterKeeper:
                 master.setParam(CALLER, f"/{key}", value)
         except (RuntimeError, *_ERRORS) as error:
             log.error("roscore could not be brought back, trying again: %s", error)
+            self._process.kill()  # one that knows half of the parameters is no help
             return
         self._missing, self._revived_at = self._missing | self._nodes, time.monotonic()
         self._reviving = False

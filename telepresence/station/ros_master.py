@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.client
+import os
 import re
 import select
 import socket
@@ -19,6 +20,12 @@ ANONYMOUS = re.compile(r"_\d+(_\d+)?$")
 """Ends the names of nodes that did not choose one: rostopic, rosnode, keyboards, a person's scripts."""
 RESTARTED = "the ROS master was restarted"
 """Why a node is asked to shut down which the new master does not know: it is meant to start again."""
+
+
+def end_code(reason: str) -> int:
+    """Return the exit code of a program that ROS has ended for this reason. 0 says that its work is done; one that the
+    new master did not know is to start again, and goes on where it was."""
+    return os.EX_TEMPFAIL if RESTARTED in reason else 0
 
 
 class _TimeoutTransport(xmlrpc.client.Transport):

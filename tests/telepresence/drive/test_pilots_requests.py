@@ -65,6 +65,13 @@ def test_a_server_that_began_later_is_asked_for_the_stop(requests):
     assert asked(requests) == ["stop"], "and so is the one after that"
 
 
+def test_a_stop_that_was_there_before_us_outlives_the_server_too(requests):
+    """The link that asked for it has died."""
+    requests.report(report(1.0, "stopped"))
+    requests.report(report(2.0))
+    assert asked(requests) == ["stop"]
+
+
 @pytest.mark.parametrize("state", ["no command", "clear", "limited"])
 def test_a_stop_that_another_pilot_has_reset_is_over(requests, state):
     requests.report(report(1.0))

@@ -11,6 +11,7 @@ import rospy
 
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
+from telepresence.station.ros_master import end_code
 from telepresence.stop_signals import stop_on
 from telepresence_ros.logs import close_log_folder, log_without_master, route_logs_to_ros
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
@@ -69,6 +70,8 @@ class Node:
         self._threads: list[threading.Thread] = []
         self._closers: list[Callable[[], None]] = []
         self._failed = threading.Event()
+        self._end_code = 0
+        rospy.core.add_preshutdown_hook(self._note_reason)
         rospy.on_shutdown(self._end)
 
     def run(self, *loops: Callable[[], None]) -> int:
@@ -83,7 +86,7 @@ class Node:
         for thread in self._threads:
             thread.start()
         self._spin()
-        return 1 if self._failed.is_set() else 0
+        return 1 if self._failed.is_set() else self._end_code
 
     def cycles(self, period: float, patience: float | None = None) -> Iterator[float]:
         """Yield the time [s, monotonic] every `period` seconds until the node ends. A late cycle is not made up for.
@@ -101,6 +104,12 @@ class Node:
     def shut_down(self, reason: str) -> None:
         """End the node."""
         rospy.signal_shutdown(reason)
+
+    def fail(self, reason: str) -> None:
+        """End the node as failed, so that it is started again."""
+        rospy.logfatal("%s", reason)
+        self._failed.set()
+        self.shut_down(reason)
 
     def at_end(self, close: Callable[[], None]) -> None:
         """Have `close` called when the loops have ended, the newest such call first."""
@@ -130,6 +139,9 @@ class Node:
     def _fail(self) -> None:
         rospy.logfatal("the node fails", exc_info=True)
         self._failed.set()
+
+    def _note_reason(self, reason: str) -> None:
+        self._end_code = end_code(reason)
 
     def _end(self) -> None:
         """Called by rospy when the node is to end, before it closes the topics."""
