@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 import signal
 import time
+from pathlib import Path
 
 import pytest
 import qi
 
+from telepresence.station import processes
 from telepresence.teleop.stale_command_filter import SILENCE
 
 pytestmark = pytest.mark.ros
@@ -87,6 +89,13 @@ class Station:
             return next((at for at, value in self.pilot.seen("/odom") if at > since and abs(value[2]) < STANDING), None)
 
         return until(stood, "the robot stands") - since
+
+
+def command_line(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""  # it has ended
 
 
 @pytest.fixture(scope="module")
@@ -260,6 +269,18 @@ def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station,
     station.graph.start_master()
     station.new_pilot()
     station.cruise(until_true)
+
+
+def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(graph, until_true):
+    node = graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false", "__name:=alone")
+    (own,) = until_true(
+        lambda: [pid for pid in processes.descendants(node.process.pid) if b"--qi-url" in command_line(pid)][-1:],
+        "it starts one",
+    )
+    node.wait_for("connected to the robot")
+    processes.send(own, signal.SIGKILL)
+    assert node.process.wait(20) == 1, "so that roslaunch starts both again"
+    assert "the drive server that this driver had started has ended" in node.output
 
 
 def test_unreachable_robot_is_reported_once_without_a_traceback(graph, until_true):

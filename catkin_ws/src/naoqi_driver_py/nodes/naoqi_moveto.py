@@ -116,7 +116,8 @@ class MoveTo:
         server = str(rospy.get_param("~drive_server", ""))
         try:
             if not server:
-                own = OwnDriveServer(self._node.connection.address.url)
+                ended = "the drive server that this driver had started has ended"
+                own = OwnDriveServer(self._node.connection.address.url, lambda: self._node.fail(ended))
                 self._node.at_end(own.close)
                 server = own.address
             link = DriveLink(server if ":" in server else f"{server}:{DRIVE_PORT}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
-from naoqi_driver.onboard.pepper_base import BRAKING_TIME, PepperBase
+from naoqi_driver.onboard.pepper_base import BRAKING_TIME, RELEASE_TIME, PepperBase
 
 from telepresence.drive.pilots import Command
 
@@ -32,16 +32,16 @@ class Bench:
         self.sent: list[Answer] = []
         motion = SimpleNamespace(send=self._send)
         self.base = PepperBase(SimpleNamespace(motion=lambda: motion, connections=0, near=True, problem=""))
-        self._now = 0.0
+        self.now = 0.0
 
     def _send(self, name: str, *_arguments: object) -> Answer:
         self.sent.append(Answer(name))
         return self.sent[-1]
 
     def step(self, velocity: tuple[float, float, float] | None = None, *, cut: bool = False) -> None:
-        self._now += PERIOD
-        command = None if velocity is None else Command(*velocity, self._now)
-        self.base.step(self._now, command, None, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
+        self.now += PERIOD
+        command = None if velocity is None else Command(*velocity, self.now)
+        self.base.step(self.now, command, None, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
 
     def answer(self, *names: str) -> None:
         for call in self.sent:
@@ -64,3 +64,16 @@ def test_the_late_answer_to_a_kill_does_not_hide_the_motion_after_it(late):
     bench.answer("move", *late)
     bench.step()
     assert bench.names()[-1] == "stopMove", "what the pilot lets go of stops"
+
+
+def test_who_drives_on_while_almotion_hangs_does_not_keep_the_server_from_waiting():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    bench.step()
+    assert bench.names() == ["move", "stopMove"] and bench.base.due() > bench.now, "it is killed later"
+    for _ in range(round(2.0 * RELEASE_TIME / PERIOD)):
+        bench.step((0.2, 0.0, 0.0))
+        assert bench.base.due() > bench.now
+    bench.step()
+    bench.step()
+    assert bench.names() == ["move", "stopMove", "killMove"], "let go again"

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import subprocess
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from telepresence.station import processes
+
+log = logging.getLogger(__name__)
 
 PROGRAM = Path(__file__).parents[2] / "robot" / "drive_server.py"
 OUTLIVE = 'trap "sleep 1; kill \\$!" INT; trap "kill \\$!" TERM; "$@" & wait; wait'
@@ -19,24 +24,38 @@ class OwnDriveServer:
 
     Args:
         qi_url: Where NAOqi answers.
+        on_end: Called, on a thread of its own, when the program has ended and nobody has closed it.
     Attributes:
         address: host:port of the drive server.
     Raises:
         RuntimeError: It did not start, and has said why on standard error.
     """
 
-    def __init__(self, qi_url: str) -> None:
+    def __init__(self, qi_url: str, on_end: Callable[[], None]) -> None:
         words = ["sh", "-c", OUTLIVE, "sh", sys.executable, str(PROGRAM), "--qi-url", qi_url, "--port", "0"]
         self._process = processes.start(words, tied=True, stdout=subprocess.PIPE, text=True)
-        # "the drive server listens on udp 127.0.0.1:40123", and nothing more
-        self.address = self._process.stdout.readline().rpartition(" ")[2].strip() if self._process.stdout else ""
+        self._on_end, self._closing = on_end, threading.Event()
+        assert self._process.stdout is not None
+        # "the drive server listens on udp 127.0.0.1:40123"
+        self.address = self._process.stdout.readline().rpartition(" ")[2].strip()
         if not self.address:
             raise RuntimeError("no drive server could be started")
+        threading.Thread(target=self._hear, name="own drive server", daemon=True).start()
 
     def close(self) -> None:
         """End it; it brakes first."""
+        self._closing.set()
         self._process.terminate()
         try:
             self._process.wait(2.0)
         except subprocess.TimeoutExpired:
             processes.end(self._process)
+
+    def _hear(self) -> None:
+        """Log what it says: a pipe that nobody reads would stop it when it is full."""
+        assert self._process.stdout is not None
+        with self._process.stdout as lines:
+            for line in lines:
+                log.info("%s", line.rstrip())
+        if not self._closing.is_set():
+            self._on_end()

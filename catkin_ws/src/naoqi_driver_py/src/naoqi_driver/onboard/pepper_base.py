@@ -161,6 +161,7 @@ class PepperBase(Robot):
             self._rest(motion, now, RELEASE_TIME)
             return velocity
         if self._move is not None:
+            self._kill_at = INFINITY  # somebody drives again
             if velocity != self._sent and now - self._move.sent < AGAIN_TIME:
                 self._again_at = now + AGAIN_PERIOD
             return velocity
