@@ -26,6 +26,7 @@ NumPy only: no ROS, no clock (the time is an argument), no threads. The same cod
 """
 
 from .gate import VelocityGate
+from .latches import Latched
 from .messages import SECTORS, Command, Decision, Odometry, State
 from .outline import Outline
 from .robot_profile import PEPPER, ROBOTINO, ROBOTINO_LASER, UNKNOWN, Limits, RangeSource, RobotProfile, Swing
@@ -40,6 +41,7 @@ __all__ = [
     "Command",
     "Decision",
     "Health",
+    "Latched",
     "Limits",
     "Odometry",
     "Outline",

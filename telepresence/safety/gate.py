@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .known_obstacles import KnownObstacles
-from .latches import BumperLatch, StopLatch
+from .latches import BumperLatch, Latched, StopLatch
 from .messages import Command, Decision, Odometry, State
 from .robot_profile import RobotProfile
 from .scan import Scan, scan_of_points, scan_of_ranges
@@ -92,6 +92,20 @@ class VelocityGate:
         bearing = self._known_obstacles.add_bump(now, bearing, motion)
         pose = self._known_obstacles.poses.newest
         self._bumper_latch.press(None if bearing is None or pose is None else bearing + pose.theta)
+
+    @property
+    def latched(self) -> Latched:
+        """What a person has to reset."""
+        return Latched(self._stop_latch.reason, self._bumper_latch.latched)
+
+    def restore(self, latched: Latched) -> None:
+        """Take over what was latched in a gate that has died. What was bumped into is forgotten, so every way out of a
+        bump is slow."""
+        if latched.stopped:
+            self.stop(latched.stopped)
+        if latched.bumped:
+            self._looked = None
+            self._bumper_latch.restore()
 
     def stop(self, reason: str) -> None:
         """Stop and stay stopped until `reset_stop`. `reason` completes "Stopped: ..."."""

@@ -4,6 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Latched(NamedTuple):
+    """What holds until a person resets it: why the robot is stopped (empty: it is not), whether a bumper was hit."""
+
+    stopped: str = ""
+    bumped: bool = False
 
 
 class StopLatch:
@@ -53,6 +61,10 @@ class BumperLatch:
     def press(self, heading: float | None) -> None:
         self.pressed = self.latched = True
         self.heading = heading
+
+    def restore(self) -> None:
+        """Take over the bump of a gate that has died; where it was is not known any more."""
+        self.latched = True
 
     def release(self) -> None:
         self.pressed = False

@@ -184,6 +184,29 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     station.until(lambda: station.safety["state"] != "bumped", "the gate knows")
 
 
+@pytest.mark.parametrize("cause", ["stop", "bump"])
+def test_what_a_person_has_to_reset_outlives_the_driver(station, cause):
+    if cause == "stop":
+        assert station.trigger("stop_drive")["success"]
+    else:
+        station.robot.press("BackBumper", True)
+        station.until(lambda: "a bumper was hit" in station.drive_state, "the driver knows")
+        station.robot.press("BackBumper", False)
+    kept = {"stop": "stopped", "bump": "bumped"}[cause]
+    station.until(lambda: station.pilot.parameter("/naoqi_moveto_listener/kept")[kept], "it is kept")
+    station.driver.kill()
+    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
+    station.pilot.forget("/drive_state")
+    wanted = {"stop": "reset_stop", "bump": "reset_bumper"}[cause]
+    station.until(lambda: wanted in station.drive_state, "the next driver says what is to be reset")
+    station.pilot.drive(0.25, 0.0, 0.0)
+    station.until(lambda: station.safety["state"] in ("stopped", "bumped"), "its gate, too")
+    assert station.trigger(wanted)["success"]
+    station.pilot.silence()
+    station.until(lambda: station.safety["state"] == "no command", "the controls are let go")
+    station.cruise()
+
+
 def test_markers_show_what_is_decided(station):
     station.pilot.watch(
         "/safety_markers",

@@ -185,6 +185,16 @@ def test_a_killed_driver_is_a_standing_robot_and_its_successor_drives_on(station
     station.under_way()
 
 
+def test_a_stop_outlives_the_gate_until_it_is_reset(station):
+    assert station.trigger("stop_drive")["success"]
+    station.gate.kill()
+    station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
+    station.pilot.forget("/rto3/safety_state")
+    station.told("stopped: Stopped: stop requested by")
+    station.trigger("reset_stop")
+    station.cruise()
+
+
 def test_a_killed_gate_is_a_standing_robot_and_its_successor_drives_on(station):
     station.cruise()
     station.gate.signal(signal.SIGKILL)

@@ -47,7 +47,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
 from telepresence.geometry import ZERO_VELOCITY, Velocity, yaw_of
-from telepresence.safety import PEPPER, SECTORS, Decision, State
+from telepresence.safety import PEPPER, SECTORS, Decision, Latched, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
@@ -78,14 +78,15 @@ class MoveTo:
         self._node = NaoqiNode("naoqi_moveto_listener", on_master_lost=self._on_master_lost)
         # First, as both take their time: the greeting, and the sensors' first readings.
         self._link = self._open_link()
+        self._kept = KeptState()
         self._gated = gated = GatedDrive() if rospy.get_param("~safety", True) else None
         self._commands = gated or CommandWatchdog()
         if gated is not None:
+            gated.restore(self._kept.latched())
             self._sensors = RangeSensorReader(
                 self._node.connection, lambda reading: gated.receive(reading, time.monotonic())
             ).start()
         look = rospy.get_param("~look", LOOK)
-        self._kept = KeptState()
         self._base = BaseDriver(
             self._node.connection,
             self._link,
@@ -104,7 +105,7 @@ class MoveTo:
         self._diagnostics = Diagnostics("base", str(self._node.connection.address))
         if self._gated is not None:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
-            self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles)
+            self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles, self._keep)
         subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
         subscribe_commands("move_base_simple/goal", PoseStamped, self._on_goal)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
@@ -207,6 +208,7 @@ class MoveTo:
         """What waits for the robot, beside the loop that drives."""
         offered, begun = False, time.monotonic()
         for now in self._node.cycles(LOOK_PERIOD):
+            self._keep()
             if not self._node.connection.connected:
                 continue
             try:
@@ -214,10 +216,13 @@ class MoveTo:
                 self._head.head.supervise(now)
             except RobotError as error:
                 rospy.logdebug("%s", error)
-            self._kept.keep(lambda: {"rests": self._base.awake is False})
             if not offered and now >= begun + OFFER_AFTER:
                 offered = True
                 self._offer_distances()
+
+    def _keep(self) -> None:
+        latched = self._gated.latched if self._gated is not None else Latched()
+        self._kept.keep(lambda: {"rests": self._base.awake is False, **latched._asdict()})
 
     def _offer_distances(self) -> None:
         # Imported late, see `OFFER_AFTER`: with it come all messages of the package.

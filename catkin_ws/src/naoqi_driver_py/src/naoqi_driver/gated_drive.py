@@ -16,7 +16,7 @@ import numpy as np
 from naoqi_driver.command_watchdog import CommandWatchdog, WheelCommand, is_zero
 from naoqi_driver.range_sensors import Reading
 from telepresence.geometry import ZERO_VELOCITY, Velocity
-from telepresence.safety import PEPPER, Command, Decision, Odometry, State, VelocityGate
+from telepresence.safety import PEPPER, Command, Decision, Latched, Odometry, State, VelocityGate
 
 PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
 """One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
@@ -36,17 +36,21 @@ class GatedDrive:
         """The safety gate's last word."""
         self._commands = CommandWatchdog()
         self._gate = VelocityGate(PROFILE)
-        self._lock = threading.Lock()  # protects the gate and the latches
+        self._lock = threading.Lock()  # protects the gate
         self._command: Command | None = None
         self._odometry: Odometry | None = None
         self._pressed: tuple[float, ...] = ()
-        self._stopped = ""
-        self._bumped = False
 
     @property
     def allows_goals(self) -> bool:
         """Like `CommandWatchdog.allows_goals`, but false while a stop or a bump is latched."""
-        return not (self._stopped or self._bumped)
+        return self._gate.latched == Latched()
+
+    @property
+    def latched(self) -> Latched:
+        """What a person has to reset."""
+        with self._lock:
+            return self._gate.latched
 
     @property
     def refused(self) -> int:
@@ -67,24 +71,25 @@ class GatedDrive:
         with self._lock:
             self._take(reading, now)
 
+    def restore(self, latched: Latched) -> None:
+        """Take over what was latched in a driver that has died."""
+        with self._lock:
+            self._gate.restore(latched)
+
     def stop(self, reason: str) -> None:
         """Stop, goals too, and stay stopped until `reset_stop`. `reason` completes "stopped: ..."."""
         with self._lock:
-            self._stopped = reason
             self._gate.stop(reason)
 
     def reset_stop(self) -> None:
         """Let the stop go; the controls must be released once before the robot moves again."""
         with self._lock:
-            self._stopped = ""
             self._gate.reset_stop()
 
     def reset_bumper(self) -> bool:
         """Let the bump go. False while a bumper is still pressed."""
         with self._lock:
-            done = self._gate.reset_bumper()
-            self._bumped = self._bumped and not done
-            return done
+            return self._gate.reset_bumper()
 
     def obstacles(self) -> np.ndarray:
         """Places of known obstacles in base_footprint, (n, 2) [m]."""
@@ -95,8 +100,8 @@ class GatedDrive:
         """What may happen at `now` [s]; call it at least 20 times a second."""
         with self._lock:
             self.decision = self._gate.step(now, self._command, self._odometry)
-            stopped, bumped = self._stopped, self._bumped
-        return judge(self._commands.decide(now, master_alive), self.decision, stopped, bumped)
+            latched = self._gate.latched
+        return judge(self._commands.decide(now, master_alive), self.decision, latched)
 
     def _take(self, reading: Reading, now: float) -> None:
         self._odometry = reading.odometry
@@ -108,26 +113,24 @@ class GatedDrive:
             # The latch has one direction; that between two bumpers keeps the robot from both.
             middle = sum(cmath.rect(1.0, bearing) for bearing in reading.pressed)
             self._gate.update_bumper(now, True, cmath.phase(middle))
-            self._bumped = True
         if self._pressed and not reading.pressed:
             self._gate.update_bumper(now, False)
         self._pressed = reading.pressed
         self._gate.look(now, self._odometry)
 
 
-def judge(wanted: WheelCommand, allowed: Decision, stopped: str, bumped: bool) -> WheelCommand:
+def judge(wanted: WheelCommand, allowed: Decision, latched: Latched) -> WheelCommand:
     """Return what the wheels get after both have decided.
 
     Args:
         wanted: By the command watchdog.
         allowed: By the safety gate.
-        stopped: Why the stop is latched; empty if it isn't.
-        bumped: A bumper is latched.
+        latched: What a person has to reset.
     """
-    if stopped:
-        return WheelCommand(None, True, f"stopped: {stopped}; reset_stop lets it go")
+    if latched.stopped:
+        return WheelCommand(None, True, f"stopped: {latched.stopped}; reset_stop lets it go")
     if wanted.velocity is None or is_zero(wanted.velocity):
-        if not bumped:
+        if not latched.bumped:
             return wanted
         reason = f"{wanted.reason}; a bumper was hit, reset_bumper lets it go"
         return wanted._replace(fault=True, reason=reason)

@@ -26,6 +26,7 @@ from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
+from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import Node
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import SenderWatch, subscribe_velocities
@@ -38,6 +39,8 @@ from telepresence.station import priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 PERIOD = 0.05
+KEEP_PERIOD = 0.5
+"""Seconds after which a bump is kept for the gate that follows when this one dies."""
 LAYERS = ("gate", "bubble")
 
 
@@ -47,6 +50,7 @@ class SafeDrive:
         self._logged = ""
         self._node = Node("safe_omni_drive", on_master_lost=self._late.link_lost)
         self._gate = _choose_gate()
+        self._kept = KeptState()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         gate = self._gate if isinstance(self._gate, RobotGate) else None
@@ -55,8 +59,10 @@ class SafeDrive:
             str(rospy.get_param("~base_frame_id", "base_link")),
             latches=self if gate else None,
             obstacles=self._obstacles if gate else None,
+            on_latch=self._keep,
         )
         if gate is not None:
+            gate.gate.restore(self._kept.latched())
             CarefulSwitch(partial(setattr, gate.gate, "careful"))
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
         subscribe_velocities("safe_cmd_vel", self._on_command, BURST_ROOM)
@@ -69,7 +75,7 @@ class SafeDrive:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._node.run(self._loop)
+        return self._kept.forget_after(self._node.run(self._loop, self._keep_always))
 
     def _loop(self) -> None:
         for now in self._node.cycles(PERIOD):
@@ -78,6 +84,14 @@ class SafeDrive:
             if answer is not None:
                 self._give(answer, now)
         self._velocities.publish(Twist())
+
+    def _keep_always(self) -> None:
+        for _ in self._node.cycles(KEEP_PERIOD):
+            self._keep()
+
+    def _keep(self) -> None:
+        if isinstance(self._gate, RobotGate):
+            self._kept.keep(lambda: self._velocity_gate.latched._asdict())
 
     def _give(self, answer: Answer, now: float) -> None:
         if answer.velocity is not None:

@@ -18,6 +18,8 @@ from typing import Any
 import rosgraph
 import rospy
 
+from telepresence.safety.latches import Latched
+from telepresence.security.outside_text import clean
 from telepresence.station.ros_master import master_proxy
 from telepresence.station.vitals import start_time
 
@@ -53,6 +55,10 @@ class KeptState:
         """Return a text of such a run; empty if there is none."""
         value = self._found.get(name)
         return value if isinstance(value, str) else ""
+
+    def latched(self) -> Latched:
+        """Return what was latched in the safety gate of such a run."""
+        return Latched(clean(self.text("stopped")), self.switch("bumped", False, quiet=True))
 
     def keep(self, values: Callable[[], dict[str, bool | str]]) -> None:
         """Keep these in place of what was kept before. To be called at every change, and again and again."""

@@ -47,6 +47,7 @@ class SafetyTopics:
         profile: The robot that is drawn.
         frame_id: tf frame of what the profile calls base_link.
         latches: Behind the services; None if the gate has none, then there are no services.
+        on_latch: Called after every call of a service, on its thread.
         obstacles: Asked for the places of known obstacles in that frame, (n, 2) [m], before a drawing.
     """
 
@@ -56,6 +57,7 @@ class SafetyTopics:
         frame_id: str,
         latches: Latches | None,
         obstacles: Callable[[], np.ndarray] | None = None,
+        on_latch: Callable[[], None] = lambda: None,
     ) -> None:
         self._profile = profile
         self._frame_id = frame_id
@@ -65,9 +67,12 @@ class SafetyTopics:
         self._markers = rospy.Publisher("safety_markers", MarkerArray, queue_size=1)
         self._state, self._state_due, self._markers_due = "", 0.0, 0.0
         if latches is not None:
-            rospy.Service("stop_drive", Trigger, partial(_on_stop, latches))
-            rospy.Service("reset_stop", Trigger, partial(_on_reset_stop, latches))
-            rospy.Service("reset_bumper", Trigger, partial(_on_reset_bumper, latches))
+            for name, answer in (
+                ("stop_drive", _on_stop),
+                ("reset_stop", _on_reset_stop),
+                ("reset_bumper", _on_reset_bumper),
+            ):
+                rospy.Service(name, Trigger, partial(_serve, answer, latches, on_latch))
 
     def report(self, now: float, decision: Decision) -> None:
         """Publish what was decided at `now` [s, monotonic]."""
@@ -83,6 +88,17 @@ class SafetyTopics:
         if now >= self._markers_due and self._markers.get_num_connections():
             self._markers_due = now + MARKER_PERIOD
             self._markers.publish(draw(self._profile, decision, self._obstacles(), self._frame_id, stamp))
+
+
+def _serve(
+    answer: Callable[[Latches, TriggerRequest], TriggerResponse],
+    latches: Latches,
+    on_latch: Callable[[], None],
+    request: TriggerRequest,
+) -> TriggerResponse:
+    answered = answer(latches, request)
+    on_latch()
+    return answered
 
 
 def _on_stop(latches: Latches, request: TriggerRequest) -> TriggerResponse:
