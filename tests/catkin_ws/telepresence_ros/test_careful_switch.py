@@ -29,6 +29,21 @@ def test_what_counts_until_somebody_switches(graph, until_true):
     assert refused == [True, {"success": False, "message": LASER.partition(": ")[2]}]
 
 
+@pytest.mark.parametrize("program", ["rto_node/rto_drive_link", "rto_safe_teleop/safe_omni_drive"])
+@pytest.mark.parametrize("chosen", [True, False])
+def test_a_choice_outlives_the_program_and_is_no_default(graph, until_true, program, chosen):
+    space = f"/{program.partition('/')[2]}_{chosen}"
+    argv = (str(graph.workspace / "lib" / program), f"__ns:={space}")
+    node, probe = graph.run(*argv), graph.probe()
+    probe.watch(f"{space}/careful", "std_msgs/String", ["data"])
+    assert probe.newest(f"{space}/careful") == ["on by default"]
+    assert probe.call(f"{space}/set_careful", "std_srvs/SetBool", {"data": chosen})[1]["success"]
+    node.kill()
+    probe.forget(f"{space}/careful")
+    graph.run(*argv)
+    assert probe.newest(f"{space}/careful") == ["on" if chosen else "off"]
+
+
 def test_another_value_is_named(graph):
     node = str(graph.workspace / "lib/rto_node/rto_drive_link")
     ended = subprocess.run([node, "_careful:=maybe"], env=graph.environment, capture_output=True, text=True, timeout=60)

@@ -26,6 +26,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from telepresence_msgs.msg import SafetyState
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import Node
 from telepresence_ros.sender_watch import subscribe_velocities
 
@@ -61,7 +62,9 @@ class DriveLinkNode:
             )
         except (TypeError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
-        CarefulSwitch(partial(setattr, self, "_careful"), LASER_SEES if rospy.get_param("~laser", False) else "")
+        self._kept = KeptState()
+        unavailable = LASER_SEES if rospy.get_param("~laser", False) else ""
+        self._switch = CarefulSwitch(partial(setattr, self, "_careful"), self._kept, self._keep, unavailable)
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
         subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM)
         self._lost, self._patience = False, StartPatience()
@@ -74,7 +77,14 @@ class DriveLinkNode:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._node.run(self._report)
+        return self._kept.forget_after(self._node.run(self._report, self._keep_always))
+
+    def _keep_always(self) -> None:
+        for _ in self._node.cycles(STATE_PERIOD):
+            self._keep()
+
+    def _keep(self) -> None:
+        self._kept.keep(lambda: self._switch.kept)
 
     def _on_master_lost(self) -> None:
         # Whoever published our velocities may be gone with it, and nobody can be asked to stop.

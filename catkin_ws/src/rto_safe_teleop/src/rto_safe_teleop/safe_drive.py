@@ -54,6 +54,9 @@ class SafeDrive:
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
         self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         gate = self._gate if isinstance(self._gate, RobotGate) else None
+        if gate is not None:
+            gate.gate.restore(self._kept.latched())
+            self._careful = CarefulSwitch(partial(setattr, gate.gate, "careful"), self._kept, self._keep)
         self._topics = SafetyTopics(
             ROBOTINO,
             str(rospy.get_param("~base_frame_id", "base_link")),
@@ -61,9 +64,6 @@ class SafeDrive:
             obstacles=self._obstacles if gate else None,
             on_latch=self._keep,
         )
-        if gate is not None:
-            gate.gate.restore(self._kept.latched())
-            CarefulSwitch(partial(setattr, gate.gate, "careful"))
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
         subscribe_velocities("safe_cmd_vel", self._on_command, BURST_ROOM)
         SenderWatch("odom", Odometry, self._on_odometry, self._on_odometry_lost)
@@ -91,7 +91,7 @@ class SafeDrive:
 
     def _keep(self) -> None:
         if isinstance(self._gate, RobotGate):
-            self._kept.keep(lambda: self._velocity_gate.latched._asdict())
+            self._kept.keep(lambda: {**self._velocity_gate.latched._asdict(), **self._careful.kept})
 
     def _give(self, answer: Answer, now: float) -> None:
         if answer.velocity is not None:

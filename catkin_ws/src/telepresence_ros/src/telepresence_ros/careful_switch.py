@@ -15,6 +15,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
+from telepresence_ros.kept_state import KeptState
+
 AUTO = "auto"
 SENTENCES = {
     True: "Careful scan is on: the body sways while the robot drives, to see what lies between two sensors.",
@@ -27,30 +29,49 @@ class CarefulSwitch:
 
     Args:
         switch: Called with true or false, at once and whenever somebody switches, then on a thread of its own.
+        kept: What is kept of a run of this node that has died.
+        on_choice: Called after somebody has switched, on the same thread.
         unavailable: Why this gate has no careful scan; empty if it has one.
     Raises:
         SystemExit: ~careful is none of its values.
     """
 
-    def __init__(self, switch: Callable[[bool], None], unavailable: str = "") -> None:
-        self._switch = switch
+    def __init__(
+        self,
+        switch: Callable[[bool], None],
+        kept: KeptState,
+        on_choice: Callable[[], None],
+        unavailable: str = "",
+    ) -> None:
+        self._switch, self._on_choice = switch, on_choice
         self._unavailable = unavailable
         self._states = rospy.Publisher("careful", String, queue_size=1, latch=True)
         wanted = rospy.get_param("~careful", AUTO)
         if wanted not in (True, False, AUTO):
             raise SystemExit(f"{rospy.get_name()}: careful must be true, false or {AUTO}, not {wanted!r}")
-        by_default = wanted == AUTO
-        on = not unavailable and (not rospy.get_param("~laser", False) if by_default else bool(wanted))
+        self._choice = None if unavailable else kept.choice("careful", quiet=True)
+        by_default = self._choice is None and wanted == AUTO
+        if self._choice is not None:
+            on = self._choice
+        else:
+            on = not unavailable and (not rospy.get_param("~laser", False) if by_default else bool(wanted))
         switch(on)
         self._report(f"unavailable: {unavailable}" if unavailable else _word(on) + " by default" * by_default)
         rospy.Service("set_careful", SetBool, self._on_set)
 
+    @property
+    def kept(self) -> dict[str, bool | str]:
+        """What somebody has chosen, to be kept; empty if nobody has."""
+        return {} if self._choice is None else {"careful": self._choice}
+
     def _on_set(self, request: SetBoolRequest) -> SetBoolResponse:
         if self._unavailable:
             return SetBoolResponse(False, self._unavailable)
+        self._choice = bool(request.data)
         self._switch(request.data)
         self._report(_word(request.data))
         rospy.loginfo("%s", SENTENCES[request.data])
+        self._on_choice()
         return SetBoolResponse(True, SENTENCES[request.data])
 
     def _report(self, state: str) -> None:

@@ -46,10 +46,15 @@ class KeptState:
         self._due = 0.0
 
     def switch(self, name: str, otherwise: bool, quiet: bool) -> bool:
-        """Return a switch of a run of this node that has died; `otherwise` if there is none. Of another session only
-        the `quiet` position counts."""
+        """Return what `choice` does; `otherwise` if there is none."""
+        choice = self.choice(name, quiet)
+        return otherwise if choice is None else choice
+
+    def choice(self, name: str, quiet: bool) -> bool | None:
+        """Return a switch of a run of this node that has died; None if there is none. Of another session only the
+        `quiet` position counts."""
         value = self._found.get(name)
-        return value if isinstance(value, bool) and (self._same or value is quiet) else otherwise
+        return value if isinstance(value, bool) and (self._same or value is quiet) else None
 
     def text(self, name: str) -> str:
         """Return a text of such a run; empty if there is none."""
