@@ -13,7 +13,7 @@ from gui.ros.topics import actions, drive, sensors, simulation, station
 from gui.terminal import commands
 from gui.terminal.commands import Address
 from telepresence.safety.outline import Outline
-from telepresence.safety.robot_profile import PEPPER, ROBOTINO
+from telepresence.teleop.robot_kinds import PEPPER, ROBOTINO
 from telepresence.teleop.robot_readings import camera_info_of
 
 _Row = TypeVar("_Row", Incoming, Outgoing)
@@ -35,8 +35,7 @@ class Robot:
         outline: Its shape on the floor.
         top_speed, top_turn: As fast as its safety gate ever allows [m/s, rad/s].
         reach: Half the width of the sensor view at first [m].
-        farthest_click: A place in the picture farther away than this is driven to in part [m]. It follows from the
-            height of the camera: an error of 1 degree moves a place by 0.15 m at 3 m from 1.1 m, and at 2 m from 0.5 m.
+        farthest: A place in the picture farther away than this is driven to in part [m].
         speaks: It says sentences.
         postures: (name, text of the button) of each posture that it can take.
         cameras: (name, topic) of the pictures to choose from, the usual one first; none if there is only one.
@@ -62,7 +61,7 @@ class Robot:
     top_speed: float
     top_turn: float
     reach: float
-    farthest_click: float
+    farthest: float
     speaks: bool
     postures: tuple[tuple[str, str], ...]
     cameras: tuple[tuple[str, str], ...]
@@ -105,30 +104,30 @@ def _picture(topic: str, channel: str = "picture") -> Incoming:
 
 
 _PEPPER_CAMERAS = (
-    ("Front", "pepper_robot/camera/front/image_raw"),
+    ("Front", PEPPER.picture),
     ("Floor", "pepper_robot/camera/bottom/image_raw"),
     ("Depth", "pepper_robot/camera/depth/image_raw"),
 )
 _RECORDED = ("odom", "safety", "safety_state", "drive_state", "cmd_vel", "/tf", "/tf_static", "/diagnostics")
 
 _PEPPER = Robot(
-    name="pepper",
-    title="Pepper",
-    namespace="/",
+    name=PEPPER.name,
+    title=PEPPER.title,
+    namespace=PEPPER.namespace,
     cmd_vel="cmd_vel",
     session=commands.pepper_session,
     keyboard=commands.KEYBOARD,
     incoming=(
-        _picture(_PEPPER_CAMERAS[0][1]), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
+        _picture(PEPPER.picture), _picture("tablet/image_raw", "tablet"), *sensors.pepper(), *drive.INCOMING,
         drive.HEAD, simulation.BODY_STATE, station.FAULTS,
     ),
     outgoing=(*drive.outgoing("cmd_vel"), *actions.pepper_outgoing(), simulation.MOVEMENT_REPORT),
     services=(*drive.SERVICES, *actions.pepper_services(), simulation.RESTART),
-    outline=PEPPER.outline,
-    top_speed=PEPPER.limits.max_speed,
-    top_turn=PEPPER.limits.max_turn,
+    outline=PEPPER.profile.outline,
+    top_speed=PEPPER.profile.limits.max_speed,
+    top_turn=PEPPER.profile.limits.max_turn,
     reach=1.8,
-    farthest_click=3.0,
+    farthest=PEPPER.farthest,
     speaks=True,
     postures=(
         ("stand", "Stand"), ("zero", "Arms ahead"), ("crouch", "Crouch"), ("wakeup", "Wake up"), ("rest", "Rest"),
@@ -136,33 +135,32 @@ _PEPPER = Robot(
     cameras=_PEPPER_CAMERAS,
     recorded=(
         *_RECORDED, "joint_states", "pepper_robot/laser", "pepper_robot/sonar/front", "pepper_robot/sonar/back",
-        "pepper_robot/bumper", "pepper_robot/battery", "pepper_robot/camera/front/image_raw/compressed",
-        "pepper_robot/camera/front/camera_info",
+        "pepper_robot/bumper", PEPPER.battery, f"{PEPPER.picture}/compressed", camera_info_of(PEPPER.picture),
     ),
-    filmed="pepper_robot/camera/front/image_raw/compressed",
+    filmed=f"{PEPPER.picture}/compressed",
 )  # fmt: skip
 
 _ROBOTINO = Robot(
-    name="robotino",
-    title="Robotino",
-    namespace="/rto3",
+    name=ROBOTINO.name,
+    title=ROBOTINO.title,
+    namespace=ROBOTINO.namespace,
     cmd_vel="safe_cmd_vel",
     session=commands.robotino_session,
-    keyboard=f"{commands.KEYBOARD} cmd_vel:=/rto3/safe_cmd_vel",
-    incoming=(_picture("img_raw"), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE, station.FAULTS),
+    keyboard=f"{commands.KEYBOARD} cmd_vel:={ROBOTINO.namespace}/safe_cmd_vel",
+    incoming=(_picture(ROBOTINO.picture), *sensors.robotino(), *drive.INCOMING, simulation.BODY_STATE, station.FAULTS),
     outgoing=(*drive.outgoing("safe_cmd_vel"), *actions.sound_outgoing(), simulation.MOVEMENT_REPORT),
     services=(*drive.SERVICES, *actions.sound_services(), *actions.careful_services(), simulation.RESTART),
-    outline=ROBOTINO.outline,
-    top_speed=ROBOTINO.limits.max_speed,
-    top_turn=ROBOTINO.limits.max_turn,
+    outline=ROBOTINO.profile.outline,
+    top_speed=ROBOTINO.profile.limits.max_speed,
+    top_turn=ROBOTINO.profile.limits.max_turn,
     reach=0.9,
-    farthest_click=2.0,
+    farthest=ROBOTINO.farthest,
     speaks=False,
     postures=(),
     cameras=(),
     recorded=(
         *_RECORDED, "safe_cmd_vel", "joint_states", "distance_sensors", "distance_sensors_scan", "scan", "bumper",
-        "battery", "image_raw/compressed", "camera_info",
+        ROBOTINO.battery, "image_raw/compressed", camera_info_of(ROBOTINO.picture),
     ),
     filmed="image_raw/compressed",
     picture_programs=("rto_camera_receiver", "onboard_camera"),
@@ -182,7 +180,7 @@ _WALKER = Robot(
     top_speed=0.3,
     top_turn=0.8,
     reach=0.9,
-    farthest_click=0.0,
+    farthest=0.0,
     speaks=False,
     postures=(),
     cameras=(),

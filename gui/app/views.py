@@ -62,7 +62,7 @@ class Views(QObject):
         self._more: Callable[[QPainter, float, float], None] | None = None
         self._body: BodyState | None = None
         self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
-        self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest_click, self)
+        self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest, self)
         self._readers = (
             window.around, window.bodyPanel, window.gate, window.health, window.sound, self.floor_drive,
         )  # fmt: skip

@@ -24,7 +24,15 @@ from gui.ros.readings import (
     VoiceState,
 )
 from telepresence.security.outside_text import clean, clean_name
-from telepresence.teleop.robot_readings import read_battery, read_lens, read_odometry, read_safety, sane
+from telepresence.teleop.robot_kinds import PEPPER, ROBOTINO
+from telepresence.teleop.robot_readings import (
+    camera_info_of,
+    read_battery,
+    read_lens,
+    read_odometry,
+    read_safety,
+    sane,
+)
 
 SUCCEEDED = 3
 """actionlib_msgs/GoalStatus."""
@@ -194,8 +202,8 @@ def pepper() -> tuple[Incoming, ...]:
             sonar_cone("back", Mount(-0.0718, 0.0, math.pi)),
         ),
         Incoming("bumper", "pepper_robot/bumper", "naoqi_bridge_msgs/Bumper", BumperHistory().convert),
-        Incoming("battery", "pepper_robot/battery", "sensor_msgs/BatteryState", read_battery),
-        Incoming("lens", "pepper_robot/camera/front/camera_info", "sensor_msgs/CameraInfo", read_lens, on_request=True),
+        Incoming("battery", PEPPER.battery, "sensor_msgs/BatteryState", read_battery),
+        Incoming("lens", camera_info_of(PEPPER.picture), "sensor_msgs/CameraInfo", read_lens, on_request=True),
         Incoming("page", "com_cam/status", "diagnostic_msgs/DiagnosticStatus", read_page_state),
         Incoming(
             "posture", "pepper_robot/pose/body_pose/result", "naoqi_bridge_msgs/BodyPoseActionResult",
@@ -212,6 +220,6 @@ def robotino() -> tuple[Incoming, ...]:
         Incoming("careful", "careful", "std_msgs/String", read_careful),
         Incoming("laser", "scan", "sensor_msgs/LaserScan", scan_points("laser", Mount(0.08))),
         Incoming("bumper", "bumper", "std_msgs/Bool", bumper_ring),
-        Incoming("battery", "battery", "sensor_msgs/BatteryState", read_battery),
-        Incoming("lens", "camera_info", "sensor_msgs/CameraInfo", read_lens, on_request=True),
+        Incoming("battery", ROBOTINO.battery, "sensor_msgs/BatteryState", read_battery),
+        Incoming("lens", camera_info_of(ROBOTINO.picture), "sensor_msgs/CameraInfo", read_lens, on_request=True),
     )

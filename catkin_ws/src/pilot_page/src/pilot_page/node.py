@@ -25,7 +25,7 @@ from aiohttp import web
 from telepresence_ros.node import Node
 
 from pilot_page.lease_services import LeaseServices
-from pilot_page.robot_station import KINDS, RobotStation, robot_kind
+from pilot_page.robot_station import RobotStation, robot_kind
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import fingerprint, names_of, own_context, server_context
 from telepresence.page.entrance import Entrance
@@ -37,6 +37,7 @@ from telepresence.switch import switch
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.teleop.robot_kinds import KINDS
 
 
 class PageNode:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -18,44 +18,16 @@ from pilot_page.floor import RobotFloor
 from pilot_page.head import Head
 from pilot_page.health import Health
 from pilot_page.lease_services import LeaseLink, LeaseServices
-from telepresence.safety.robot_profile import PEPPER, ROBOTINO, RobotProfile
 from telepresence.security.outside_text import clean
 from telepresence.teleop.lease_messages import Account
 from telepresence.teleop.lease_topics import LeaseState, read_lease_state
+from telepresence.teleop.robot_kinds import KINDS, RobotKind
 from telepresence.teleop.robot_readings import camera_info_of
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
 
 GATE_LIFE = 0.5
 """[s] for which what the gate said is shown."""
-
-
-@dataclass(frozen=True)
-class RobotKind:
-    """What the page must know of a kind of robot.
-
-    Args:
-        title: What people call it.
-        namespace: In which its topics are.
-        picture: Topic of its pictures, relative to the namespace.
-        battery: Topic of its battery, likewise.
-        profile: Its shape and its greatest speeds.
-        farthest: A place in the picture farther away than this is driven to in part [m], see `gui.robots.Robot`.
-    """
-
-    title: str
-    namespace: str
-    picture: str
-    battery: str
-    profile: RobotProfile
-    farthest: float
-
-
-KINDS = {
-    "pepper": RobotKind("Pepper", "/", "pepper_robot/camera/front/image_raw", "pepper_robot/battery", PEPPER, 3.0),
-    "robotino": RobotKind("Robotino", "/rto3", "img_raw", "battery", ROBOTINO, 2.0),
-}
-"""As they usually are."""
 
 
 def robot_kind(word: str) -> RobotKind:
