@@ -22,6 +22,7 @@ from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
 from gui.widgets.label import tip
 from telepresence.security.outside_text import clean
+from telepresence.teleop.camera_view import NO_PICTURE, camera_view
 from telepresence.teleop.floor_projection import scaled_to
 
 if TYPE_CHECKING:
@@ -293,16 +294,9 @@ class Views(QObject):
         """Return the camera's view, in the odometry frame, when the shown picture was taken; or why it is unknown."""
         image = self._window.video.image
         if image is None:
-            return "There is no picture to point at."
-        if self._lens is None:
-            return "The camera publishes no calibration (camera_info), so positions in its picture are unknown."
-        if self._body is None:
-            return "The robot publishes no odometry, so it could not find the way there."
-        try:
-            rotation, place = self._link.place_of(self._lens.frame, self._body.frame, self._window.video.stamp)
-        except LookupError as error:
-            return f"The direction of the camera is unknown: {error}."
-        return scaled_to(CameraView(self._lens, rotation, place), image.width(), image.height())
+            return NO_PICTURE
+        view = camera_view(self._lens, self._body, self._link.place_of, self._window.video.stamp)
+        return view if isinstance(view, str) else scaled_to(view, image.width(), image.height())
 
     def paint_more(self, paint: Callable[[QPainter, float, float], None]) -> None:
         """Paint something else on the picture, too: `paint(painter, width, height)` [px], from its corner on."""

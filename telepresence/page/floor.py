@@ -10,6 +10,7 @@ import time
 from typing import Any, Protocol
 
 from telepresence.page.commands import FloorMessage
+from telepresence.teleop.camera_view import NO_PICTURE
 from telepresence.teleop.floor_band import floor_band
 from telepresence.teleop.floor_goal import HOLD, FloorGoal, FloorStep
 from telepresence.teleop.floor_projection import scaled_to
@@ -120,7 +121,7 @@ class BrowserFloor:
 
     def _view(self) -> CameraView | str:
         if self._stamp is None:
-            return "There is no picture to point at."
+            return NO_PICTURE
         view = self._floor.view(self._stamp)
         return view if isinstance(view, str) else scaled_to(view, 1, 1)  # pixels are shares
 

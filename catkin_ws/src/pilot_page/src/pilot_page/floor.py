@@ -13,6 +13,7 @@ from telepresence_msgs.msg import SafetyState
 from telepresence_ros.transforms import Transforms
 
 from telepresence.safety.robot_profile import RobotProfile
+from telepresence.teleop.camera_view import camera_view
 from telepresence.teleop.robot_readings import (
     BodyState,
     CameraView,
@@ -62,15 +63,7 @@ class RobotFloor:
 
     def view(self, stamp: float) -> CameraView | str:
         """Return the camera's view in odom at that time [s since 1970]; or why it is unknown."""
-        if self._lens is None:
-            return "The camera publishes no calibration (camera_info), so positions in its picture are unknown."
-        if self._body is None:
-            return "The robot publishes no odometry, so it could not find the way there."
-        try:
-            rotation, place = self._transforms.place_of(self._lens.frame, self._body.frame, stamp)
-        except LookupError as error:
-            return f"The direction of the camera is unknown: {error}."
-        return CameraView(self._lens, rotation, place)
+        return camera_view(self._lens, self._body, self._transforms.place_of, stamp)
 
     def watch(self, wanted: bool) -> None:
         """Read only while somebody looks."""
