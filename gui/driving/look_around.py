@@ -20,7 +20,7 @@ from gui.application_events import filter_events
 from gui.driving.drive_pad import wants_letters
 from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.gaze import TURNS, Gaze
-from telepresence.teleop.looking import HeadState
+from telepresence.teleop.looking import HEAD_LIFE, HeadState
 
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess
@@ -35,8 +35,6 @@ MOVED = 0.02
 """Share of the picture's width that a hand moves before it drags."""
 BUTTON_WIDTH = 28
 """[px]; the camera's row has no room for words on a small screen."""
-HEAD_LIFE = 2.0
-"""[s] for which what the driver says of the head is true."""
 TURNED = 0.12
 """[rad] from which on the window shows that the head is turned."""
 KEYS: dict[int, str] = {

@@ -14,10 +14,8 @@ import rospy
 from sensor_msgs.msg import CameraInfo
 from telepresence_msgs.msg import HeadState as HeadStateMessage
 
-from telepresence.teleop.looking import HeadState, read_head_state
-
-LIFE = 2.0
-"""[s] for which the head's state counts; it comes twice a second at least."""
+from telepresence.teleop.looking import HEAD_LIFE, HeadState, read_head_state
+from telepresence.teleop.robot_readings import camera_info_of, read_lens
 
 
 class Head:
@@ -31,14 +29,13 @@ class Head:
         self._state: HeadState | None = None
         self._span: list[float] | None = None
         rospy.Subscriber(topic, HeadStateMessage, self._on_state, queue_size=1, tcp_nodelay=True)
-        calibration = f"{picture.rpartition('/')[0]}/camera_info"
-        self._calibration = rospy.Subscriber(calibration, CameraInfo, self._on_calibration, queue_size=1)
+        self._calibration = rospy.Subscriber(camera_info_of(picture), CameraInfo, self._on_calibration, queue_size=1)
 
     def state(self) -> dict[str, Any] | None:
         """Return what the page shows of it, as JSON's types: angles [rad], yaw to the left, pitch down; `span` is how
         much the picture shows, across and down [rad], or null."""
         state = self._state
-        if state is None or time.monotonic() - state.arrived > LIFE:
+        if state is None or time.monotonic() - state.arrived > HEAD_LIFE:
             return None
         angles = {name: round(getattr(state, name), 3) for name in ("yaw", "pitch", "left", "up", "down", "ahead")}
         return angles | {"span": self._span, "problem": state.problem}
@@ -50,9 +47,10 @@ class Head:
             rospy.logwarn_throttle(10.0, "head/state cannot be read: %s", error)
 
     def _on_calibration(self, message: CameraInfo) -> None:
-        fx, fy = message.K[0], message.K[4]
-        if not (math.isfinite(fx) and math.isfinite(fy) and fx > 0.0 and fy > 0.0 and message.width and message.height):
-            return  # it is not calibrated (sensor_msgs/CameraInfo: K is zero)
-        pairs = (message.width, fx), (message.height, fy)
+        try:
+            lens = read_lens(message, time.monotonic())
+        except ValueError:
+            return  # it is not calibrated: the page assumes what most cameras show
+        pairs = (lens.width, lens.fx), (lens.height, lens.fy)
         self._span = [round(2.0 * math.atan2(size, 2.0 * focal), 4) for size, focal in pairs]
         self._calibration.unregister()
