@@ -17,7 +17,15 @@ from gui.periodic_timer import PeriodicTimer
 from gui.robots import ROBOTS
 from gui.ros.readings import DriveState, Safety
 from gui.ros.topics.station import FaultReport
-from telepresence.station.fault_sentences import DRIVE_SERVER, UNREACHABLE, Cause, Fault, Faults
+from telepresence.station.fault_sentences import (
+    DRIVE_SERVER,
+    OLDEST_REPORT,
+    SILENT_AFTER,
+    UNREACHABLE,
+    Cause,
+    Fault,
+    Faults,
+)
 
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess
@@ -26,10 +34,6 @@ if TYPE_CHECKING:
 
 PERIOD = 100
 """[ms] between two looks."""
-SILENT_AFTER = 0.6
-"""[s] without a word from who speaks 20 times a second, and without a new picture, after which the window says so."""
-OLDEST_REPORT = 5.0
-"""[s]; the first report may be one that was kept for newcomers: an older one is none of now."""
 PAUSED = 0.4
 """[s]; a look that comes later than this says that the window itself was held up, not that others are silent."""
 

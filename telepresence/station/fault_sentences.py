@@ -16,6 +16,11 @@ DRIVE_SERVER = "The drive server"
 """How a link says what is wrong begins, and the reason of a fault for that."""
 UNREACHABLE = "robot unreachable"
 """How the drivers' `drive_state` begins when they have no robot."""
+SILENT_AFTER = 0.6
+"""[s] without a word from who speaks 20 times a second, or without a new picture, after which window and page say
+so."""
+OLDEST_REPORT = 5.0
+"""[s]; the first report may be one that was kept for newcomers: an older one is none of now."""
 SHOWN_TIME = 3.0
 """[s] for which a report is shown when the window notices nothing itself."""
 LEAST_TIME = 1.5

@@ -8,13 +8,12 @@ import pytest
 from fake_window_parts import FakeLink
 
 from gui.app.controller import Attach, Controller
-from gui.app.fault_watch import OLDEST_REPORT, SILENT_AFTER
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState, Safety, TruePose
 from gui.ros.topics.station import FaultReport
 from gui.widgets.video_view import STRAGGLERS
 from gui.window import OperatorWindow
-from telepresence.station.fault_sentences import NOTICED, SHOWN_TIME, Cause
+from telepresence.station.fault_sentences import NOTICED, OLDEST_REPORT, SHOWN_TIME, SILENT_AFTER, Cause
 from telepresence.teleop.drive_lease import PILOT, Account
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}

@@ -17,16 +17,11 @@ from sensor_msgs.msg import BatteryState
 from telepresence_msgs.msg import Fault
 
 from telepresence.security.outside_text import clean, clean_name
-from telepresence.station.fault_sentences import Cause, Faults
+from telepresence.station.fault_sentences import OLDEST_REPORT, SILENT_AFTER, Cause, Faults
 from telepresence.teleop.robot_readings import Battery, read_battery
 
 BATTERY_LIFE = 30.0
 """[s] for which the battery's state counts."""
-GATE_SILENT = 0.6
-"""[s] without a word of the safety gate, which speaks 20 times a second, after which the page says so, as the window
-does."""
-OLDEST_REPORT = 5.0
-"""[s]; the first report may be one that was kept for newcomers: an older one is none of now."""
 _LONGEST = 80
 
 
@@ -56,9 +51,8 @@ class Health:
         be null; `fault` is a sentence, or empty."""
         now = time.monotonic()
         with self._lock:
-            self._faults.notice(
-                Cause.DRIVER, self._gate_spoke is not None and now - self._gate_spoke > GATE_SILENT, now
-            )
+            silent = self._gate_spoke is not None and now - self._gate_spoke > SILENT_AFTER
+            self._faults.notice(Cause.DRIVER, silent, now)
             fault = self._faults.current(now)
         return {"battery": self._battery_state(now), "fault": fault.sentence if fault else ""}
 
