@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.teleop.floor_projection import floor_place
-from telepresence.teleop.robot_readings import BodyState, CameraView, Safety
+from telepresence.teleop.robot_readings import GATE_LIFE, BodyState, CameraView, Safety
 
 ARRIVED = 0.15
 """[m]; as near to the place as the robot drives."""
@@ -29,8 +29,6 @@ TURNING = 1.5
 POSE_MAX_AGE = 0.5
 BLOCKED_PATIENCE = 2.0
 """[s]"""
-GATE_LIFE = 1.0
-"""[s] for which what the safety gate said is true."""
 OLDEST_PICTURE = 1.0
 """[s]; a place in an older one is not driven to."""
 CLICKED = "Hold the button on the floor to drive there: the robot stops when you let go."

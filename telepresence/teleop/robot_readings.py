@@ -17,6 +17,10 @@ from telepresence.geometry import roll_pitch_yaw
 from telepresence.safety.messages import SECTORS, sector_of
 from telepresence.security.outside_text import clean, clean_name
 
+GATE_LIFE = 0.5
+"""[s] for which what the safety gate said colours the way to a place, and is shown by the page; it speaks 20 times a
+second. Less than `SILENT_AFTER` of `telepresence.station.fault_sentences`: no way is called free beside the sentence
+that the gate is gone."""
 CHARGING, DEAD = 1, 3
 """sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
 LARGEST = 1e5

@@ -22,12 +22,9 @@ from telepresence.security.outside_text import clean
 from telepresence.teleop.lease_messages import Account
 from telepresence.teleop.lease_topics import LeaseState, read_lease_state
 from telepresence.teleop.robot_kinds import KINDS, RobotKind
-from telepresence.teleop.robot_readings import camera_info_of
+from telepresence.teleop.robot_readings import GATE_LIFE, camera_info_of
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
-
-GATE_LIFE = 0.5
-"""[s] for which what the gate said is shown."""
 
 
 def robot_kind(word: str) -> RobotKind:
