@@ -27,6 +27,10 @@ NEARING = 1.0
 TURNING = 1.5
 """[1/s]: rad/s per radian to turn."""
 POSE_MAX_AGE = 0.5
+BLOCKED = 0.02
+"""[m/s]; where the safety gate allows less the way is blocked."""
+SLOW = 0.9
+"""Share of the wanted speed; where it allows less it slows the robot down. The page's ring has the same numbers."""
 BLOCKED_PATIENCE = 2.0
 """[s]"""
 OLDEST_PICTURE = 1.0
@@ -166,7 +170,7 @@ class FloorGoal:
             return "slow"
         allowed = safety.allowed_towards(bearing)
         wanted = self._speed_for(distance)
-        return "blocked" if allowed < 0.02 else "slow" if allowed < 0.9 * wanted else "free"
+        return "blocked" if allowed < BLOCKED else "slow" if allowed < SLOW * wanted else "free"
 
     def way(self) -> tuple[float, float] | None:
         """Return distance [m] and bearing [rad] of the place as seen from the robot; None when either is unknown."""

@@ -1,6 +1,6 @@
 """Where the pilot wants to look, by whatever input, as looks to send. No Qt, no clock: times are arguments [s].
 
-The page has the same in JavaScript: telepresence/page/static/gaze.js.
+The page has the same in JavaScript: telepresence/page/static/gaze.js; a test compares the numbers.
 """
 
 from __future__ import annotations

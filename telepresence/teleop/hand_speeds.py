@@ -1,6 +1,6 @@
 """How fast a robot is driven by hand before somebody chooses: window and page start alike.
 
-`telepresence/page/static/held.js` has the same numbers for browsers.
+`telepresence/page/static/held.js` has the same numbers for browsers; a test compares them.
 """
 
 from __future__ import annotations

@@ -7,11 +7,13 @@
 
 /** Unit rates: left, down. */
 export const TURNS = { look_left: [1, 0], look_right: [-1, 0], look_up: [0, -1], look_down: [0, 1] };
+// As in telepresence/teleop/gaze.py; a test compares them.
 const RATE = [1.2, 0.8]; // rad/s while a key is held
-export const STEP = [0.26, 0.17]; // rad by which one press turns the head where nobody can hold
 const STOPS = 3; // a lost stop would turn the head for 0.3 s more
 const NEAR = 0.03; // rad: nearer to a goal it is reached
 const PATIENCE = 2500; // ms for which a goal is repeated at most: from one side to the other takes two thirds of it
+// The window has none of these.
+export const STEP = [0.26, 0.17]; // rad by which one press turns the head where nobody can hold
 const SPAN = [0.98, 0.76]; // rad that a picture shows where its camera is not calibrated
 
 export class Gaze {

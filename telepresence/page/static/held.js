@@ -6,10 +6,12 @@ export const DIRECTIONS = {
   forward: [1, 0, 0], back: [-1, 0, 0], left: [0, 1, 0], right: [0, -1, 0],
   turn_left: [0, 0, 1], turn_right: [0, 0, -1],
 };
-// As in telepresence/teleop/hand_speeds.py; a test compares them.
+// As in telepresence/teleop: hand_speeds.py and joystick_mapping.py; a test compares them.
 const USUAL_SPEED = 0.2; // m/s
 export const SPEED_STEP = 0.05; // m/s between two speeds
 const TURN_PER_SPEED = 2.5; // rad/s per m/s: 0.5 rad/s at 0.2 m/s
+const DEAD_ZONE = 0.12; // of a stick
+const CURVE = 1.7; // exponent: small deflections drive slower
 
 export class Held {
   /** @param {number} speed m/s @param {number} topSpeed m/s @param {number} topTurn rad/s */
@@ -68,7 +70,7 @@ export class Held {
 }
 
 /** How far a stick is out, as speed: nothing near its middle, and slowly at first. @param {number} value -1 to 1 @param {number} deadZone */
-export function deflection(value, deadZone = 0.12) {
+export function deflection(value, deadZone = DEAD_ZONE) {
   const size = (Math.min(1, Math.abs(value)) - deadZone) / (1 - deadZone);
-  return size > 0 ? Math.sign(value) * size ** 1.7 : 0;
+  return size > 0 ? Math.sign(value) * size ** CURVE : 0;
 }
