@@ -30,6 +30,7 @@ from gui.periodic_timer import PeriodicTimer
 from gui.styling import set_property
 from gui.theme import application
 from gui.widgets.label import Label
+from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
 WANTS_LETTERS = "wantsLetters"
@@ -37,10 +38,6 @@ WANTS_LETTERS = "wantsLetters"
 SEND_PERIOD = 50  # ms
 BOUNCE = 30
 """[ms]. X11 repeats a held key as pairs of release and press; a pair whose halves arrive apart looks like a release."""
-SPEED = 0.2
-"""[m/s]; the keyboard node starts with the same speed."""
-TURN = 0.5
-"""[rad/s]"""
 
 
 class Move(NamedTuple):
@@ -85,7 +82,7 @@ GUIDE_KEYS: dict[int, str] = {Qt.Key.Key_Q: "turn_right", Qt.Key.Key_E: "turn_le
 _MODIFIERS = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.MetaModifier
 
 
-def velocity_of(held: set[str], speed: float = SPEED, turn: float = TURN) -> tuple[float, float, float]:
+def velocity_of(held: set[str], speed: float = USUAL_SPEED, turn: float = USUAL_TURN) -> tuple[float, float, float]:
     """Return forward, left [m/s] and counter-clockwise [rad/s] of all held moves together: opposites cancel, and a
     diagonal is no faster than a straight line."""
     x = sum(MOVES[name].x for name in held)
@@ -109,7 +106,7 @@ class DrivePad(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.speed, self.turn = SPEED, TURN
+        self.speed, self.turn = USUAL_SPEED, USUAL_TURN
         self._pressed: dict[object, str] = {}
         self._lifted: set[int] = set()
         self._block = ""

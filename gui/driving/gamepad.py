@@ -16,6 +16,7 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
+from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_layouts import DEFAULT, XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping
@@ -86,7 +87,7 @@ class Gamepad(QObject):
         self._released = False
         """Cross and stick have been at rest since it was last forbidden to drive without LB."""
         self._path = path
-        self._speed, self._turn = 0.2, 0.5
+        self._speed, self._turn = USUAL_SPEED, USUAL_TURN
         self._device: Joystick | None = None
         self._notifier: QSocketNotifier | None = None
         self._name, self._layout = "", XBOX

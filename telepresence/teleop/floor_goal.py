@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.teleop.floor_projection import floor_place
+from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 from telepresence.teleop.robot_readings import GATE_LIFE, BodyState, CameraView, Safety
 
 ARRIVED = 0.15
@@ -72,7 +73,7 @@ class FloorGoal:
         self, view_of: Callable[[], CameraView | str], picture_age: Callable[[], float], farthest: float = 3.0
     ) -> None:
         self.farthest = farthest
-        self.speed, self.turn = 0.2, 0.5
+        self.speed, self.turn = USUAL_SPEED, USUAL_TURN
         self.body: BodyState | None = None
         self.safety: Safety | None = None
         self._view_of, self._picture_age = view_of, picture_age

@@ -10,4 +10,6 @@ USUAL_SPEED = 0.2
 SPEED_STEP = 0.05
 """[m/s] between two positions of the slider."""
 TURN_PER_SPEED = 2.5
-"""[rad/s per m/s]: 0.5 rad/s at 0.2 m/s."""
+"""[rad/s per m/s]"""
+USUAL_TURN = USUAL_SPEED * TURN_PER_SPEED
+"""[rad/s]"""

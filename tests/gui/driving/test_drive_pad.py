@@ -9,10 +9,11 @@ from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
-from gui.driving.drive_pad import MOVES, SPEED, TURN, DrivePad, velocity_of
+from gui.driving.drive_pad import MOVES, DrivePad, velocity_of
+from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
 ZERO = (0.0, 0.0, 0.0)
-FORWARD = (SPEED, 0.0, 0.0)
+FORWARD = (USUAL_SPEED, 0.0, 0.0)
 
 
 @pytest.fixture
@@ -50,16 +51,16 @@ def repeat(window, key):
 @pytest.mark.parametrize(
     ("key", "velocity"),
     [
-        (Qt.Key_W, (SPEED, 0, 0)),
-        (Qt.Key_S, (-SPEED, 0, 0)),
-        (Qt.Key_A, (0, SPEED, 0)),
-        (Qt.Key_D, (0, -SPEED, 0)),
-        (Qt.Key_Q, (0, 0, TURN)),
-        (Qt.Key_E, (0, 0, -TURN)),
-        (Qt.Key_Up, (SPEED, 0, 0)),
-        (Qt.Key_Down, (-SPEED, 0, 0)),
-        (Qt.Key_Left, (0, 0, TURN)),
-        (Qt.Key_Right, (0, 0, -TURN)),
+        (Qt.Key_W, (USUAL_SPEED, 0, 0)),
+        (Qt.Key_S, (-USUAL_SPEED, 0, 0)),
+        (Qt.Key_A, (0, USUAL_SPEED, 0)),
+        (Qt.Key_D, (0, -USUAL_SPEED, 0)),
+        (Qt.Key_Q, (0, 0, USUAL_TURN)),
+        (Qt.Key_E, (0, 0, -USUAL_TURN)),
+        (Qt.Key_Up, (USUAL_SPEED, 0, 0)),
+        (Qt.Key_Down, (-USUAL_SPEED, 0, 0)),
+        (Qt.Key_Left, (0, 0, USUAL_TURN)),
+        (Qt.Key_Right, (0, 0, -USUAL_TURN)),
     ],
 )
 def test_keys(window, spin, key, velocity):
@@ -105,7 +106,7 @@ def test_the_mouse_drives(window, spin):
 def test_letting_go_of_one_of_two_keys_keeps_the_other(window, spin):
     press(window, Qt.Key_W)
     press(window, Qt.Key_Q)
-    assert window.sent[-1] == (SPEED, 0.0, TURN)
+    assert window.sent[-1] == (USUAL_SPEED, 0.0, USUAL_TURN)
     release(window, Qt.Key_Q)
     spin(lambda: window.sent[-1] == FORWARD, "the other key goes on")
     assert ZERO not in window.sent
@@ -159,7 +160,7 @@ def test_a_blocked_pad_stops_and_says_why(window):
     assert window.sent == [FORWARD, ZERO] and reasons == ["The picture is lost."]
     window.pad.set_block("")
     press(window, Qt.Key_S)
-    assert window.sent[-1] == (-SPEED, 0.0, 0.0)
+    assert window.sent[-1] == (-USUAL_SPEED, 0.0, 0.0)
 
 
 def test_stop_works_on_a_blocked_pad(window):
@@ -172,7 +173,7 @@ def test_no_combination_is_faster_than_a_straight_line():
     for count in range(len(MOVES) + 1):
         for held in itertools.combinations(MOVES, count):
             x, y, theta = velocity_of(set(held))
-            assert math.hypot(x, y) <= SPEED * (1 + 1e-9) and abs(theta) <= TURN
+            assert math.hypot(x, y) <= USUAL_SPEED * (1 + 1e-9) and abs(theta) <= USUAL_TURN
 
 
 def test_opposites_cancel():
@@ -200,7 +201,7 @@ def test_a_dialog_stops(window):
 
 def test_keys_as_in_the_guide_turn_the_other_way(window, spin):
     window.pad.set_guide_keys(True)
-    for key, wz in ((Qt.Key_Q, -TURN), (Qt.Key_E, TURN), (Qt.Key_Left, TURN)):
+    for key, wz in ((Qt.Key_Q, -USUAL_TURN), (Qt.Key_E, USUAL_TURN), (Qt.Key_Left, USUAL_TURN)):
         press(window, key)
         assert window.sent[-1] == (0.0, 0.0, wz)
         release(window, key)
@@ -209,7 +210,7 @@ def test_keys_as_in_the_guide_turn_the_other_way(window, spin):
     assert letters["pad_turn_left"] == "E" and letters["pad_turn_right"] == "Q" and letters["pad_forward"] == "W"
     window.pad.set_guide_keys(False)
     press(window, Qt.Key_Q)
-    assert window.sent[-1] == (0.0, 0.0, TURN)
+    assert window.sent[-1] == (0.0, 0.0, USUAL_TURN)
 
 
 def test_a_robot_that_cannot_turn_is_not_offered_to(window, qt):

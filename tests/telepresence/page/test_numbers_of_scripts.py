@@ -19,7 +19,7 @@ def milliseconds(module, *names):
 
 SHARED = {
     "held.js": {
-        **{name: value for name, value in vars(hand_speeds).items() if name.isupper()},
+        **{name: value for name, value in vars(hand_speeds).items() if name.isupper() and name != "USUAL_TURN"},
         "DEAD_ZONE": DEFAULT.dead_zone,
         "CURVE": DEFAULT.curve,
     },
