@@ -30,12 +30,12 @@ from gui.periodic_timer import PeriodicTimer
 from gui.styling import set_property
 from gui.theme import application
 from gui.widgets.label import Label
+from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
 WANTS_LETTERS = "wantsLetters"
 """Property of a widget that needs letters itself while it has the focus, so that they do not drive."""
-SEND_PERIOD = 50  # ms
 BOUNCE = 30
 """[ms]. X11 repeats a held key as pairs of release and press; a pair whose halves arrive apart looks like a release."""
 
@@ -138,7 +138,7 @@ class DrivePad(QFrame):
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)
         self._note.hide()
-        self._timer = PeriodicTimer(SEND_PERIOD, self._send, self, precise=True)
+        self._timer = PeriodicTimer(round(1000 * SEND_PERIOD), self._send, self, precise=True)
         self._bounce = QTimer(self)
         self._bounce.setInterval(BOUNCE)
         self._bounce.setSingleShot(True)

@@ -10,9 +10,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.readings import BodyState, CameraView, Safety
+from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.floor_goal import CLICKED, FloorGoal, FloorStep
-
-SEND_PERIOD = 50  # ms
 
 
 class FloorDrive(QObject):
@@ -45,7 +44,7 @@ class FloorDrive(QObject):
         self._goal = FloorGoal(view_of, picture_age, farthest)
         self._shown: tuple[float, float] | None = None
         self._block, self._block_passes = "", False
-        self._timer = PeriodicTimer(SEND_PERIOD, self._step, self, precise=True)
+        self._timer = PeriodicTimer(round(1000 * SEND_PERIOD), self._step, self, precise=True)
 
     @property
     def speed(self) -> float:

@@ -1,7 +1,7 @@
 """Driving by gamepad: hold LB and move. The robot stops when the pad is unplugged or the window loses the keyboard.
 
 The pad is read from Linux's joystick interface on Qt's thread. That reports only changes, so the state is evaluated
-again every 50 ms. `receive` takes the state of a remote pad instead, from the topic joy.
+again every `SEND_PERIOD`. `receive` takes the state of a remote pad instead, from the topic joy.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
+from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 from telepresence.teleop.joystick import Joystick
 from telepresence.teleop.joystick_layouts import DEFAULT, XBOX, JoystickLayout, layout_of
@@ -23,7 +24,6 @@ from telepresence.teleop.joystick_mapping import JoystickMapping
 
 log = logging.getLogger(__name__)
 
-PERIOD = 50  # ms
 SEARCH_PERIOD = 1000  # ms between two attempts to find a pad
 RESTART_HOLD = 1.0
 """[s] that button 0 must be held: it lies under the thumb and is pressed by accident, too."""
@@ -100,7 +100,7 @@ class Gamepad(QObject):
         self._driving = self._looks = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
-        self._timer = PeriodicTimer(PERIOD, self._tick, self, precise=True)
+        self._timer = PeriodicTimer(round(1000 * SEND_PERIOD), self._tick, self, precise=True)
         self._search = PeriodicTimer(SEARCH_PERIOD, self._poll, self)
         self._rescale()
 
@@ -231,7 +231,7 @@ class Gamepad(QObject):
         if self._received_at is not None and now - self._received_at > SILENCE:
             self._lose()
             return
-        if self._received_at is None or now - self._received_at < PERIOD / 1000.0:
+        if self._received_at is None or now - self._received_at < SEND_PERIOD:
             self._mapping.update(self._axes, self._buttons, now)
         velocity, driving = self._direct_command() if self.direct else self._command(now)
         if driving or self._driving:

@@ -19,6 +19,7 @@ from gui import theme
 from gui.application_events import filter_events
 from gui.driving.drive_pad import wants_letters
 from gui.periodic_timer import PeriodicTimer
+from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.gaze import TURNS, Gaze
 from telepresence.teleop.looking import HEAD_LIFE, HeadState
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from gui.ros.readings import Lens
     from gui.window import OperatorWindow
 
-SEND_PERIOD = 50  # ms
 STILL = 200  # ms for which a hand stays where it came down before it drives
 MOVED = 0.02
 """Share of the picture's width that a hand moves before it drags."""
@@ -81,7 +81,7 @@ class LookAround(QObject):
         self._still.setInterval(STILL)
         self._still.setTimerType(Qt.TimerType.PreciseTimer)
         self._still.timeout.connect(self._drive)
-        self._timer = PeriodicTimer(SEND_PERIOD, self._send, self, precise=True)
+        self._timer = PeriodicTimer(round(1000 * SEND_PERIOD), self._send, self, precise=True)
         self._timer.start()
         video = window.video
         video.pressed.connect(self._press)

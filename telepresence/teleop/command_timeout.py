@@ -15,7 +15,10 @@ from typing import NamedTuple
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 
 COMMAND_TIMEOUT = 0.5
-"""Seconds for which a velocity command is valid. The keyboard and the window repeat theirs every 0.1 s."""
+"""Seconds for which a velocity command is valid. Window and page repeat theirs every `SEND_PERIOD`, keyboard nodes
+every 0.1 s."""
+SEND_PERIOD = 0.05
+"""Seconds between two commands of window and page while something is held: velocities, and looks of the head."""
 ZEROS_TIME = 0.3
 """Seconds for which zeros are sent after driving; then nothing, so that others may drive."""
 

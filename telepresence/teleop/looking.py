@@ -15,7 +15,7 @@ from telepresence.security import signing
 from telepresence.security.outside_text import clean
 
 VALID = 0.3
-"""Seconds for which a look counts. Windows repeat it every 0.05 s."""
+"""Seconds for which a look counts. Windows repeat it every `SEND_PERIOD` of `telepresence.teleop.command_timeout`."""
 HEAD_LIFE = 2.0
 """[s] for which what the driver says of the head is true; it says so twice a second at least."""
 

@@ -9,7 +9,7 @@ from gui.app import views
 from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around, picture_patience
 from gui.widgets import video_view
 from telepresence.page.app import STATIC
-from telepresence.teleop import floor_goal, gaze, hand_speeds, joystick_mapping, lease_client
+from telepresence.teleop import command_timeout, floor_goal, gaze, hand_speeds, joystick_mapping, lease_client
 from telepresence.teleop.joystick_layouts import DEFAULT
 
 
@@ -45,7 +45,7 @@ SHARED = {
     "driving.js": {"PANIC": 1000.0 * drive_controls.PANIC_TIME, "CLOCKS_DIFFER": views.CLOCKS_DIFFER},
     "link.js": {"STALE": 1000.0 * video_view.STALE_AFTER},
     "overlay.js": {"SLOW": floor_goal.SLOW, "BLOCKED": floor_goal.BLOCKED},
-    "page.js": {"LIFE": 1000.0 * lease_client.LIFE_PERIOD},
+    "page.js": {"TICK": 1000.0 * command_timeout.SEND_PERIOD, "LIFE": 1000.0 * lease_client.LIFE_PERIOD},
 }
 """Script -> its constants that the window has, too; the scripts' times are milliseconds."""
 OWN = {
