@@ -53,7 +53,7 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
         time.sleep(0.05)
 
 
-GROUPS = {"alone": "stations", "station": "stations", "browser": "windows", "x11": "windows", "ros": ""}
+GROUPS = {"alone": "stations", "station": "stations", "browser": "browsers", "x11": "windows", "ros": ""}
 """Marker -> the group of files that one worker runs, in the order in which they begin; "" is a group for each file."""
 
 
@@ -65,8 +65,9 @@ def _marker(item: pytest.Item) -> str:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Share the tests out to workers by file.
 
-    One worker has every whole station, so that there is one at a time; one has the other windows and browsers. The
-    others take files with ROS nodes, which need the processors, and files that mostly wait, in turn.
+    One worker has every whole station, so that there is one at a time; one has the browsers, and one the other windows.
+    The others, and those that are through, take files with ROS nodes, which need the processors, and files that mostly
+    wait, in turn.
     """
     order = [*GROUPS, ""]
     files: dict[Path, str] = {}

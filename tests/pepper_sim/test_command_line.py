@@ -1,7 +1,6 @@
 """`python -m pepper_sim` as a program: its address, its end, its errors."""
 
 import logging
-import os
 import re
 import signal
 import socket
@@ -69,29 +68,6 @@ def test_the_viewer_needs_a_display(run_here, monkeypatch):
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     status, _, err = run_here("--viewer", "--port", "0")
     assert status == 1 and "display" in err and "Traceback" not in err
-
-
-@pytest.mark.x11
-def test_the_viewer_opens_and_the_robot_answers(qi, run_program):
-    read_end, write_end = os.pipe()
-    run_program(
-        "Xvfb", "-displayfd", str(write_end), "-nolisten", "tcp", pass_fds=(write_end,), stderr=subprocess.DEVNULL
-    )
-    os.close(write_end)
-    with os.fdopen(read_end) as numbers:
-        display = f":{numbers.readline().strip()}"
-    program = run_program(
-        *(*COMMAND, "--port", "0", "--viewer"),
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "DISPLAY": display},
-    )
-    client = qi.Session()
-    client.connect(program.stdout.readline().split()[-1])
-    assert client.service("ALMotion").moveTo(0.05, 0.0, 0.0) is True
-    client.close()
-    program.send_signal(signal.SIGTERM)
-    assert program.wait(timeout=20) == 0
 
 
 def test_help_names_every_option(run_here):

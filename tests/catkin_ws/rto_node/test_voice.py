@@ -116,6 +116,17 @@ def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -
         rig.close()
 
 
+def test_a_second_pilot_and_nonsense_are_refused(rig: Rig) -> None:
+    url = f"http://127.0.0.1:{rig.port}/sound"
+    status = json.loads(urllib.request.urlopen(url, timeout=5).read())
+    assert status == {"pilots": 1, "microphone": "", "loudspeaker": ""}
+    for body, kind, code in ((b"v=0", "application/sdp", 503), (b"hello", "text/plain", 415)):
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(urllib.request.Request(url, body, {"Content-Type": kind}), timeout=5)
+        assert refused.value.code == code
+    assert rig.state() == LIVE
+
+
 @pytest.mark.alone
 def test_both_sides_hear_each_other_at_once(rig: Rig) -> None:
     for name, heard in rig.converse().items():
@@ -138,14 +149,3 @@ def test_a_pilot_elsewhere_speaks_and_listens_by_topics(rig: Rig, until_true: Ca
     until_true(lambda: rig.mouths["robot_mic"].say(sentence("Yes.")) or elsewhere.process.poll() == 0, "it is answered")
     assert "heard 48000 2" in elsewhere.output
     until_true(lambda: rig.state() == LIVE, "the microphone here is the pilot's again")
-
-
-def test_a_second_pilot_and_nonsense_are_refused(rig: Rig) -> None:
-    url = f"http://127.0.0.1:{rig.port}/sound"
-    status = json.loads(urllib.request.urlopen(url, timeout=5).read())
-    assert status == {"pilots": 1, "microphone": "", "loudspeaker": ""}
-    for body, kind, code in ((b"v=0", "application/sdp", 503), (b"hello", "text/plain", 415)):
-        with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(urllib.request.Request(url, body, {"Content-Type": kind}), timeout=5)
-        assert refused.value.code == code
-    assert rig.state() == LIVE

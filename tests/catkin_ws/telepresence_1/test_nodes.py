@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 import pytest
 import qi
+from one_colour_camera import publish_colour
 from tablet_robot import tablet_robot
 from telepresence_1.page import KEY_VARIABLE
 
 from pepper_sim.tablet.tablet import Tablet
-from telepresence.station.virtual_display import VirtualDisplay, grab
 from telepresence.web.page_auth import make_token
 
 pytestmark = pytest.mark.ros
@@ -186,19 +186,6 @@ def test_main_shows_any_page_until_ended(
     assert life.focus == ""
 
 
-PUBLISHER = """
-import rospy, numpy
-from sensor_msgs.msg import Image
-from telepresence.video.images import fill_image_message
-rospy.init_node("robot")
-publisher = rospy.Publisher("/camera", Image, queue_size=1)
-pixels = numpy.full((240, 320, 3), {colour}, numpy.uint8)
-while not rospy.is_shutdown():
-    publisher.publish(fill_image_message(Image(), pixels, "rgb8"))
-    rospy.rostime.wallsleep(0.05)
-"""
-
-
 def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.MonkeyPatch, wait_until: Callable) -> None:
     monkeypatch.setitem(graph.environment, "DISPLAY", "")
     node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera", "_port:=0")
@@ -210,7 +197,7 @@ def test_rob_cam_without_a_display_is_a_web_page(graph, monkeypatch: pytest.Monk
         return (0, 0, 0) if picture is None else tuple(int(v) for v in picture[100, 100, ::-1])
 
     wait_until(lambda: json.loads(get(url, f"/status?k={KEY}"))["state"] == "lost", "nothing comes yet")
-    robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
+    robot = publish_colour(graph, "/camera", ORANGE)
     wait_until(lambda: close_to(shown(), ORANGE), "the robot's picture is on the page")
     robot.kill()
     wait_until(lambda: json.loads(get(url, f"/status?k={KEY}"))["state"] == "lost", "the picture is lost")
@@ -255,30 +242,3 @@ def test_rob_cam_opens_the_camera_of_the_robot_that_it_is_given(graph, naoqi, mo
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0 and not camera.subscribed
     assert "Traceback" not in node.output
-
-
-@pytest.fixture
-def display() -> Iterator[VirtualDisplay]:
-    display = VirtualDisplay()
-    yield display
-    display.close()
-
-
-@pytest.mark.x11
-def test_rob_cam_shows_the_robots_picture_in_a_window(
-    graph, monkeypatch: pytest.MonkeyPatch, display: VirtualDisplay, wait_until: Callable
-) -> None:
-    for name, value in display.environment.items():
-        monkeypatch.setitem(graph.environment, name, value)
-    node = graph.run(program(graph, "rob_cam.py"), "_image:=/camera")
-    robot = graph.run("python3", "-c", PUBLISHER.format(colour=ORANGE))
-
-    def shown(wanted: tuple[int, ...]) -> bool:
-        screen = grab(display.folder)[:, :, ::-1].astype(int)
-        return (abs(screen - wanted).max(axis=2) < 15).mean() > 0.3
-
-    wait_until(lambda: shown(ORANGE), "the picture fills the window")
-    robot.kill()
-    wait_until(lambda: not shown(ORANGE), "an old picture is greyed")
-    node.signal(signal.SIGINT)
-    assert node.process.wait(30) == 0

@@ -44,7 +44,17 @@ class Browser:
         self.tools = DevTools(self._note)
         for domain in ("Page", "Runtime", "Log"):
             self.tools.call(f"{domain}.enable")
+        self._before: list[str] = []
+        self.start_afresh()
+
+    def start_afresh(self) -> None:
+        """Show nothing, on the usual screen, as a browser that knows all features."""
+        self.tools.call("Page.navigate", url="about:blank")
+        for script in self._before:
+            self.tools.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+        self._before.clear()
         self.resize(1280, 800)
+        self.errors.clear()
 
     def resize(self, width: int, height: int) -> None:
         self.tools.call(
@@ -63,7 +73,8 @@ class Browser:
     def forget(self, features: tuple[str, ...]) -> None:
         """Remove these objects and functions from the next page on."""
         script = "".join(f"delete {feature};" for feature in features)
-        self.tools.call("Page.addScriptToEvaluateOnNewDocument", source=script)
+        added = self.tools.call("Page.addScriptToEvaluateOnNewDocument", source=script)
+        self._before.append(added["identifier"])
 
     def open(self, url: str) -> None:
         self.errors.clear()
@@ -161,11 +172,17 @@ def noise() -> bytes:
     return cv2.imencode(".jpg", pixels)[1].tobytes()
 
 
-@pytest.fixture
-def browser() -> Iterator[Browser]:
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
     browser = Browser()
     yield browser
     browser.tools.close()
+
+
+@pytest.fixture
+def browser(chromium: Browser) -> Browser:
+    chromium.start_afresh()
+    return chromium
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (640, 400)])

@@ -109,6 +109,21 @@ def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -
         rig.close()
 
 
+def test_another_program_speaks_to_the_pilot(rig: Rig) -> None:
+    """Its RTP packets come to the port on which the robot's sound is played."""
+    tone = np.sin(2 * np.pi * 900.0 * np.arange(RATE * 2) / RATE) * 10_000
+    stereo = np.repeat(tone.astype(">i2")[:, None], 2, axis=1)
+    begin = time.monotonic()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        for number in range(120):
+            header = struct.pack(">BBHII", 0x80, 96, number, number * 352, 4711)
+            stranger.sendto(header + stereo[number * 352 : (number + 1) * 352].tobytes(), ("127.0.0.1", rig.rtp_port))
+            if number % 40 == 0:  # in bursts, so that they are more than the robot's packets for a moment
+                time.sleep(0.3)
+    time.sleep(0.5)  # in which none of it may be played
+    assert _tone(rig.at_pilot.between(begin, time.monotonic()), 900.0) < 0.005
+
+
 @pytest.mark.alone
 def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable) -> None:
     ours, theirs = sentence(PILOT_SAYS), sentence(ROBOT_HEARS, "en-gb")
@@ -169,21 +184,6 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         told = switch("conversation", True)
     assert told == "you: live; robot: muted", "what was muted before is muted again"
     assert switch("mute_speaker", False) == "you: live; robot: live"
-
-
-def test_another_program_speaks_to_the_pilot(rig: Rig) -> None:
-    """Its RTP packets come to the port on which the robot's sound is played."""
-    tone = np.sin(2 * np.pi * 900.0 * np.arange(RATE * 2) / RATE) * 10_000
-    stereo = np.repeat(tone.astype(">i2")[:, None], 2, axis=1)
-    begin = time.monotonic()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-        for number in range(120):
-            header = struct.pack(">BBHII", 0x80, 96, number, number * 352, 4711)
-            stranger.sendto(header + stereo[number * 352 : (number + 1) * 352].tobytes(), ("127.0.0.1", rig.rtp_port))
-            if number % 40 == 0:  # in bursts, so that they are more than the robot's packets for a moment
-                time.sleep(0.3)
-    time.sleep(0.5)  # in which none of it may be played
-    assert _tone(rig.at_pilot.between(begin, time.monotonic()), 900.0) < 0.005
 
 
 def test_either_end_may_die_and_come_back(rig: Rig, until_true: Callable) -> None:
