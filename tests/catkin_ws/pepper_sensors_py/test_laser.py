@@ -4,8 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from naoqi_driver.laser_points import LINES, hits, keys, to_base
+from naoqi_driver.range_sensors import KEYS as GATE_KEYS
+from naoqi_driver.range_sensors import LASERS, Reader
 from naoqi_driver.replies import UnexpectedReply
-from pepper_sensors.laser import KEYS, LINES, MAX_RANGE, merge, read_points, to_base, to_scan
+from naoqi_driver.robot_facts import MAX_RANGE
+from pepper_sensors.laser import KEYS, count_missing, merge, read_points, to_scan
+
+from telepresence.safety import PEPPER
+from telepresence.safety.scan import scan_of_points
 
 MISS = 5.6
 
@@ -21,24 +28,22 @@ def empty() -> dict[str, np.ndarray]:
     return {name: fan([MISS] * line.segments) for name, line in LINES.items()}
 
 
-def test_every_key_of_the_six_lines_is_asked_for():
-    assert len(KEYS) == 2 * (3 * 15 + 3 + 1 + 1)
-    assert KEYS[0] == "Device/SubDeviceList/Platform/LaserSensor/Front/Shovel/Seg01/X/Sensor/Value"
-    assert "Device/SubDeviceList/Platform/LaserSensor/Front/Vertical/Left/Seg01/Y/Sensor/Value" in KEYS
-    assert "Device/SubDeviceList/Platform/LaserSensor/Right/Horizontal/Seg15/Y/Sensor/Value" in KEYS
-
-
 def test_values_are_sorted_to_their_lines():
-    points = read_points([float(i) for i in range(len(KEYS))])
-    assert points["shovel"].tolist() == [[0, 1], [2, 3], [4, 5]]
-    assert points["ground_right"].tolist() == [[8, 9]]
-    assert points["srd_right"][-1].tolist() == [98, 99]
+    assert len(KEYS) == 2 * (3 * 15 + 3 + 1 + 1)
+    points = read_points([1.0 + 0.01 * (i // 2) if i % 2 == 0 else 0.001 * i for i in range(len(KEYS))])
+    assert points["shovel"] == pytest.approx(np.array([[1.0, 0.001], [1.01, 0.003], [1.02, 0.005]]))
+    assert points["ground_right"] == pytest.approx(np.array([[1.04, 0.009]]))
+    assert points["srd_right"][-1] == pytest.approx([1.49, 0.099])
 
 
 def test_missing_keys_become_nan_and_wrong_counts_are_refused():
-    assert np.isnan(read_points([None] * len(KEYS))["srd_front"]).all()
+    assert np.isnan(to_scan(read_points([None] * len(KEYS))["srd_front"]).ranges).all()
     with pytest.raises(UnexpectedReply, match="list of 3 for 100 values"):
         read_points([0.0] * 3)
+
+
+def test_values_that_are_no_numbers_are_counted():
+    assert count_missing([1.0, None, math.nan, "1", 2, -1.0]) == 3
 
 
 def test_scan_turns_left_to_right_into_right_to_left():
@@ -76,13 +81,6 @@ def test_short_lines_make_scans_too(count):
     assert np.isnan(to_scan(np.zeros((count, 2))).ranges).all()
 
 
-def test_side_lines_look_where_the_robot_has_them():
-    ahead = to_base("srd_left", np.array([[1.0, 0.0]]))[0]
-    # 100.7 degrees left of ahead, from (-0.018, 0.0899) (URDF of ros-naoqi/pepper_robot).
-    assert ahead == pytest.approx((-0.018 + math.cos(1.75728), 0.0899 + math.sin(1.75728)))
-    assert to_base("srd_right", np.array([[1.0, 0.0]]))[0] == pytest.approx((ahead[0], -ahead[1]))
-
-
 def test_merged_scan_tells_free_from_blind():
     scan = merge(empty())
     angles = np.degrees(scan.angle_min + scan.increment * np.arange(len(scan.ranges)))
@@ -101,7 +99,7 @@ def test_merged_scan_puts_a_point_where_it_is(line, direction):
     scan = merge(points)
     hits = np.flatnonzero(np.isfinite(scan.ranges))
     assert len(hits) == 1
-    at = to_base(line, np.array([[1.0, 0.0]]))[0]
+    at = to_base(np.array([[1.0, 0.0]]), LINES[line].frame)[0]
     assert scan.ranges[hits[0]] == pytest.approx(math.hypot(*at))
     assert math.degrees(scan.angle_min + scan.increment * hits[0]) == pytest.approx(direction, abs=4)
 
@@ -111,3 +109,44 @@ def test_the_nearer_of_two_points_in_one_direction_counts():
     points["srd_front"][:] = fan([MAX_RANGE - 0.5] * 15)
     points["srd_front"][6] = points["srd_front"][7] * 0.5
     assert np.nanmin(merge(points).ranges) == pytest.approx(0.0562 + (MAX_RANGE - 0.5) / 2)
+
+
+SEGMENT_VALUES = {
+    "near": (0.4, 0.0),
+    "far": (2.9, 0.1),
+    "too near": (0.05, 0.0),
+    "just below the range's end": (2.97, 0.0),
+    "at the range's end": (3.0, 0.0),
+    "beyond": (5.6, 0.0),
+    "no key": (None, None),
+    "half a key": (1.0, None),
+    "zeros": (0.0, 0.0),
+    "minus one": (-1.0, -1.0),
+    "beside the fan": (1.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("filled", SEGMENT_VALUES.values(), ids=SEGMENT_VALUES)
+def test_topics_show_what_the_gate_sees(filled):
+    memory: dict = dict.fromkeys(GATE_KEYS, 0.0)
+    for line in LINES.values():
+        points = [
+            filled if i % 3 == 0 else at for i, at in enumerate(fan([1.0 + 0.1 * i for i in range(line.segments)]))
+        ]
+        memory.update(zip(keys(line), [value for point in points for value in point], strict=True))
+    reading = Reader().read([memory[key] for key in GATE_KEYS], (0.0, 0.0, 0.0), 0.0)
+    shown = read_points([memory[key] for key in KEYS])
+    distances = []
+    for name, line in LASERS.items():
+        (topic,) = (key for key, other in LINES.items() if other is line)
+        gate = scan_of_points(PEPPER.source(name), reading.points[name])
+        scan = to_scan(shown[topic]).ranges[::-1]
+        assert scan[np.isfinite(scan)] == pytest.approx(gate.ranges[gate.hit])
+        assert (scan[gate.known] > 0.0).all(), "what the gate takes for measured is, or is free"
+        assert not (scan[~gate.known] > 0.0).any(), "and nothing else is"
+        assert to_base(shown[topic][hits(shown[topic])], line.frame) == pytest.approx(gate.hits)
+        distances += np.hypot(*gate.hits.T).tolist()
+    around = merge(shown).ranges
+    around = around[np.isfinite(around)]
+    assert np.isclose(around[:, None], distances).any(axis=1).all(), "nothing is shown that the gate does not see"
+    assert around.min() == pytest.approx(min(distances))

@@ -15,14 +15,15 @@ import sys
 import numpy as np
 import rospy
 from naoqi_driver.connection import RobotError
+from naoqi_driver.laser_points import LINES, hits
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.robot_facts import MAX_RANGE, MIN_RANGE
 from pepper_sensors.laser import (
     AROUND_MAX_RANGE,
     KEYS,
-    LINES,
     SUBSCRIBER,
     Scan,
+    count_missing,
     merge,
     read_points,
     to_scan,
@@ -56,14 +57,15 @@ class LaserNode:
         for now in self._node.cycles(self._period):
             try:
                 self._switch_on()
-                points = read_points(self._node.connection.call("ALMemory", "getListData", list(KEYS)))
+                values = self._node.connection.call("ALMemory", "getListData", list(KEYS))
+                points = read_points(values)
             except RobotError as error:
                 self._diagnostics.report(now, ERROR, str(error))
                 continue
             self._publish(points, rospy.Time.now())
-            missing = sum(int(np.isnan(line).any(axis=1).sum()) for line in points.values())
+            missing = count_missing(values)
             self._diagnostics.report(
-                now, WARN if missing else OK, f"{missing} points are missing" if missing else "all points present"
+                now, WARN if missing else OK, f"{missing} values are missing" if missing else "all points present"
             )
 
     def _switch_on(self) -> None:
@@ -109,7 +111,7 @@ class LaserNode:
 
     @staticmethod
     def _cloud_message(points: np.ndarray, stamp: rospy.Time, frame: str) -> PointCloud2:
-        hit = points[np.hypot(points[:, 0], points[:, 1]) < MAX_RANGE]
+        hit = points[hits(points)]
         xyz = np.column_stack((hit, np.zeros(len(hit)))).astype("<f4")
         message = PointCloud2(
             height=1, width=len(xyz), fields=_XYZ, point_step=12, row_step=12 * len(xyz), data=xyz.tobytes()

@@ -1,9 +1,8 @@
 """Reads Pepper's range sensors, bumpers and odometry for the safety gate.
 
 Wire (NAOqi 2.8 documentation, laser_pep, sonar_pep, bumper_pep): ALMemory keys below
-`Device/SubDeviceList/Platform`, read with one `getListData`:
-`LaserSensor/{Front,Left,Right}/Horizontal/SegNN/{X,Y}/Sensor/Value` [m], a point in a floor frame under that camera, x
-ahead and y left of it, Seg01 leftmost, renewed every 160 ms, at 3 m or beyond when nothing was hit;
+`Device/SubDeviceList/Platform`, read with one `getListData`: the points of the three horizontal laser lines
+(`naoqi_driver.laser_points`), renewed every 160 ms;
 `LaserSensor/{Front,Left,Right}/Reg/FrameCount/Sensor/Value`, which counts measurements;
 `{Front,Back}/Sonar/Sensor/Value` [m], every 100 ms while somebody is subscribed to ALSonar;
 `{FrontLeft,FrontRight,Back}/Bumper/Sensor/Value`, 1 when pressed.
@@ -25,8 +24,9 @@ from typing import Any, NamedTuple, TypeGuard
 import numpy as np
 
 from naoqi_driver.connection import CallRefused, Connection, RobotError
-from naoqi_driver.replies import LARGEST, numbers, sequence
-from naoqi_driver.robot_facts import FRONT, LEFT, LINE_WIDTH, RIGHT, SEGMENTS
+from naoqi_driver.laser_points import LINES, clean, keys, to_base
+from naoqi_driver.replies import numbers, sequence
+from naoqi_driver.robot_facts import SEGMENTS
 from telepresence.safety import PEPPER, UNKNOWN, Odometry
 
 log = logging.getLogger(__name__)
@@ -36,30 +36,15 @@ PERIOD = 0.05
 CALL_TIMEOUT = 0.4
 SONAR_SUBSCRIBER = "TelepresenceGuard"
 _PLATFORM = "Device/SubDeviceList/Platform"
-IN_FAN = 0.5 * LINE_WIDTH + math.radians(4.0)
-"""A laser point farther than this from its camera's axis is none: the fan has 30 degrees to either side. Fillers such
-as (-1, -1) lie outside."""
-NOTHING_FROM, NOTHING_AT = 2.95, 3.5
-"""A point farther than the first [m] is one where nothing was hit; it is put at the second, beyond the gate's range.
-A robot that fills such segments with points at exactly 3 m would seem to see a circle that moves along with it."""
-LASERS = {
-    "front laser": (FRONT.side, FRONT.theta),
-    "left laser": (LEFT.side, LEFT.theta),
-    "right laser": (RIGHT.side, RIGHT.theta),
-}
-"""Name in the gate's profile: side, and direction of its camera in base_footprint [rad]."""
+LASERS = {"front laser": LINES["srd_front"], "left laser": LINES["srd_left"], "right laser": LINES["srd_right"]}
+"""Lines by their names in the gate's profile."""
 SONARS = {"front sonar": "Front", "back sonar": "Back"}
 BUMPERS = {"FrontLeft": math.atan2(0.227, 0.129), "FrontRight": math.atan2(-0.227, 0.129), "Back": math.pi}
 """Direction of each in base_footprint [rad]: frames BumperFL, BumperFR and BumperB of Pepper's URDF."""
 
 KEYS: list[str] = [
-    *(
-        f"{_PLATFORM}/LaserSensor/{side}/Horizontal/Seg{segment:02d}/{axis}/Sensor/Value"
-        for side, _ in LASERS.values()
-        for segment in range(1, SEGMENTS + 1)
-        for axis in "XY"
-    ),
-    *(f"{_PLATFORM}/LaserSensor/{side}/Reg/FrameCount/Sensor/Value" for side, _ in LASERS.values()),
+    *(key for line in LASERS.values() for key in keys(line)),
+    *(f"{_PLATFORM}/LaserSensor/{line.frame.side}/Reg/FrameCount/Sensor/Value" for line in LASERS.values()),
     *(f"{_PLATFORM}/{side}/Sonar/Sensor/Value" for side in SONARS.values()),
     *(f"{_PLATFORM}/{side}/Bumper/Sensor/Value" for side in BUMPERS),
 ]
@@ -104,10 +89,10 @@ class Reader:
         x, y, theta = numbers(position, 3, "getRobotPosition")
         points: dict[str, np.ndarray] = {}
         ranges: dict[str, float] = {}
-        for index, (name, (_, heading)) in enumerate(LASERS.items()):
+        for index, (name, line) in enumerate(LASERS.items()):
             own = values[2 * SEGMENTS * index : 2 * SEGMENTS * (index + 1)]
             if self._news[name].is_new(stamp, own, values[_COUNTS + index]):
-                points[name] = _points_in_base(name, own, heading)
+                points[name] = to_base(clean(own), line.frame)
         for index, name in enumerate(SONARS):
             value = values[_SONARS + index]
             if self._news[name].is_new(stamp, [value], None):
@@ -211,18 +196,3 @@ class RangeSensorReader:
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float)
-
-
-def _points_in_base(name: str, values: Sequence[object], heading: float) -> np.ndarray:
-    """Points (15, 2) [m]. Values that are not finite stay so: the gate refuses them, and the robot stands."""
-    missing = np.array([not _is_number(value) for value in values]).reshape(-1, 2).any(axis=1)
-    points = np.array([value if _is_number(value) else 0.0 for value in values], float).reshape(-1, 2)
-    points[~(np.abs(points) <= LARGEST)] = math.nan
-    with np.errstate(invalid="ignore"):
-        outside = np.abs(np.arctan2(points[:, 1], points[:, 0])) > IN_FAN
-    points[missing | outside | ~points.any(axis=1)] = 0.0
-    distance = np.hypot(points[:, 0], points[:, 1])
-    far = np.isfinite(distance) & (distance > NOTHING_FROM)
-    points[far] *= (NOTHING_AT / distance[far])[:, None]
-    c, s = math.cos(heading), math.sin(heading)
-    return points @ np.array(((c, s), (-s, c))) + PEPPER.source(name).origins[0]
