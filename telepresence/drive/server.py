@@ -2,8 +2,8 @@
 # ruff: noqa: UP004, UP024, UP031
 """The robot's end of the drive wire: socket, pilots, reports and the loop, for any robot. Standard library only.
 
-What is driven, a `Robot`, is asked at least every `PERIOD` what it makes of the pilots' command, and at once when the
-command changes or ends. It must answer at once: a robot that does not, delays the reports of all.
+What is driven, a `DrivenBase`, is asked at least every `PERIOD` what it makes of the pilots' command, and at once when
+the command changes or ends. It must answer at once: a robot that does not, delays the reports of all.
 """
 
 import errno
@@ -44,7 +44,7 @@ class Outcome(namedtuple("Outcome", "state reason given allowed gap sector comma
     __slots__ = ()
 
 
-class Robot(object):
+class DrivenBase(object):
     """What a drive server drives. One thread calls it."""
 
     def step(self, now, command, goal, pilots):
@@ -71,7 +71,7 @@ class DriveServer(object):
     """Bound when constructed; `run` serves until `stop`.
 
     Args:
-        robot: What is driven.
+        base: What is driven.
         address, port: Where to listen; port 0 takes a free one.
         key: The robot's, which pilots must have. Without one whoever reaches the port may drive.
         log: Takes a line for people.
@@ -79,9 +79,9 @@ class DriveServer(object):
         OSError: The port is taken or the address is not this machine's; the text names both.
     """
 
-    def __init__(self, robot, address, port, key, log):
-        # type: (Robot, str, int, Optional[SharedKey], Callable[[str], None]) -> None
-        self._robot, self._log = robot, log
+    def __init__(self, base, address, port, key, log):
+        # type: (DrivenBase, str, int, Optional[SharedKey], Callable[[str], None]) -> None
+        self._base, self._log = base, log
         self._pilots = Pilots(key)
         self._log_due, self._unsaid, self._refused = -INFINITY, 0, 0
         self._reports, self._started = 0, monotonic()
@@ -101,15 +101,15 @@ class DriveServer(object):
             command, goal = self._pilots.command(now), self._pilots.goal(now)
             new = command[:3] if command is not None else goal
             urgent = new != known
-            if now >= min(due, self._robot.due()) or (urgent and now >= pace.due()):
+            if now >= min(due, self._base.due()) or (urgent and now >= pace.due()):
                 if urgent:
                     pace.take(now)
                 known, urgent = new, False
                 self._tick(now, command, goal)
                 due = max(due + PERIOD, now) if now >= due else now + PERIOD
             soon = pace.due() if urgent else INFINITY
-            self._listen(min(due, self._robot.due(), self._pilots.deadline(), soon))
-        self._robot.end()
+            self._listen(min(due, self._base.due(), self._pilots.deadline(), soon))
+        self._base.end()
         return 0
 
     def stop(self):
@@ -152,7 +152,7 @@ class DriveServer(object):
 
     def _do(self, request):
         # type: (Request) -> Outgoing
-        ok, text = self._robot.do(request.what, "%s" % request.pilot)
+        ok, text = self._base.do(request.what, "%s" % request.pilot)
         if request.what == "leave":
             self._pilots.release(request.pilot)
         self._say("%s, asked by %s: %s" % (request.what, request.pilot, text or ("done" if ok else "refused")))
@@ -178,7 +178,7 @@ class DriveServer(object):
 
     def _tick(self, now, command, goal):
         # type: (float, Optional[Command], Optional[Goal]) -> None
-        outcome = self._robot.step(now, command, goal, self._pilots)
+        outcome = self._base.step(now, command, goal, self._pilots)
         self._report(now, outcome, command is not None or goal is not None)
         if self._pilots.refused > self._refused and now >= self._log_due:
             count = self._pilots.refused - self._refused

@@ -62,25 +62,26 @@ def require_loopback(settings: dict[str, str], name: str) -> None:
         raise RuntimeError(f"{name}:={address} is no simulated robot: add sim:=false for a real one")
 
 
-class DriveServer(NamedTuple):
-    """A drive server that a station starts here: the launch argument with its udp port, the usual one, whose it is."""
+class DrivePort(NamedTuple):
+    """Where a drive server that a station starts here listens: the launch argument with its udp port, the usual one,
+    whose it is."""
 
     argument: str
     port: int
     purpose: str
 
 
-def drive_servers(robot: str, settings: dict[str, str], simulated: bool) -> list[DriveServer]:
-    """Return the drive servers of a station. Where another station's has the port, this one's would not start, and its
-    driver would drive the other one's robot."""
+def drive_ports(robot: str, settings: dict[str, str], simulated: bool) -> list[DrivePort]:
+    """Return where the drive servers of a station listen. Where another station's has the port, this one's would not
+    start, and its driver would drive the other one's robot."""
     wires, both = STATIONS.get(robot, ()), robot == "both"
     found = []
     elsewhere = settings.get("pepper_drive_server" if both else "drive_server", "")
     if PEPPER in wires and not elsewhere and is_on(settings, "watchdog"):
         usual = int(os.environ.get("DRIVE_PORT", 8085))
-        found.append(DriveServer("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
+        found.append(DrivePort("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
     if ROBOTINO in wires and simulated:
-        found.append(DriveServer("drive_port", 8082, "Robotino's drive server"))
+        found.append(DrivePort("drive_port", 8082, "Robotino's drive server"))
     return found
 
 
@@ -120,5 +121,5 @@ def require_ports(robot: str, settings: dict[str, str], simulated: bool) -> None
         require_free(robot_page, "robot_page_port", "the simulated Pepper's own page")
     if PEPPER in wires:
         require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
-    for server in drive_servers(robot, settings, simulated):
-        require_free(port_setting(settings, server.argument, server.port), server.argument, server.purpose, udp=True)
+    for drive in drive_ports(robot, settings, simulated):
+        require_free(port_setting(settings, drive.argument, drive.port), drive.argument, drive.purpose, udp=True)

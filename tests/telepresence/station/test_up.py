@@ -193,7 +193,7 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
 
 def test_the_drive_servers_of_a_station_are_known(monkeypatch):
     monkeypatch.delenv("DRIVE_PORT", raising=False)
-    ports = lambda *station: {server.argument: server.port for server in launch_settings.drive_servers(*station)}  # noqa: E731
+    ports = lambda *station: {drive.argument: drive.port for drive in launch_settings.drive_ports(*station)}  # noqa: E731
     assert ports("pepper", {}, True) == ports("pepper", {}, False) == {"drive_port": 8085}
     assert ports("both", {}, True) == {"pepper_drive_port": 8085, "drive_port": 8082}
     assert ports("pepper", {"drive_server": "10.0.0.7"}, False) == ports("robotino", {}, False) == {}

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 from rto_bringup.onboard.__main__ import main
-from rto_bringup.onboard.drive_server import GatedBase
+from rto_bringup.onboard.robotino_base import RobotinoBase
 from rto_bringup.onboard.sensors import ranges_of_sectors
 from rto_node.client import RobotinoClient, Scan
 
@@ -71,7 +71,7 @@ class Silent:
 
 
 def test_a_silent_pilot_gets_one_zero_and_then_the_robots_own_watchdog(monkeypatch):
-    base, written = GatedBase("127.0.0.1:1", laser=False), []
+    base, written = RobotinoBase("127.0.0.1:1", laser=False), []
     monkeypatch.setattr(base, "_write", written.append)
     free = replace(base._gate.step(0.0, None, None), vx=0.35)
     monkeypatch.setattr(base._gate, "step", lambda *_: free)
@@ -83,7 +83,7 @@ def test_a_silent_pilot_gets_one_zero_and_then_the_robots_own_watchdog(monkeypat
 
 
 def test_who_lets_go_gets_the_bases_own_ramp_until_it_is_slow(monkeypatch):
-    base, written = GatedBase("127.0.0.1:1", laser=False), []
+    base, written = RobotinoBase("127.0.0.1:1", laser=False), []
     monkeypatch.setattr(base, "_write", written.append)
     for speed, seconds in ((0.35, 0.375), (0.25, 0.125), (0.2, 0.0), (0.05, 0.0)):
         written.clear()

@@ -16,7 +16,7 @@ import math
 from naoqi_driver.onboard.naoqi_link import STALL, first_line
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import ENDED, INFINITY, REACHED
-from telepresence.drive.server import AT_REST, CLEAR, FAULT, NO_COMMAND, STOPPED, Outcome, Robot
+from telepresence.drive.server import AT_REST, CLEAR, FAULT, NO_COMMAND, STOPPED, DrivenBase, Outcome
 from telepresence.robot_side.naoqi_values import NaoqiError
 
 MYPY = False
@@ -52,7 +52,7 @@ FAR_BRAKING = (("MaxAccXY", 0.55, 0.5), ("MaxAccTheta", 3.0, 2.7))
 """Parameter, the value that is asked for (documented as the largest), and what is counted on [m/s2, rad/s2]."""
 
 
-class PepperBase(Robot):
+class PepperBase(DrivenBase):
     """Drives and, above all, stops.
 
     Args:

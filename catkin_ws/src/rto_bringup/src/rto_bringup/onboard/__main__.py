@@ -24,6 +24,8 @@ from telepresence.stop_signals import heeded
 if TYPE_CHECKING:
     from rto_bringup.onboard.picture_sources import PictureSource
 
+log = logging.getLogger(__name__)
+
 DRIVE_PORT, CAMERA_PORT, SOUND_PORT = 8082, 8083, 8084
 ROBOT = LOOPBACK = "127.0.0.1"
 KEY_FILE = "robot.key"
@@ -127,10 +129,13 @@ def _key_beside_bundle() -> Path | None:
 
 
 def run_drive(options: argparse.Namespace) -> int:
-    from rto_bringup.onboard.drive_server import DriveServer
+    from rto_bringup.onboard.robotino_base import RobotinoBase
+    from telepresence.drive.server import DriveServer
 
     key, address = find_key(options), options.address or LOOPBACK
-    with DriveServer(options.robot, address, options.port, laser=options.laser, key=key) as server:
+    base = RobotinoBase(options.robot, options.laser)
+    server = DriveServer(base, address, options.port, key, log.info)
+    with base, contextlib.closing(server):
         for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: server.stop())
         priority.put_commands_first()  # not of whoever only finds out that the port is taken

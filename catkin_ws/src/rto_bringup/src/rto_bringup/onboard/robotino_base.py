@@ -1,6 +1,7 @@
-"""The drive server: the only program that commands this robot's wheels, with no network between it and them.
+"""The base of a Robotino as the drive server drives it: the only program that commands this robot's wheels, with no
+network between it and them.
 
-Datagrams from pilots (`telepresence.drive.datagram`) in, sensors from the robot's web server in, the gate of
+What pilots command (`telepresence.drive.server`) in, sensors from the robot's web server in, the gate of
 `telepresence.safety` between, velocities to the web server out.
 
 The base brakes in one of two ways: by its own ramp (0.4 m/s²), as long as it gets zeros, or at once, when it gets
@@ -21,13 +22,11 @@ from dataclasses import dataclass
 from rto_node.client import RobotinoClient, RobotinoError
 
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
-from telepresence.drive import server
 from telepresence.drive.datagram import Goal
 from telepresence.drive.pilots import SILENCE, Pilots
 from telepresence.drive.pilots import Command as Requested
-from telepresence.drive.server import AT_REST, Outcome
+from telepresence.drive.server import AT_REST, DrivenBase, Outcome
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Odometry, State, VelocityGate
-from telepresence.security.shared_key import SharedKey
 
 log = logging.getLogger(__name__)
 
@@ -55,8 +54,9 @@ class _Wheels:
     zeros_until: float | None = None
 
 
-class GatedBase(server.Robot):
-    """The robot's wheels behind the gate, with the robot's own sensors.
+class RobotinoBase(DrivenBase):
+    """The robot's wheels behind the gate, with the robot's own sensors, which are read within `with`. One thread, but
+    for the sensors'.
 
     Args:
         robot: The robot's own web server.
@@ -75,10 +75,11 @@ class GatedBase(server.Robot):
         self._late_at = math.inf
         self._write_problem, self._write_failed = "", -math.inf
 
-    def start(self) -> None:
+    def __enter__(self) -> RobotinoBase:
         self._sensors.start()
+        return self
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         self._sensors.close()
         self._client.close()
 
@@ -170,31 +171,3 @@ def gentle_time(vx: float, vy: float, wz: float) -> float:
     watchdog stops the motors when it has become slow."""
     braking = max((math.hypot(vx, vy) - SLOW) / RAMP, (abs(wz) - SLOW_TURN) / TURN_RAMP)
     return max(0.0, braking - ROBOTS_WATCHDOG)
-
-
-class DriveServer(server.DriveServer):
-    """Bound when constructed; `run` serves until `stop`. One thread, but for the sensors'.
-
-    Args:
-        robot: The robot's own web server.
-        address, port: Where to listen; port 0 takes a free one.
-        laser: The robot carries a laser scanner.
-        key: The robot's, which pilots must have. Without one whoever reaches the port may drive.
-    Raises:
-        OSError: The port is taken or the address is not this machine's; the text names both.
-        ValueError: `robot` is not an address.
-    """
-
-    def __init__(
-        self, robot: str, address: str, port: int, *, laser: bool = False, key: SharedKey | None = None
-    ) -> None:
-        self._base = GatedBase(robot, laser)
-        super().__init__(self._base, address, port, key, log.info)
-
-    def __enter__(self) -> DriveServer:
-        self._base.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-        self._base.close()
