@@ -22,7 +22,7 @@ LONGEST_TICK = 0.25
 """A longer time between two poses is a stall or a jump; memory then ages by this much only [s]."""
 OVERRUN = 0.03
 """Points remembered farther inside the outline than this are wrong, because the robot stands there [m]."""
-FASTEST = 2.0
+FASTEST_ODOMETRY = 2.0
 """Odometry that moves faster than this has been reset [m/s]."""
 BUMP_WIDTH = math.radians(45.0)
 """A bumper that reports no direction was hit within this angle of the direction of motion [rad]."""
@@ -54,7 +54,7 @@ class KnownObstacles:
         """Advance to the newest pose. False if odometry has jumped; everything remembered is then dropped."""
         last = self.poses.newest
         passed = 0.0 if last is None else min(max(odometry.stamp - last.stamp, 0.0), LONGEST_TICK)
-        if last is not None and math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST * passed:
+        if last is not None and math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST_ODOMETRY * passed:
             self.forget()
             self.poses.add(odometry)
             return False

@@ -38,7 +38,7 @@ KNOWN = 0.08
 """An obstacle within this distance explains a return [m]."""
 WELL_KNOWN = 6
 """Sightings that make an obstacle well known."""
-FASTEST = 2.0
+FASTEST_MOVER = 2.0
 """People do not walk faster [m/s]; ISO 13855 assumes 1.6."""
 
 
@@ -84,7 +84,7 @@ class MovingObstacles:
             return
         way = here - there[squared_distances(here, there).argmin(axis=1)]
         velocity = way / (stamp - then)
-        walks = squared_lengths(velocity) <= FASTEST * FASTEST
+        walks = squared_lengths(velocity) <= FASTEST_MOVER * FASTEST_MOVER
         guesses = self._guesses.setdefault(name, deque())
         while guesses and stamp - guesses[0][0] > PERSISTS:
             guesses.popleft()
