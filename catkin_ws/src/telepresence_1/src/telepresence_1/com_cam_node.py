@@ -1,10 +1,9 @@
 """ROS node com_cam: the pilot's camera, the page with its picture, and the robot's tablet, on which it is kept.
 
 Subscribes: looking (std_msgs/String): who looks through the robot by the pilot's page, a name each line; the tablet
-           names them.
+           names them. ~face (sensor_msgs/CompressedImage, jpeg): somebody elsewhere is the pilot; shown in place of
+           the camera while it comes. Empty data: that camera is covered.
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
-Subscribes: ~face (sensor_msgs/CompressedImage, jpeg): somebody elsewhere is the pilot; shown in place of the camera
-           while it comes. Empty data: that camera is covered.
 Services:  ~show_on_tablet (std_srvs/SetBool): show the page from now on, or take it away; answers at once
            with how things stand.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
@@ -164,8 +163,9 @@ class ComCam:
         self.camera.close()
 
     def report(self) -> None:
-        """Publish how things stand."""
+        """Publish how things stand, once the tablet was told to load the page anew if it needs that."""
         self._keep()
+        self._reload_unvisited_page()
         camera, link = self.camera.status, self.link
         messages = [camera.text]
         level = DiagnosticStatus.OK if camera.state is State.LIVE else DiagnosticStatus.WARN
@@ -203,24 +203,27 @@ class ComCam:
         names = (clean(line)[:LONGEST_NAME] for line in message.data.split("\n"))
         self._looking = tuple(filter(None, names))[:MOST_NAMES]
 
-    def _describe_tablet(self) -> str:
-        link, now = self.link, time.monotonic()
-        if link.shown_since is None:
-            self._visited, self._unvisited = now, False
-            return f"not on the tablet: {link.problem if link.wanted else 'switched off'}"
-        if self.stream.viewers > 0:
+    def _reload_unvisited_page(self) -> None:
+        """Have the tablet load the page anew when it should show it and has not asked for the picture for long."""
+        now, known = time.monotonic(), self._unvisited
+        if self.link.shown_since is None or self.stream.viewers > 0:
             self._visited = now
-        unvisited = now - self._visited > VISIT_PATIENCE
-        if unvisited:
-            link.reload()
-            if not self._unvisited:
-                rospy.logwarn(
-                    "the tablet was told to show %s and does not ask for the picture. It uses its own Wi-Fi: can it "
-                    "reach this address? If not, give page_address or ~page_url.",
-                    public(self.page_url),
-                )
-        self._unvisited = unvisited
-        text = "the tablet does not ask for the picture" if unvisited else "on the tablet"
+        self._unvisited = now - self._visited > VISIT_PATIENCE
+        if not self._unvisited:
+            return
+        self.link.reload()
+        if not known:
+            rospy.logwarn(
+                "the tablet was told to show %s and does not ask for the picture. It uses its own Wi-Fi: can it "
+                "reach this address? If not, give page_address or ~page_url.",
+                public(self.page_url),
+            )
+
+    def _describe_tablet(self) -> str:
+        link = self.link
+        if link.shown_since is None:
+            return f"not on the tablet: {link.problem if link.wanted else 'switched off'}"
+        text = "the tablet does not ask for the picture" if self._unvisited else "on the tablet"
         return f"{text}; without the robot's focus: {link.focus.problem}" if link.focus.problem else text
 
     def _start_link(self) -> None:
