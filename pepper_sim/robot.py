@@ -42,7 +42,7 @@ from pepper_sim.body.readings import Readings
 from pepper_sim.body.sensors import Sensors
 from pepper_sim.body.state import Snapshot
 from pepper_sim.models import PREFIX
-from telepresence.geometry import roll_pitch_yaw
+from telepresence.geometry import require_finite, roll_pitch_yaw
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
@@ -145,7 +145,7 @@ class Pepper:
         Raises:
             ValueError: A value is not finite.
         """
-        _require_finite("velocity", (vx, vy, wz))
+        require_finite("velocity", (vx, vy, wz))
         self._ordered.append((vx, vy, wz))
         with self.world.locked_if_free() as held:
             if held:
@@ -165,7 +165,7 @@ class Pepper:
         if not waypoints:
             raise ValueError("move_to needs at least one waypoint")
         for waypoint in waypoints:
-            _require_finite("waypoint", waypoint)
+            require_finite("waypoint", waypoint)
         if duration is not None and not (math.isfinite(duration) and duration >= 0.0):
             raise ValueError(f"the duration must be a positive number of seconds, got {duration}")
         with self.world.locked():
@@ -408,8 +408,3 @@ class Pepper:
             if self.smart_stiffness:
                 stiffness = self._joints.smart_stiffness(data, torques)
             self._power.update(POWER_PERIOD, torques, stiffness, speed, plugged=self._contacts.closed(data, self._pose))
-
-
-def _require_finite(what: str, values: Sequence[float]) -> None:
-    if not all(math.isfinite(value) for value in values):
-        raise ValueError(f"a {what} must have finite numbers, got {tuple(values)}")

@@ -19,7 +19,7 @@ from robotino_sim.kinematics import Triple
 from robotino_sim.localization import Localization, PoseEstimate
 from robotino_sim.models import PREFIX
 from robotino_sim.power import Battery, PowerState
-from telepresence.geometry import roll_pitch_yaw
+from telepresence.geometry import require_finite, roll_pitch_yaw
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
 
@@ -129,8 +129,7 @@ class Robotino:
         Raises:
             ValueError: A value is not finite.
         """
-        if not all(map(math.isfinite, (vx, vy, wz))):
-            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        require_finite("velocity", (vx, vy, wz))
         with self.world.locked():
             self._last_command = time.monotonic()
             self._drive.set_velocity(vx, vy, wz, self.world.time)

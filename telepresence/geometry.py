@@ -6,6 +6,7 @@ Pure mathematics on standard Python types: a simulated robot and the driver that
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 
@@ -45,6 +46,13 @@ class RollPitchYaw(NamedTuple):
 
 
 ZERO_VELOCITY = Velocity(0.0, 0.0, 0.0)
+
+
+def require_finite(what: str, values: Iterable[float]) -> None:
+    """Raise ValueError unless all values are finite numbers; the text calls them together `what`."""
+    values = tuple(values)
+    if not all(map(math.isfinite, values)):
+        raise ValueError(f"a {what} must be finite numbers, got {values}")
 
 
 def wrap_angle(angle: float) -> float:

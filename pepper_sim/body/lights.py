@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from telepresence.geometry import require_finite
 from telepresence.sim.world import World
 
 LIGHTS = ("eyes", "shoulders")
@@ -24,8 +23,7 @@ class Lights:
         """
         if part not in LIGHTS:
             raise ValueError(f"Pepper has no light {part!r}; lights: {', '.join(LIGHTS)}")
-        if not all(math.isfinite(value) for value in (red, green, blue)):
-            raise ValueError(f"a colour must have finite numbers, got {(red, green, blue)}")
+        require_finite("colour", (red, green, blue))
         with self._world.locked():
             material = self._world.model.material(self._prefix + part)
             material.rgba[:3] = [min(max(value, 0.0), 1.0) for value in (red, green, blue)]

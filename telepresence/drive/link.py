@@ -12,6 +12,7 @@ when the robot was not heard to drive to it for half a second.
 from __future__ import annotations
 
 import contextlib
+import getpass
 import math
 import select
 import socket
@@ -19,6 +20,7 @@ import threading
 import time
 
 from telepresence.drive.datagram import (
+    DEFAULT_PORT,
     MAX_DATAGRAM,
     PERIOD,
     BadMessage,
@@ -29,10 +31,11 @@ from telepresence.drive.datagram import (
     parse_report,
     short,
 )
-from telepresence.drive.link_ends import default_name, parse_address
 from telepresence.drive.pilots_goal import PilotsGoal
 from telepresence.drive.pilots_requests import Done, PilotsRequests
-from telepresence.drive.session import COOKIE_LIFE, KeyMismatch, PilotHandshake, Session
+from telepresence.drive.session import COOKIE_LIFE, LONGEST_NAME, KeyMismatch, PilotHandshake, Session
+from telepresence.geometry import require_finite
+from telepresence.host_port import parse_host_port
 from telepresence.security.robot_key import RobotKey, is_loopback
 from telepresence.station.fault_sentences import DRIVE_SERVER
 
@@ -63,8 +66,8 @@ class DriveLink:
     """
 
     def __init__(self, address: str, key: RobotKey | None = None, name: str = "", rank: int = 0) -> None:
-        self.host, self.port = parse_address(address)
-        self._key, self._name, self._rank = key, name or default_name(), rank
+        self.host, self.port = parse_host_port(address, DEFAULT_PORT, "a drive server")
+        self._key, self._name, self._rank = key, name or _default_name(), rank
         PilotHandshake(None, self._name, self._rank)
         self.problem = f"{DRIVE_SERVER} at {self.host}:{self.port} has not answered yet."
         self.outages = 0
@@ -99,16 +102,15 @@ class DriveLink:
         Raises:
             ValueError: A value is not finite; the robot receives that the pilot commands nothing.
         """
-        finite = all(map(math.isfinite, (vx, vy, wz)))
+        velocity = (vx, vy, wz)
         with self._lock:
-            changed = self._velocity != (vx, vy, wz)
-            self._velocity = (vx, vy, wz) if finite else None
+            changed = self._velocity != velocity
+            self._velocity = velocity if all(map(math.isfinite, velocity)) else None
             self._given_at = time.monotonic()
             self._careful = careful
         if changed and not self._stop.is_set():
             self._send_drive(time.monotonic())
-        if not finite:
-            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        require_finite("velocity", velocity)
 
     def release(self, hard: bool = False) -> None:
         """Take that the pilot commands nothing any more.
@@ -130,8 +132,7 @@ class DriveLink:
         Raises:
             ValueError: A value is not finite.
         """
-        if not all(map(math.isfinite, (x, y, theta))):
-            raise ValueError(f"a goal must be finite numbers, got ({x}, {y}, {theta})")
+        require_finite("goal", (x, y, theta))
         with self._lock:
             number = self._goal.give((x, y, theta), time.monotonic())
         with contextlib.suppress(OSError):
@@ -378,3 +379,13 @@ def _cause(error: OSError) -> str:
     if isinstance(error, ConnectionRefusedError):
         return "no program listens there; is the drive server started?"
     return (error.strerror or str(error)).lower()
+
+
+def _default_name() -> str:
+    """User and computer, as what the robot knows this pilot."""
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):  # a number without a name
+        user = "somebody"
+    name = "".join(letter for letter in f"{user}@{socket.gethostname()}" if letter.isprintable())
+    return name[:LONGEST_NAME]

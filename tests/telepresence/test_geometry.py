@@ -4,7 +4,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from telepresence.geometry import Pose, Velocity, roll_pitch_yaw, wrap_angle, yaw_of
+from telepresence.geometry import Pose, Velocity, require_finite, roll_pitch_yaw, wrap_angle, yaw_of
 
 ANGLES = (-3.0, -1.2, -0.3, 0.0, 0.4, 1.1, 2.9)
 
@@ -25,6 +25,13 @@ def test_velocity_and_pose_are_plain_tuples_with_names():
     vx, vy, wz = Velocity(0.3, -0.1, 0.5)
     assert (vx, vy, wz) == Velocity(vx=0.3, vy=-0.1, wz=0.5)
     assert Pose(1.0, 2.0, 0.5).theta == 0.5
+
+
+def test_what_is_not_finite_is_named():
+    require_finite("velocity", (1.0, -2, 0.0))
+    for bad in (math.nan, math.inf, -math.inf):
+        with pytest.raises(ValueError, match=rf"a velocity must be finite numbers, got \(1.0, {bad}\)"):
+            require_finite("velocity", iter((1.0, bad)))
 
 
 @pytest.mark.parametrize(("roll", "pitch", "yaw"), product(ANGLES, (-1.5, -0.4, 0.0, 0.8, 1.5), ANGLES))

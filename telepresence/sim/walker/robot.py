@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from telepresence.geometry import roll_pitch_yaw, wrap_angle
+from telepresence.geometry import require_finite, roll_pitch_yaw, wrap_angle
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.walker.body import PREFIX, joint_names, standing_angles
 from telepresence.sim.walker.gait import GAITS, TROT, GaitController
@@ -136,8 +136,7 @@ class Walker:
         Raises:
             ValueError: A value is not finite.
         """
-        if not all(map(math.isfinite, (vx, vy, wz))):
-            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        require_finite("velocity", (vx, vy, wz))
         with self.world.locked():
             self._last_command = time.monotonic()
             self._deadline = self.world.time + self._watchdog

@@ -354,7 +354,19 @@ def test_addresses(text, found):
     assert parse_address(text) == found
 
 
-@pytest.mark.parametrize("text", ["", "tcp://10.0.0.7", "a b", "host:port", "host:0", "host:70000", "http://"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "tcp://10.0.0.7",
+        "a b",
+        "host:port",
+        "host:0",
+        "host:70000",
+        "http://",
+        "192.168..1",
+    ],
+)
 def test_wrong_addresses_are_explained(text):
     with pytest.raises(ValueError):
         parse_address(text)

@@ -22,6 +22,8 @@ from http.client import RemoteDisconnected
 from typing import Any, NamedTuple
 
 from rto_node.robot_facts import SENSORS
+from telepresence.geometry import require_finite
+from telepresence.host_port import parse_host_port
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection
 from telepresence.security.outside_text import clean
 
@@ -191,8 +193,7 @@ class RobotinoClient:
         Raises:
             ValueError: A value is not finite.
         """
-        if not all(map(math.isfinite, (vx, vy, wz))):
-            raise ValueError(f"a velocity must be finite numbers, got ({vx}, {vy}, {wz})")
+        require_finite("velocity", (vx, vy, wz))
         self._put("omnidrive", [vx, vy, wz])
 
     def set_digital_outputs(self, values: Sequence[bool]) -> None:
@@ -310,18 +311,10 @@ def parse_address(text: str) -> tuple[str, int]:
     Raises:
         ValueError: It is none of these.
     """
-    rest = text.strip()
-    if "://" in rest:
-        scheme, _, rest = rest.partition("://")
-        if scheme != "http":
-            raise ValueError(f"a Robotino is reached by http, not {scheme}: {text!r}")
-    rest = rest.rstrip("/")
-    host, colon, port = rest.rpartition(":") if rest.count(":") == 1 else (rest, "", "")
-    if not host or any(letter.isspace() or letter == "/" for letter in host):
-        raise ValueError(f"not the address of a robot: {text!r}; wanted is host, host:port or http://host:port")
-    if colon and not (port.isdigit() and 0 < int(port) < 65536):
-        raise ValueError(f"{port!r} is not a port, in {text!r}")
-    return host.strip("[]"), int(port) if colon else DEFAULT_PORT
+    scheme, mark, rest = text.strip().rpartition("://")
+    if mark and scheme != "http":
+        raise ValueError(f"a Robotino is reached by http, not {scheme}: {text!r}")
+    return parse_host_port(rest.rstrip("/"), DEFAULT_PORT, "a robot")
 
 
 def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
