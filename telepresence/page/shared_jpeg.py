@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from telepresence.video.images import LatestImage, Picture
+from telepresence.video.jpeg import encode_jpeg
 
 QUALITY = 60
 """OpenCV's scale, 0 to 100: 640x480 has some 25 kB."""
@@ -66,8 +67,4 @@ class SharedJpeg:
 
 
 def _jpeg_of(planes: np.ndarray) -> bytes:
-    bgr = cv2.cvtColor(planes, cv2.COLOR_YUV2BGR_I420)
-    done, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, QUALITY))
-    if not done:
-        raise RuntimeError("OpenCV could not encode a picture as JPEG")
-    return data.tobytes()
+    return encode_jpeg(cv2.cvtColor(planes, cv2.COLOR_YUV2BGR_I420), QUALITY, "bgr")

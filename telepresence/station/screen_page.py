@@ -12,13 +12,13 @@ import socket
 import threading
 from pathlib import Path
 
-import cv2
 import flask
 
 from telepresence.station.screen import SCREEN_KEY
 from telepresence.station.virtual_display import grab
 from telepresence.stop_signals import stop_on
 from telepresence.video.images import LatestImage
+from telepresence.video.jpeg import encode_jpeg
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
 from telepresence.web.json_app import Application
 from telepresence.web.page_auth import PageAuth, ProtectedPage, page_key
@@ -67,7 +67,7 @@ def main() -> None:
         print(f"listening on {server.url}?k={key}", flush=True)
         while not stop.wait(PERIOD):
             if stream.viewers:
-                image.put(cv2.imencode(".jpg", grab(arguments.folder), [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes())
+                image.put(encode_jpeg(grab(arguments.folder), order="bgr"))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import cv2
 import numpy as np
 
@@ -12,18 +14,27 @@ QUALITY = 80
 _END = b"\xff\xd9"
 
 
-def encode_jpeg(pixels: np.ndarray, quality: int = QUALITY) -> bytes:
+def encode_jpeg(pixels: np.ndarray, quality: int = QUALITY, order: Literal["rgb", "bgr"] = "rgb") -> bytes:
     """Return a complete JPEG file.
 
     Args:
-        pixels: (height, width, 3) uint8, RGB.
+        pixels: (height, width, 3) uint8, or (height, width) uint8, grey.
+        quality: OpenCV's scale, 0 to 100.
+        order: Of the three colours.
     Raises:
-        RuntimeError: OpenCV could not encode it.
+        ValueError: They are no such pixels, or OpenCV could not encode them.
     """
-    bgr = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
-    done, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, quality))
+    cannot = f"OpenCV cannot encode {pixels.shape} {pixels.dtype} as JPEG"
+    if pixels.dtype != np.uint8:  # OpenCV would cut other numbers off at 255
+        raise ValueError(cannot)
+    try:
+        if pixels.ndim == 3 and order == "rgb":
+            pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+        done, data = cv2.imencode(".jpg", pixels, (cv2.IMWRITE_JPEG_QUALITY, quality))
+    except cv2.error as error:
+        raise ValueError(f"{cannot}: {error.err}") from error
     if not done:
-        raise RuntimeError("OpenCV could not encode a picture as JPEG")
+        raise ValueError(cannot)
     return data.tobytes()
 
 

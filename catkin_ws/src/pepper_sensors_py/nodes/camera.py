@@ -19,7 +19,6 @@ import time
 from pathlib import Path
 from urllib.parse import urlparse
 
-import cv2
 import numpy as np
 import rospy
 from naoqi_driver.connection import CallRefused, RobotUnreachable
@@ -32,13 +31,13 @@ from telepresence_ros.node import ROBOT_PATIENCE
 
 from telepresence.station import heartbeat
 from telepresence.video.images import fill_image_message
+from telepresence.video.jpeg import encode_jpeg
 
 IDLE_PERIOD = 0.1
 """Seconds between two checks for subscribers."""
 LINGER = 2.0
 """Seconds that the robot's camera stays subscribed without readers: cheaper than to subscribe anew at every glance."""
 RETRY_PERIOD = 1.0
-JPEG_QUALITY = 80
 
 
 class CameraNode:
@@ -136,9 +135,8 @@ class CameraNode:
             message.header.stamp, message.header.frame_id = stamp, self._camera.frame_id
             self._image.publish(message)
         if self._compressed.get_num_connections() and picture.pixels.dtype == np.uint8:
-            bgr = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2BGR) if picture.encoding == "rgb8" else picture.pixels
-            jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
-            message = CompressedImage(format="jpeg", data=jpeg.tobytes())
+            jpeg = encode_jpeg(picture.pixels, order="rgb" if picture.encoding == "rgb8" else "bgr")
+            message = CompressedImage(format="jpeg", data=jpeg)
             message.header.stamp, message.header.frame_id = stamp, self._camera.frame_id
             self._compressed.publish(message)
         if self._info.get_num_connections():

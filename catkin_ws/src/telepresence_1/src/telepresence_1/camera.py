@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from telepresence.video.images import LatestImage
-from telepresence.video.jpeg import decode_jpeg
+from telepresence.video.jpeg import decode_jpeg, encode_jpeg
 from telepresence_1.camera_sources import Source, SourceError, open_source
 from telepresence_1.jpeg import Jpeg, completed
 from telepresence_1.placeholder_images import draw_notice
@@ -218,10 +218,10 @@ class Camera:
             self.image.put(self._encode(picture), stamp)
 
     def _encode(self, picture: np.ndarray) -> bytes:
-        encoded, data = cv2.imencode(".jpg", picture, (cv2.IMWRITE_JPEG_QUALITY, self._quality))
-        if not encoded:
-            raise SourceError("Bad picture", f"OpenCV cannot encode {picture.shape} {picture.dtype} as JPEG.")
-        return data.tobytes()
+        try:
+            return encode_jpeg(picture, self._quality, "bgr")
+        except ValueError as error:
+            raise SourceError("Bad picture", f"{error}.") from error
 
     def _change(self, state: State, text: str, rate: float = 0.0, width: int = 0, height: int = 0) -> None:
         before = self._status

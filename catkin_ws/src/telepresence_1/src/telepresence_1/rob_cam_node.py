@@ -23,8 +23,6 @@ import threading
 import time
 from collections.abc import Callable
 
-import cv2
-import numpy as np
 import rospy
 from naoqi_driver.connection import Address
 from sensor_msgs.msg import Image
@@ -33,6 +31,7 @@ from telepresence_ros.node import Node, stop_on_signals
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
+from telepresence.video.jpeg import encode_jpeg
 from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.page_auth import page_key
 from telepresence.web.server import WebServer
@@ -138,9 +137,11 @@ def serve_page(
                 if picture is not None:
                     sequence = picture.sequence
                     message = picture.pixels
-                    page.put(_encode(as_bgr(read_image_message(message), message.encoding)), picture.stamp)
+                    pixels = as_bgr(read_image_message(message), message.encoding)
+                    page.put(encode_jpeg(pixels, order="bgr"), picture.stamp)
                 elif newest.age() > STALE_AFTER:
-                    page.put(_encode(draw_notice(640, 480, "No picture", f"Nothing comes from {source}.", time.time())))
+                    notice = draw_notice(640, 480, "No picture", f"Nothing comes from {source}.", time.time())
+                    page.put(encode_jpeg(notice, order="bgr"))
             except ValueError as error:
                 if str(error) != complaint:
                     log.error("pictures from %s cannot be shown: %s", source, error)
@@ -151,10 +152,6 @@ def serve_page(
         # To the terminal only: everybody on the ROS network can read /rosout.
         print(f"with its key, for your browser: {server.url}?k={key}", flush=True)
         return run(show)
-
-
-def _encode(pixels: np.ndarray) -> bytes:
-    return cv2.imencode(".jpg", pixels, (cv2.IMWRITE_JPEG_QUALITY, 80))[1].tobytes()
 
 
 if __name__ == "__main__":
