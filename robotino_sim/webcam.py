@@ -67,7 +67,7 @@ class Webcam:
         picture = self.image.peek()
         if picture is None or self.image.age() > _MAX_AGE:
             return None
-        return picture.pixels, picture.sequence
+        return picture.content, picture.sequence
 
     def close(self) -> None:
         """Stop the thread. Calling it again does nothing."""
@@ -101,4 +101,4 @@ class Webcam:
             if picture is None:
                 continue
             sequence = picture.sequence
-            self.image.put(encode_jpeg(picture.pixels), picture.stamp)
+            self.image.put(encode_jpeg(picture.content), picture.stamp)

@@ -52,7 +52,7 @@ class DepthEye:
                     yield
                     picture = feed.image.peek()
                     if picture is not None and picture.stamp > settled:
-                        self._surveyor.add_depth(self._obstacles(picture.pixels))
+                        self._surveyor.add_depth(self._obstacles(picture.content))
                         break
             self._robot.set_angles({"HeadYaw": 0.0}, {"HeadYaw": 1.5})
 

@@ -46,7 +46,7 @@ def glance(robot: Pepper, camera: str, width: int, height: int, yaw: float, pitc
             yield
             picture = feed.image.peek()
             if picture is not None and picture.stamp >= settled:
-                return View(picture.pixels, focal_length(robot, camera, height), picture.stamp)
+                return View(picture.content, focal_length(robot, camera, height), picture.stamp)
     return None
 
 

@@ -92,10 +92,10 @@ class ALVisualCompass(VisionExtractor):
         seen = self._reference
         if seen is None:
             return None
-        height, width = seen.picture.pixels.shape[:2]
+        height, width = seen.picture.content.shape[:2]
         focal = focal_length(self._robot, _CAMERAS[self._camera], height)
         x, y = math.atan(0.5 * width / focal), math.atan(0.5 * height / focal)
-        head = [width, height, 3, _RGB, *split_stamp(seen.picture.stamp), seen.picture.pixels.tobytes()]
+        head = [width, height, 3, _RGB, *split_stamp(seen.picture.stamp), seen.picture.content.tobytes()]
         return [*head, self._camera, x, y, -x, -y]
 
     @remote("m()")
@@ -214,7 +214,7 @@ class ALVisualCompass(VisionExtractor):
         if picture is None:
             return None
         snapshot = self._robot.snapshot()
-        keypoints = find_keypoints(picture.pixels, focal_length(self._robot, camera, height))
+        keypoints = find_keypoints(picture.content, focal_length(self._robot, camera, height))
         return _Seen(picture, keypoints, snapshot.joint_positions["HeadYaw"], Pose(*snapshot.odometry))
 
     def _set_reference(self, seen: _Seen | None) -> None:

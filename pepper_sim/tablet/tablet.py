@@ -221,7 +221,7 @@ class Tablet:
             ValueError: The text is not such a colour.
         """
         picture = self.image.peek()
-        below = np.zeros_like(_WHITE) if picture is None else picture.pixels
+        below = np.zeros_like(_WHITE) if picture is None else picture.content
         mixed = covered(below, _colour(colour), opacity)
         with self._lock:
             self._cover = Layer(mixed)

@@ -128,7 +128,7 @@ class BrowserSocket:
                 picture = await newer()
                 self._unseen += 1
                 self._shown_stamp = picture.stamp
-                if not await self._sent(self._socket.send_bytes(struct.pack(">d", picture.stamp) + picture.pixels)):
+                if not await self._sent(self._socket.send_bytes(struct.pack(">d", picture.stamp) + picture.content)):
                     return
 
     async def _sent(self, sending: Awaitable[None]) -> bool:

@@ -61,8 +61,8 @@ class SharedJpeg:
             picture = self._source.peek()
             assert picture is not None, "nobody asks before there is one"
             if self._newest is None or self._newest.sequence != picture.sequence:
-                file = await asyncio.to_thread(_jpeg_of, picture.pixels)
-                self._newest = replace(picture, pixels=file)
+                file = await asyncio.to_thread(_jpeg_of, picture.content)
+                self._newest = replace(picture, content=file)
             return self._newest
 
 

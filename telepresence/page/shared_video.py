@@ -125,11 +125,11 @@ class SharedVideo:
                 if now < due:
                     continue
                 due = max(due + self._period, now - self._period)
-                width, height = self._size(picture.pixels)
+                width, height = self._size(picture.content)
                 try:
                     if encoder is None or (encoder.width, encoder.height) != (width, height):
                         encoder = self._open(width, height)
-                    frame = av.VideoFrame.from_ndarray(picture.pixels, format="yuv420p")
+                    frame = av.VideoFrame.from_ndarray(picture.content, format="yuv420p")
                     # Its own clock, as the one of the pictures may be set back.
                     frame.pts, frame.time_base = round((now - began) / TIME_BASE), TIME_BASE
                     if self._key_wanted and time.monotonic() - self._key_at >= KEY_PERIOD:

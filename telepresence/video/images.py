@@ -31,10 +31,15 @@ ENCODINGS: dict[str, tuple[str, int]] = {
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture: `pixels` is an array or encoded bytes, `stamp` the time it was taken [s since 1970],
-    `sequence` counts from 1."""
+    """One picture.
 
-    pixels: Any
+    Args:
+        content: What its writer makes: an array of pixels, a JPEG file, or a message.
+        stamp: When it was taken [s since 1970].
+        sequence: Counts from 1.
+    """
+
+    content: Any
     stamp: float
     sequence: int
 
@@ -48,11 +53,11 @@ class LatestImage:
         self._arrival = 0.0
         self._listeners: list[Callable[[], None]] = []
 
-    def put(self, pixels: Any, stamp: float | None = None) -> None:
+    def put(self, content: Any, stamp: float | None = None) -> None:
         """Replace the picture. `stamp` is when it was taken [s since 1970]; default now."""
         with self._changed:
             sequence = self._picture.sequence + 1 if self._picture else 1
-            self._picture = Picture(pixels, time.time() if stamp is None else stamp, sequence)
+            self._picture = Picture(content, time.time() if stamp is None else stamp, sequence)
             self._arrival = time.monotonic()
             self._changed.notify_all()
             listeners = tuple(self._listeners)

@@ -124,10 +124,10 @@ class MjpegStream:
         sequence, part = self._parts.get(advance, (0, b""))
         if sequence != picture.sequence:
             if advance:
-                part = picture.pixels + _NEXT_PART
+                part = picture.content + _NEXT_PART
             else:
                 head = b"Content-Type: image/jpeg\r\nContent-Length: %d\r\nX-Timestamp: %.6f\r\n\r\n"
-                part = head % (len(picture.pixels), picture.stamp) + picture.pixels + _DELIMITER
+                part = head % (len(picture.content), picture.stamp) + picture.content + _DELIMITER
             self._parts[advance] = picture.sequence, part
         return part
 

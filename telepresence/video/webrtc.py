@@ -177,7 +177,7 @@ class NewestPictureTrack(VideoStreamTrack):
             self._news.clear()
             await self._news.wait()
         self._sequence = picture.sequence
-        planes = picture.pixels
+        planes = picture.content
         if self._with_time:
             planes = with_time(planes, picture.stamp)
         frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")

@@ -125,7 +125,7 @@ def check_tablet(newcomer: Newcomer, world: PepperWorld) -> None:
         """the tablet shows the pilot's camera"""
         picture = world.tablet.image.peek()
         return picture is not None and max(
-            abs(int(seen) - filmed) for seen, filmed in zip(picture.pixels[200, 320], ORANGE, strict=True)
+            abs(int(seen) - filmed) for seen, filmed in zip(picture.content[200, 320], ORANGE, strict=True)
         ) < 20  # fmt: skip
 
     press(newcomer, "tool_camera")

@@ -196,7 +196,7 @@ def test_the_cameras_see_the_room_and_not_the_inside_of_the_head():
         world.step(200)
         feeds = [pepper.subscribe_camera(name, 160, 120, 10.0, "depth") for name in ("CameraTop", "CameraDepth")]
         for feed in feeds:
-            depth = feed.image.wait_newer(0, 20.0).pixels
+            depth = feed.image.wait_newer(0, 20.0).content
             assert depth.min() > 0.5, feed.camera
             # The wall is 4 m ahead and 1.2 m high; below the horizon nothing is nearer than the floor.
             assert depth[61, 80] == pytest.approx(4.0, abs=0.1), feed.camera
@@ -228,7 +228,7 @@ def test_the_tablet_shows_what_it_is_given():
         while purple == 0 and sequence < 200:
             newest = feed.image.wait_newer(sequence, 20.0)
             sequence = newest.sequence
-            red, green, blue = (newest.pixels[:, :, i].astype(int) for i in range(3))
+            red, green, blue = (newest.content[:, :, i].astype(int) for i in range(3))
             purple = int(((red - green > 80) & (blue - green > 80)).sum())
         assert purple > 300
         with pytest.raises(ValueError, match="400, 640, 3"):

@@ -63,5 +63,5 @@ def test_overview_shows_the_room():
     cameras.close()
     world.close()
     assert picture is not None
-    assert picture.pixels.std() > 30.0
-    assert len(np.unique(picture.pixels.reshape(-1, 3) // 16, axis=0)) > 100
+    assert picture.content.std() > 30.0
+    assert len(np.unique(picture.content.reshape(-1, 3) // 16, axis=0)) > 100

@@ -156,7 +156,7 @@ class Streams:
                 shared.sequence, shared.converted = picture.sequence, {}
             data = shared.converted.get(space) if picture.sequence == shared.sequence else None
             if data is None:
-                data = convert(_oriented(picture.pixels, camera, key), camera, space)
+                data = convert(_oriented(picture.content, camera, key), camera, space)
                 if picture.sequence == shared.sequence:
                     shared.converted[space] = data
             return data

@@ -107,7 +107,7 @@ class _Camera:
         if picture is None:
             raise Refusal(503, "the camera has no picture yet")
         if self._encoded[0] != picture.sequence:
-            self._encoded = (picture.sequence, encode_jpeg(picture.pixels))
+            self._encoded = (picture.sequence, encode_jpeg(picture.content))
         return self._encoded[1]
 
     def _release(self) -> None:

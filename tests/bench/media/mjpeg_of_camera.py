@@ -42,7 +42,7 @@ def main(rate: float) -> None:
             if picture is None:
                 continue
             sequence = picture.sequence
-            pixels = cv2.cvtColor(with_time(picture.pixels, picture.stamp), cv2.COLOR_YUV2BGR_I420)
+            pixels = cv2.cvtColor(with_time(picture.content, picture.stamp), cv2.COLOR_YUV2BGR_I420)
             _, data = cv2.imencode(".jpg", pixels, (cv2.IMWRITE_JPEG_QUALITY, QUALITY))
             jpegs.put(data.tobytes(), picture.stamp)
 

@@ -129,7 +129,7 @@ def test_the_page_hears_what_is_said_beside_the_robot(driver, robot, until_true)
 def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(driver, robot, until_true):
     def on_tablet() -> tuple[int, ...]:
         picture = robot.tablet.image.peek()
-        return (0, 0, 0) if picture is None else tuple(map(int, picture.pixels[200, 320]))
+        return (0, 0, 0) if picture is None else tuple(map(int, picture.content[200, 320]))
 
     def shows_face() -> bool:
         return max(abs(a - b) for a, b in zip(on_tablet(), ORANGE, strict=True)) < 20

@@ -26,7 +26,7 @@ def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
 
 
 def decoded(camera: Camera) -> np.ndarray:
-    return cv2.imdecode(np.frombuffer(camera.image.peek().pixels, np.uint8), cv2.IMREAD_COLOR)
+    return cv2.imdecode(np.frombuffer(camera.image.peek().content, np.uint8), cv2.IMREAD_COLOR)
 
 
 def shows(camera: Camera, colour: tuple[int, int, int]) -> bool:
@@ -231,5 +231,5 @@ def test_the_quality_decides_the_size() -> None:
     for quality in (30, 80, 95):
         with Camera("test", quality=quality) as camera:
             assert eventually(lambda camera=camera: camera.status.state is State.LIVE)
-            sizes.append(len(camera.image.peek().pixels))
+            sizes.append(len(camera.image.peek().content))
     assert sizes[0] < sizes[1] < sizes[2] < 150_000

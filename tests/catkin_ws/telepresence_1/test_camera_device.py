@@ -21,9 +21,9 @@ with Camera(sys.argv[1]) as camera:
     sequence = 0
     while (picture := camera.image.wait_newer(sequence, 10.0)):
         sequence = picture.sequence
-        pixels = cv2.imdecode(numpy.frombuffer(picture.pixels, numpy.uint8), cv2.IMREAD_GRAYSCALE)
+        pixels = cv2.imdecode(numpy.frombuffer(picture.content, numpy.uint8), cv2.IMREAD_GRAYSCALE)
         status = camera.status
-        print(json.dumps([status.state.value, status.text, int(pixels[240, 320]), len(picture.pixels)]), flush=True)
+        print(json.dumps([status.state.value, status.text, int(pixels[240, 320]), len(picture.content)]), flush=True)
 """
 DEVICE = "/dev/video42"
 

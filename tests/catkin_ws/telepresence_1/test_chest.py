@@ -70,7 +70,7 @@ def test_the_pilots_video_moves_on_the_chest_and_costs_physics_nothing(
 ) -> None:
     with stage.watcher.subscribe_camera("CameraTop", 320, 240, 20.0) as feed, Camera(video) as camera:
         wait_until(lambda: feed.image.peek(), "the first picture")
-        dark = feed.image.peek().pixels
+        dark = feed.image.peek().content
 
         def pace(seconds: float, look: Callable[[np.ndarray], None]) -> float:
             """Simulated seconds per second, while `look` gets every picture."""
@@ -79,13 +79,13 @@ def test_the_pilots_video_moves_on_the_chest_and_costs_physics_nothing(
                 picture = feed.image.wait_newer(sequence, 1.0)
                 if picture is not None:
                     sequence = picture.sequence
-                    look(picture.pixels)
+                    look(picture.content)
             return (stage.world.time - clock) / (time.monotonic() - begin)
 
         page = open_page(image=camera.image)
         stage.tablet.load_url(page.server.url)
         stage.tablet.show_webview()
-        wait_until(lambda: chest_colour(dark, feed.image.peek().pixels) is not None, "the video is on the chest")
+        wait_until(lambda: chest_colour(dark, feed.image.peek().content) is not None, "the video is on the chest")
         rates, costs = [], []
         for _attempt in range(ATTEMPTS):
             seen: list[int | None] = []

@@ -43,7 +43,7 @@ def tablet(naoqi) -> Iterator[Tablet]:
 
 def colour(tablet: Tablet) -> tuple[int, ...]:
     picture = tablet.image.peek()
-    return (0, 0, 0) if picture is None else tuple(int(v) for v in picture.pixels[200, 320])
+    return (0, 0, 0) if picture is None else tuple(int(v) for v in picture.content[200, 320])
 
 
 def close_to(colour: tuple[int, ...], wanted: tuple[int, ...]) -> bool:

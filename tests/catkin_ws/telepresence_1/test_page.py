@@ -217,7 +217,7 @@ def test_the_simulated_tablet_shows_the_pilot(
             page.image.put(jpeg(colour))
             wait_until(
                 lambda colour=colour: (
-                    tablet.image.peek() and abs(tablet.image.peek().pixels[200, 320].astype(int) - colour).max() < 12
+                    tablet.image.peek() and abs(tablet.image.peek().content[200, 320].astype(int) - colour).max() < 12
                 ),
                 f"the tablet shows {colour}",
             )

@@ -147,7 +147,7 @@ def test_the_simulated_robots_tablet_shows_the_pilot(
         link = show(f"{page.server.url}?k=secret")
         wait_until(lambda: blue_on(tablet), "the picture")
         link.close()
-        wait_until(lambda: not tablet.image.peek().pixels.any(), "the screen turns dark")
+        wait_until(lambda: not tablet.image.peek().content.any(), "the screen turns dark")
 
 
 def test_a_page_that_somebody_hides_is_shown_again(
@@ -247,7 +247,7 @@ def test_without_the_activity_the_page_is_shown_all_the_same(
 
 def blue_on(tablet: Tablet) -> bool:
     picture = tablet.image.peek()
-    return picture is not None and abs(picture.pixels[200, 320].astype(int) - (0, 0, 200)).max() < 15
+    return picture is not None and abs(picture.content[200, 320].astype(int) - (0, 0, 200)).max() < 15
 
 
 def test_the_query_changes_and_keeps_what_was_there() -> None:

@@ -57,7 +57,7 @@ def tablet(naoqi, simulation, wait_until):
 
 def _colour(simulation):
     picture = simulation.tablet.image.peek()
-    return None if picture is None else tuple(int(v) for v in np.median(picture.pixels.reshape(-1, 3), axis=0))
+    return None if picture is None else tuple(int(v) for v in np.median(picture.content.reshape(-1, 3), axis=0))
 
 
 def _near(colour, wanted):
@@ -202,7 +202,7 @@ def test_the_screen_is_dimmed_covered_and_put_to_sleep(tablet, pages, simulation
 
 def _brightest(simulation):
     picture = simulation.tablet.image.peek()
-    return 0 if picture is None else int(picture.pixels.max())
+    return 0 if picture is None else int(picture.content.max())
 
 
 def test_an_animated_picture_moves_until_it_is_paused(tablet, application, simulation, wait_until):

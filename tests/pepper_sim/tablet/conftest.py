@@ -127,7 +127,7 @@ class Glass:
 
     def centre(self) -> Colour | None:
         picture = self.tablet.image.peek()
-        return None if picture is None else tuple(int(v) for v in picture.pixels[200, 320])
+        return None if picture is None else tuple(int(v) for v in picture.content[200, 320])
 
     def shows(self, colour: Colour, timeout: float = 30.0) -> bool:
         def close() -> bool:
@@ -139,7 +139,7 @@ class Glass:
     def ink(self) -> int:
         """Pixels that are written on a white page."""
         picture = self.tablet.image.peek()
-        return 0 if picture is None else int((picture.pixels.max(axis=2) < 128).sum())
+        return 0 if picture is None else int((picture.content.max(axis=2) < 128).sum())
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_chromium_follows_a_stream(live, chromium, eventually, encoded) -> None:
 
 def shows_anywhere(glass, colour: tuple[int, int, int]) -> bool:
     picture = glass.tablet.image.peek()
-    return picture is not None and bool((abs(picture.pixels[60, 60].astype(int) - colour) < 20).all())
+    return picture is not None and bool((abs(picture.content[60, 60].astype(int) - colour) < 20).all())
 
 
 def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(other_threads, chromium, eventually) -> None:

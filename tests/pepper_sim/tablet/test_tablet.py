@@ -37,7 +37,7 @@ def test_letterboxes_a_narrow_picture_on_the_background(site, glass, encoded) ->
     glass.tablet.set_background("#0000fF")
     glass.open(site.url())
     assert glass.shows(RED)
-    screen = glass.tablet.image.peek().pixels
+    screen = glass.tablet.image.peek().content
     assert tuple(screen[200, 10]) == BLUE and tuple(screen[200, 630]) == BLUE
     assert tuple(screen[0, 320]) == RED and tuple(screen[399, 320]) == RED
     assert (screen[200] == RED).all(axis=1).sum() == 533

@@ -59,7 +59,7 @@ def test_a_large_picture_comes_with_depth_and_infrared(naoqi, run_against_robot,
     assert size == "picture 1280x960" and cv2.imread(str(path)).shape == (960, 1280, 3)
     depth = naoqi.robot.subscribe_camera("CameraDepth", 320, 240, 10.0, "depth")
     with depth:
-        seen = depth.image.wait_newer(0, 5.0).pixels
+        seen = depth.image.wait_newer(0, 5.0).content
     assert float(nearest.split()[1]) == pytest.approx(float(seen[seen > 0.4].min()), abs=0.02)
     count, brightest = (int(infrared.split()[place]) for place in (1, 5))
     assert count == 320 * 240 and 0 < brightest <= 1023
@@ -82,4 +82,4 @@ def test_the_tablet_greets(naoqi, start_against_robot, wait_until):
 def _at(tablet, row, column):
     """The colour of a place on the screen; none before its first picture."""
     picture = tablet.image.peek()
-    return None if picture is None else picture.pixels[row, column].tolist()
+    return None if picture is None else picture.content[row, column].tolist()

@@ -67,14 +67,14 @@ def test_a_display_is_not_needed():
 
 @pytest.mark.parametrize(("width", "height"), [(640, 480), (320, 240), (80, 60)])
 def test_one_context_serves_every_size(cameras, width, height):
-    pixels = newest(cameras.subscribe("eye", width, height, 10.0)).pixels
+    pixels = newest(cameras.subscribe("eye", width, height, 10.0)).content
     assert pixels.shape == (height, width, 3) and pixels.dtype == np.uint8
     assert pixels[height // 2, width // 2].tolist() == [0, 255, 0]
     assert pixels[2, 2].tolist() == [255, 0, 0]
 
 
 def test_depth_is_metres_along_the_optical_axis(cameras):
-    depth = newest(cameras.subscribe("eye", 160, 120, 10.0, "depth")).pixels
+    depth = newest(cameras.subscribe("eye", 160, 120, 10.0, "depth")).content
     assert depth.shape == (120, 160) and depth.dtype == np.float32
     assert depth[60, 80] == pytest.approx(0.95, abs=1e-3)
     assert depth[2, 2] == pytest.approx(2.0, abs=2e-3)
@@ -87,7 +87,7 @@ def test_a_picture_shows_the_instant_of_its_stamp(world, cameras):
         data.qpos[0] = 5.0
     world.step(1)
     later = newest(feed, first.sequence + 1)
-    assert later.pixels[30, 40].tolist() == [255, 0, 0]
+    assert later.content[30, 40].tolist() == [255, 0, 0]
     assert later.stamp == pytest.approx(world.stamp)
     assert first.stamp < later.stamp
 
@@ -95,7 +95,7 @@ def test_a_picture_shows_the_instant_of_its_stamp(world, cameras):
 def test_feeds_of_one_size_share_a_picture_that_nobody_may_change(cameras):
     feed = cameras.subscribe("eye", 80, 60, 20.0)
     with pytest.raises(ValueError, match="read-only"):
-        newest(feed).pixels[0, 0] = 0
+        newest(feed).content[0, 0] = 0
 
 
 @pytest.fixture(name="painted")
@@ -144,12 +144,12 @@ def test_the_room_fits_those_pictures_that_are_wanted(cameras, monkeypatch):
     monkeypatch.setattr(Painter, "fit", lambda self, *size: (rooms.append(size), fit(self, *size)))
     wide = cameras.subscribe(("eye", "behind"), 640, 60, 50.0)
     high = cameras.subscribe("eye", 80, 200, 50.0)
-    assert newest(wide).pixels.shape[:2] == (60, 640) and newest(high).pixels.shape[:2] == (200, 80)
+    assert newest(wide).content.shape[:2] == (60, 640) and newest(high).content.shape[:2] == (200, 80)
     assert rooms[-1] == (320, 200), "two cameras side by side are painted one after the other"
     wide.close()
     newest(high, high.image.peek().sequence + 1)
     assert rooms[-1] == (80, 200)
-    assert newest(cameras.subscribe("eye", 640, 480, 50.0)).pixels[2, 2].tolist() == [255, 0, 0]
+    assert newest(cameras.subscribe("eye", 640, 480, 50.0)).content[2, 2].tolist() == [255, 0, 0]
 
 
 @pytest.mark.parametrize("sizes", [[], [(80, 60)], [(80, 60), (320, 240)]])
@@ -239,7 +239,7 @@ def test_a_new_texture_is_seen_upright_and_unmirrored(cameras):
     deadline = time.monotonic() + 20.0
     blue = np.zeros((0, 2))
     while not len(blue) and time.monotonic() < deadline:
-        shown = newest(feed, feed.image.peek().sequence).pixels
+        shown = newest(feed, feed.image.peek().sequence).content
         blue = np.argwhere((shown[:, :, 2] > 200) & (shown[:, :, 0] < 50))
     assert len(blue), "the texture was not shown"
     row, column = blue.mean(axis=0)
@@ -256,7 +256,7 @@ def test_a_texture_that_no_picture_shows_costs_nothing_and_is_there_when_one_doe
     cameras.set_texture("screen", blue)
     newest(away, away.image.peek().sequence + 5 if away.image.peek() else 5)
     assert not uploaded
-    shown = newest(cameras.subscribe("behind", 320, 240, 30.0)).pixels
+    shown = newest(cameras.subscribe("behind", 320, 240, 30.0)).content
     assert len(uploaded) == 1
     assert ((shown[:, :, 2] > 200) & (shown[:, :, 0] < 50)).any(), "the first picture has it"
 

@@ -25,7 +25,7 @@ def test_a_reader_gets_the_newest_picture_only() -> None:
     for number in range(5):
         image.put(number, stamp=100.0 + number)
     picture = image.wait_newer(0, timeout=1.0)
-    assert (picture.pixels, picture.stamp, picture.sequence) == (4, 104.0, 5)
+    assert (picture.content, picture.stamp, picture.sequence) == (4, 104.0, 5)
     assert image.wait_newer(5, timeout=0.01) is None
 
 
@@ -62,7 +62,7 @@ def test_put_wakes_every_reader() -> None:
     image.put("x")
     for reader in readers:
         reader.join()
-    assert [picture.pixels for picture in seen] == ["x"] * 8
+    assert [picture.content for picture in seen] == ["x"] * 8
 
 
 def test_writers_from_several_threads_lose_no_number() -> None:
@@ -79,7 +79,7 @@ def test_listeners_hear_each_put_until_removed() -> None:
     image, heard = LatestImage(), []
 
     def listener() -> None:
-        heard.append(image.peek().pixels)
+        heard.append(image.peek().content)
 
     image.add_listener(listener)
     image.put(1)

@@ -114,7 +114,7 @@ class Studio:
         def next_picture() -> Response:
             newer = self.stream.newer(int(request.args["after"]), float(request.args["timeout"]))
             return (
-                Response(newer.pixels, headers={"X-Sequence": str(newer.sequence)}) if newer else Response(status=204)
+                Response(newer.content, headers={"X-Sequence": str(newer.sequence)}) if newer else Response(status=204)
             )
 
         self.server = WebServer(app, timeout=timeout)

@@ -62,7 +62,7 @@ class Telepresence(LaunchTest):
 
     def tablet_is_orange(self):
         picture = self.tablet.image.peek()
-        return picture is not None and np.abs(picture.pixels[200, 320].astype(int) - ORANGE).max() < 15
+        return picture is not None and np.abs(picture.content[200, 320].astype(int) - ORANGE).max() < 15
 
     def page_of_rob_cam(self):
         """Its last line, which every node repeats for who comes later."""

@@ -56,7 +56,7 @@ def sender(run_onboard):
 def test_pictures_come_with_their_age_and_end_when_nobody_wants_them(sender, make_camera, until_true):
     camera = make_camera(sender.port, with_time=True)
     until_true(lambda: camera.received > 5 and camera.age is not None, "pictures come")
-    assert camera.image.peek().pixels.shape == (240, 320, 3)
+    assert camera.image.peek().content.shape == (240, 320, 3)
     assert 0.0 < camera.age < 1.0
     assert receivers(sender.port) == 1
     camera.want(False)
@@ -126,7 +126,7 @@ def test_the_robots_own_pictures_are_sent_on(simulation, run_onboard, make_camer
     sender = run_onboard("camera", "--port", "0", "--source", simulation.url)
     camera = make_camera(sender.port)
     until_true(lambda: camera.received > 3, "pictures come")
-    assert camera.image.peek().pixels.std() > 10, "the picture is not plain"
+    assert camera.image.peek().content.std() > 10, "the picture is not plain"
     assert json.loads(ask(sender.port)[1])["problem"] == ""
 
 

@@ -100,7 +100,7 @@ def test_movement_commands_reach_it_beside_the_wire(simulation: Simulation, wait
     controls.move(Movement.STOP)
     wait_until(lambda: not simulation.robot.snapshot().walking, "it freezes")
     with controls.subscribe_camera(640, 480, 10.0) as feed:
-        assert feed.image.wait_newer(0, timeout=20.0).pixels.shape == (480, 640, 3)
+        assert feed.image.wait_newer(0, timeout=20.0).content.shape == (480, 640, 3)
 
 
 def test_the_program_announces_its_address_and_ends_on_sigterm(run_program: Callable, wait_until: Callable):

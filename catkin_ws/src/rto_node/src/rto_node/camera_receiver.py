@@ -83,7 +83,7 @@ class CameraReceiver:
                 sequence = picture.sequence
                 if self._age is not None and camera.age is not None:
                     self._age.publish(camera.age)
-                self._publish(picture.pixels, picture.stamp)
+                self._publish(picture.content, picture.stamp)
             now = time.monotonic()
             if now < due:
                 continue

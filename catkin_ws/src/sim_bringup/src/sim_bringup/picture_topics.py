@@ -90,7 +90,7 @@ class PictureTopic:
             if picture is not None:
                 sequence = picture.sequence
                 if self._first or not self._from_before(picture.stamp, image.age()):
-                    self._publish(picture.pixels, picture.stamp)
+                    self._publish(picture.content, picture.stamp)
                     self._pace(stop)
             elif self._first and readers > before:
                 self._publish(np.zeros((400, 640, 3), np.uint8), time.time())

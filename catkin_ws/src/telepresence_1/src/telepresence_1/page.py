@@ -76,7 +76,7 @@ def create_app(
         if picture is None:
             return Response("There is no picture yet.\n", 503, {"Retry-After": "1"}, content_type="text/plain")
         headers = {"X-Sequence": str(picture.sequence), "X-Timestamp": f"{picture.stamp:.6f}"}
-        return Response(picture.pixels, headers=headers, content_type="image/jpeg")
+        return Response(picture.content, headers=headers, content_type="image/jpeg")
 
     @app.get("/status")
     def status() -> Response:

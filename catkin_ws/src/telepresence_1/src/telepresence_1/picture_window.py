@@ -54,7 +54,7 @@ class PictureWindow(QWidget):
         if picture is None or picture.sequence == self._sequence:
             return
         self._sequence = picture.sequence
-        message = picture.pixels
+        message = picture.content
         try:
             self._image = as_qimage(as_bgr(read_image_message(message), message.encoding))
         except ValueError as error:

@@ -136,7 +136,7 @@ def serve_page(
             try:
                 if picture is not None:
                     sequence = picture.sequence
-                    message = picture.pixels
+                    message = picture.content
                     pixels = as_bgr(read_image_message(message), message.encoding)
                     page.put(encode_jpeg(pixels, order="bgr"), picture.stamp)
                 elif newest.age() > STALE_AFTER:
