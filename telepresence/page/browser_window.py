@@ -16,7 +16,8 @@ from telepresence.geometry import ZERO_VELOCITY
 from telepresence.page.attempts import Attempts
 from telepresence.page.commands import AskMessage, DriveMessage, FloorMessage, LookMessage
 from telepresence.page.floor import BrowserFloor, Floor
-from telepresence.teleop.lease_client import LeaseClient, LeaseLink
+from telepresence.teleop.lease_client import LeaseClient
+from telepresence.teleop.lease_link import LeaseLink
 from telepresence.teleop.lease_messages import PILOT, Account
 from telepresence.teleop.lease_topics import LeaseState
 

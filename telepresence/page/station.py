@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from telepresence.page.entrance import Entrance
 from telepresence.page.floor import Floor
 from telepresence.page.shared_sound import Take
-from telepresence.teleop.lease_client import LeaseLink
+from telepresence.teleop.lease_link import LeaseLink
 from telepresence.teleop.lease_messages import Account
 from telepresence.video.images import LatestImage
 

@@ -13,11 +13,13 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from functools import partial
+from typing import NamedTuple
 
 from telepresence.geometry import Velocity
 from telepresence.security.signing import PROOF
-from telepresence.teleop.key_agreement import Claim, WindowSide
+from telepresence.teleop.key_agreement import WindowSide
+from telepresence.teleop.lease_link import Answer, LeaseLink
 from telepresence.teleop.lease_messages import (
     MOST_TEXT,
     PILOT,
@@ -57,39 +59,30 @@ def _seconds() -> float:
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
-class Answer(Protocol):
-    """What drive_lease has answered.
+class _Request(NamedTuple):
+    """A request that is on its way: in which session it was asked, and for whom."""
 
-    Attributes:
-        text: Why not, if `ok` is false.
-        value: `lease_topics.Joined` or `lease_topics.Asked`; None if nothing was answered.
-    """
+    number: int
+    session: str
+    key: bytes
+    account: Account | None
+    action: str
+    quiet: bool
 
-    @property
-    def ok(self) -> bool: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def value(self) -> Any: ...
+    def is_proven(self, answer: Answer) -> bool:
+        """Return whether the drive_lease of the session has answered, and nobody else."""
+        if answer.value is None:
+            return False
+        reply = Reply(answer.ok, answer.text, answer.value.ended)
+        return hmac.compare_digest(answer.value.proof, sign_reply(self.key, self.number, reply))
 
 
-class LeaseLink(Protocol):
-    """The way to drive_lease. What `then` gets comes on the client's own thread."""
+class _Joining(NamedTuple):
+    """A window that is about to join: for whom, at which drive_lease, and its side of the agreement on a key."""
 
-    @property
-    def node_name(self) -> str:
-        """By which drive_lease knows this window."""
-
-    def send(self, session: str, command: Command) -> None: ...
-
-    def send_look(self, session: str, command: LookCommand) -> None: ...
-
-    def join(self, claim: Claim, session: str, proof: bytes, then: Callable[[Any], None]) -> None:
-        """Call drive/join; the first time with neither session nor proof."""
-
-    def ask(
-        self, session: str, number: int, action: str, to: str, proof: bytes, then: Callable[[Any], None]
-    ) -> None: ...
+    account: Account
+    epoch: str
+    side: WindowSide
 
 
 class LeaseClient:
@@ -240,46 +233,41 @@ class LeaseClient:
 
     def _request(self, action: str, to: str, quiet: bool) -> None:
         self._asked += 1
-        number, session, key, account = self._asked, self._session, self._key, self.account
-        proof = sign_request(key, number, action, to)
-        self._unanswered.add(number)
+        request = _Request(self._asked, self._session, self._key, self.account, action, quiet)
+        self._unanswered.add(request.number)
+        proof = sign_request(request.key, request.number, action, to)
+        self._link.ask(request.session, request.number, action, to, proof, partial(self._on_answer, request))
 
-        def answered(answer: Answer) -> None:
-            take(answer)
-            if session == self._session:
-                self._unanswered.discard(number)
-                if self._waiting and not self._unanswered:
-                    self._request(*self._waiting.popleft())
+    def _on_answer(self, request: _Request, answer: Answer) -> None:
+        self._take_answer(request, answer)
+        if request.session == self._session:
+            self._unanswered.discard(request.number)
+            if self._waiting and not self._unanswered:
+                self._request(*self._waiting.popleft())
 
-        def proven(answer: Answer) -> bool:
-            if answer.value is None:
-                return False
-            reply = Reply(answer.ok, answer.text, answer.value.ended)
-            return hmac.compare_digest(answer.value.proof, sign_reply(key, number, reply))
-
-        def owe_the_stop() -> None:
-            self._stop_owed_until = time.monotonic() + STOP_OWED
-            if self._session and self._session != session:  # the next one is joined already
-                self._stop_again()
-
-        def take(answer: Answer) -> None:
-            if action == "stop" and account is self.account and not proven(answer):
-                owe_the_stop()
-            if session != self._session or answer.value is None:  # it was asked before, or nobody has answered
-                if not answer.ok and not quiet and session == self._session:
-                    self._refused(answer.text)
-                return
-            if not proven(answer):
-                # drive_lease has forgotten this window, or it is somebody else who answers: prove each other again.
-                self._session = ""
-                self._join()
-            elif answer.value.ended:
-                self._end(answer.text)
-                return
-            if not answer.ok and not quiet:
+    def _take_answer(self, request: _Request, answer: Answer) -> None:
+        proven = request.is_proven(answer)
+        if request.action == "stop" and request.account is self.account and not proven:
+            self._owe_the_stop(request.session)
+        if request.session != self._session or answer.value is None:  # asked before, or nobody has answered
+            if not answer.ok and not request.quiet and request.session == self._session:
                 self._refused(answer.text)
+            return
+        if not proven:
+            # drive_lease has forgotten this window, or it is somebody else who answers: prove each other again.
+            self._session = ""
+            self._join()
+        elif answer.value.ended:
+            self._end(answer.text)
+            return
+        if not answer.ok and not request.quiet:
+            self._refused(answer.text)
 
-        self._link.ask(session, number, action, to, proof, answered)
+    def _owe_the_stop(self, session: str) -> None:
+        """Ask the next drive_lease for the red stop that the one of this session has not confirmed."""
+        self._stop_owed_until = time.monotonic() + STOP_OWED
+        if self._session and self._session != session:  # the next one is joined already
+            self._stop_again()
 
     def _stop_again(self) -> None:
         if time.monotonic() < self._stop_owed_until:
@@ -352,46 +340,50 @@ class LeaseClient:
         now = time.monotonic()
         if self.account is None or self.state is None or self._joining == self.state.epoch or now < self._join_at:
             return
-        account, epoch = self.account, self.state.epoch
-        self._joining, self._join_at = epoch, now + UNANSWERED_PERIOD
-        side = WindowSide(account.name, self._link.node_name, account.credential)
+        side = WindowSide(self.account.name, self._link.node_name, self.account.credential)
+        joining = _Joining(self.account, self.state.epoch, side)
+        self._joining, self._join_at = joining.epoch, now + UNANSWERED_PERIOD
+        self._link.join(side.claim, "", bytes(PROOF), partial(self._on_offer, joining))
 
-        def offered(answer: Answer) -> None:
-            if account is not self.account or self._joining != epoch or not answer.ok:
-                finish(answer.text, answered=answer.value is not None)
-                return
-            session = answer.value.session
-            try:
-                key = side.session_key(session, answer.value.key)
-            except ValueError:  # a point of low order, or a session that is no ASCII
-                finish(IMPOSTOR)
-                return
-            proven = lambda answer: joined(answer, session, key)  # noqa: E731
-            self._link.join(side.claim, session, sign_join(key), proven)
+    def _on_offer(self, joining: _Joining, answer: Answer) -> None:
+        if self._has_failed(joining, answer):
+            return
+        session = answer.value.session
+        try:
+            key = joining.side.session_key(session, answer.value.key)
+        except ValueError:  # a point of low order, or a session that is no ASCII
+            self._end_joining(joining, IMPOSTOR)
+            return
+        self._link.join(joining.side.claim, session, sign_join(key), partial(self._on_joined, joining, session, key))
 
-        def joined(answer: Answer, session: str, key: bytes) -> None:
-            if account is not self.account or self._joining != epoch or not answer.ok:
-                finish(answer.text, answered=answer.value is not None)
-            elif not hmac.compare_digest(answer.value.proof, sign_joined(key)):
-                finish(IMPOSTOR)
-            else:
-                self._join_at, self._missed_at = -math.inf, math.inf
-                self._session, self._key, self._epoch = session, key, epoch
-                self._number = self._asked = self._looked = 0
-                self._unanswered.clear()
-                self._waiting.clear()
-                finish("")
-                self._stop_again()
-                self._send(None)
+    def _on_joined(self, joining: _Joining, session: str, key: bytes, answer: Answer) -> None:
+        if self._has_failed(joining, answer):
+            return
+        if not hmac.compare_digest(answer.value.proof, sign_joined(key)):
+            self._end_joining(joining, IMPOSTOR)
+            return
+        self._join_at, self._missed_at = -math.inf, math.inf
+        self._session, self._key, self._epoch = session, key, joining.epoch
+        self._number = self._asked = self._looked = 0
+        self._unanswered.clear()
+        self._waiting.clear()
+        self._end_joining(joining, "")
+        self._stop_again()
+        self._send(None)
 
-        def finish(problem: str, answered: bool = True) -> None:
-            if self._joining != epoch:
-                return  # another drive_lease has come, and is asked
-            self._joining = ""
-            if problem and answered:
-                self._join_at = time.monotonic() + JOIN_PERIOD
-            if account is self.account:
-                self._join_problem = problem
-                self._changed()
+    def _has_failed(self, joining: _Joining, answer: Answer) -> bool:
+        """Whether this is no answer to go on with; the joining is ended then."""
+        if joining.account is self.account and joining.epoch == self._joining and answer.ok:
+            return False
+        self._end_joining(joining, answer.text, answered=answer.value is not None)
+        return True
 
-        self._link.join(side.claim, "", bytes(PROOF), offered)
+    def _end_joining(self, joining: _Joining, problem: str, answered: bool = True) -> None:
+        if joining.epoch != self._joining:
+            return  # another drive_lease has come, and is asked
+        self._joining = ""
+        if problem and answered:
+            self._join_at = time.monotonic() + JOIN_PERIOD
+        if joining.account is self.account:
+            self._join_problem = problem
+            self._changed()

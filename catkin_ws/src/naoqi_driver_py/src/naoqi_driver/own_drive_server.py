@@ -40,7 +40,7 @@ class OwnDriveServer:
         self.address = self._process.stdout.readline().rpartition(" ")[2].strip()
         if not self.address:
             raise RuntimeError("no drive server could be started")
-        threading.Thread(target=self._hear, name="own drive server", daemon=True).start()
+        threading.Thread(target=self._log_lines, name="own drive server", daemon=True).start()
 
     def close(self) -> None:
         """End it; it brakes first."""
@@ -51,7 +51,7 @@ class OwnDriveServer:
         except subprocess.TimeoutExpired:
             processes.end(self._process)
 
-    def _hear(self) -> None:
+    def _log_lines(self) -> None:
         """Log what it says: a pipe that nobody reads would stop it when it is full."""
         assert self._process.stdout is not None
         with self._process.stdout as lines:

@@ -102,7 +102,7 @@ class LeaseServices:
 
 
 class LeaseLink:
-    """See `telepresence.teleop.lease_client.LeaseLink`."""
+    """See `telepresence.teleop.lease_link.LeaseLink`."""
 
     def __init__(self, services: LeaseServices, node_name: str) -> None:
         self._services, self.node_name = services, node_name
