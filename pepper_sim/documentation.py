@@ -118,7 +118,7 @@ def read(file: Path) -> ServiceDocumentation:
     methods = tuple(_method(table, file.name) for table in content.get("method", []))
     names = [method.name for method in methods]
     if twice := {name for name in names if names.count(name) > 1}:
-        raise DocumentationError(f"{file.name}: {min(twice)!r} stands twice; its overloads belong into `signatures`")
+        raise DocumentationError(f"{file.name}: {min(twice)!r} stands twice; its overloads belong in `signatures`")
     return ServiceDocumentation(content["service"], pages, methods)
 
 

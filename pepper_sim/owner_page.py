@@ -20,7 +20,7 @@ from telepresence.web.server import WebServer
 log = logging.getLogger(__name__)
 
 KEY_VARIABLE = "TELEPRESENCE_ROBOT_PAGE_KEY"
-"""Of the environment: the key to the page."""
+"""Environment variable that holds the key to the page."""
 MAX_FORM = 64
 """Longest form that is read [bytes]; the page's own has 10."""
 _CSP = "default-src 'none'; style-src 'unsafe-inline'"

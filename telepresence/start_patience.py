@@ -21,7 +21,7 @@ def patience() -> float:
 
 
 class StartPatience:
-    """From its construction on; over for good once what is waited for was there."""
+    """Patience from its construction on; over for good once what is waited for was there."""
 
     def __init__(self) -> None:
         self._end = time.monotonic() + patience()

@@ -65,7 +65,7 @@ class FaultWatch(QObject):
         """What has worked since it was last meant to end: only that can fail."""
         self._spoke: dict[Cause, float] = {}
         self._answers: dict[str, bool] = {}
-        """By whom the robot answers: its driver, its drive server."""
+        """Program that answers for the robot (driver or drive server) -> whether the robot answers it."""
         self._paused = True
         self._newest: tuple[float, str] | None = None
         self._looked_at = 0.0

@@ -10,7 +10,7 @@ from PyQt5.QtGui import QImage, QPixmap
 from telepresence.security import private_files
 
 ENDINGS = (".bag", ".active", ".mp4", ".html", ".png", ".jpg")
-"""Of what versions before 0.4 have left readable for others."""
+"""Endings of the files that versions before 0.4 left readable for others."""
 
 
 def open_folder(folder: Path) -> Path:

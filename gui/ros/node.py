@@ -88,7 +88,7 @@ class RosNode(QObject):
         self._wake.set()
 
     def tidy_master(self, seconds: float) -> None:
-        """For this long, have the master forget every node whose process has ended without signing off."""
+        """Have the master forget, for `seconds`, every node whose process has ended without signing off."""
         self._tidy_until = time.monotonic() + seconds
         self._wake.set()
 

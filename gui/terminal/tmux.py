@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 SESSION = "my_session"
-"""As the report calls it: in the window's terminal `tmux send-keys -t my_session:0 ...` types into this one."""
+"""The report's name: in the window's terminal `tmux send-keys -t my_session:0 ...` types into this session."""
 FIRST_WINDOW = "session"
 SHELL = "bash"
 TIMEOUT = 5.0  # seconds for one tmux command; they take milliseconds

@@ -13,7 +13,7 @@ from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.robot import Pepper
 
 _PAUSE = 0.5
-"""After a command took the joints away, the next animation waits for this long [s]."""
+"""Pause before the next animation after a command took the joints away [s]."""
 
 
 class Accompaniment:

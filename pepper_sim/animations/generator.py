@@ -47,13 +47,13 @@ _STYLES = {"Slow": (1.35, 0.85), "Neutral": (1.0, 1.0), "Strong": (0.85, 1.15)}
 """Style -> (pace, size)."""
 _PACES = (1.0, 1.1, 0.95, 1.05, 0.9)
 _SIZES = (1.0, 0.92, 1.06, 0.96, 1.03)
-"""Of the numbers 1, 2, 3 ...: what tells variants of one sketch apart."""
+"""Pace and size of the variants 1, 2, 3 ... of one sketch."""
 
 
 @dataclass(frozen=True)
 class _Style:
     arms: str
-    """Of the part A: "R", "L" or "RL"."""
+    """The arms that part A moves: "R", "L" or "RL"."""
     pace: float
     size: float
     sketch: str

@@ -27,7 +27,7 @@ ASPECT = 4.0 / 3.0
 NEAREST = 0.5
 """A person who stands nearer than this is not told from the background [m] (NAOqi 2.8, page alpeopleperception)."""
 FARTHEST_TURN = math.radians(70.0)
-"""Of a head that is turned away by more than this nothing of the face is seen [rad]."""
+"""When a head is turned away by more than this, nothing of its face is seen [rad]."""
 _ORIGIN_GROUP = 5  # geoms that rays pass through
 _MAX_PASSES = 40
 

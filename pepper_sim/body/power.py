@@ -21,7 +21,7 @@ DRIVE_POWER = 120.0
 HOLD_POWER = 6.0
 """Power of one motor that holds its continuous torque [W]."""
 CHARGER_POWER = 29.2 * 8.0
-"""Of the charging station as of the cable [W] (page battery_pep)."""
+"""Power that the charging station and the cable deliver [W] (page battery_pep)."""
 FULL_CHARGE = 0.95
 """Charge at the start."""
 

@@ -8,7 +8,7 @@ from pepper_sim.dialog.nodes import Capture, Choice, Concept, Node, Optional, Re
 from pepper_sim.dialog.reader import read_sentence
 
 MAX_TEXTS = 5000
-"""As many sentences at most are made of one pattern."""
+"""Most sentences that are made of one pattern."""
 
 
 class Concepts:

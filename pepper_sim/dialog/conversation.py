@@ -23,7 +23,7 @@ SAME_RULE = "Dialog/SameRule"
 FALLBACK = "Dialog/Fallback"
 FAILURE = "Dialog/Failure"
 FAILURES = 3
-"""As many sentences in a row that are not understood are a failure."""
+"""Number of sentences in a row that, not understood, are a failure."""
 
 
 @dataclass

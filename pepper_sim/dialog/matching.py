@@ -33,7 +33,7 @@ from pepper_sim.dialog.nodes import (
 )
 
 MAX_WORDS = 100
-"""Of a longer utterance, the first words count."""
+"""Only this many words of an utterance count, the first ones."""
 MAX_NESTING = 12
 """Concepts inside concepts; one that contains itself ends here."""
 MAX_REPEATS = 10

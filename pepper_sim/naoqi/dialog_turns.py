@@ -30,7 +30,7 @@ VALIDITY = 2.0
 CALL_LIMIT = 30.0
 """How long a sentence waits for the result of ^call [s]."""
 SILENCES = (5, 10, 15, 20)
-"""After as many seconds without a word Dialog/NotSpeaking5 and so on are raised for the rules."""
+"""Seconds without a word after which Dialog/NotSpeaking5 and so on are raised for the rules."""
 OWN_EVENTS = frozenset(
     {f"{NOT_UNDERSTOOD}{number}" for number in ("", "2", "3")}
     | {f"Dialog/{name}" for name in ("Fallback", "Failure", "SpeakFailure", "SameRule")}

@@ -25,7 +25,7 @@ Behaviour = Generator[None, None, T]
 PERIOD = 0.08
 """Behaviours are resumed this often [s]: twice per scan."""
 SWEEP = 2.1
-"""After a turn by this angle [rad] the three lasers together have seen all around."""
+"""Turn after which the three lasers together have seen all around [rad]."""
 MAX_LEG = 1.0
 """So far the robot drives before it looks at the map again [m]."""
 ATTEMPTS = 6

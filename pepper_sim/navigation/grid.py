@@ -25,7 +25,7 @@ OCCUPIED, FREE = 0.85, -0.40
 LIMIT = 4.0
 """Log odds stay within plus and minus this, so that what has changed is unlearnt."""
 CERTAIN = 0.6
-"""From these log odds on a cell counts as occupied, and from minus these on as free."""
+"""Log odds from which on a cell counts as occupied; below minus these it counts as free."""
 
 _GAPS = np.ones((5, 5), np.uint8)  # gaps of up to 20 cm
 _BLOCK = 40  # the grid grows by this many cells on each side

@@ -18,7 +18,7 @@ CLEARANCE = 0.33
 COMFORT = 0.6
 """Nearer than this [m] the way is longer than it is: up to three times."""
 VIEW = 1.6
-"""From so near a place is looked at [m]."""
+"""Distance from which a place is looked at [m]."""
 FRONTIER_CELLS = 8
 """Fewer cells than these next to the unknown are not worth a look: 40 cm."""
 

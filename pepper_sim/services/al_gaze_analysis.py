@@ -14,7 +14,7 @@ from pepper_sim.services.al_memory import ALMemory
 
 TOLERANCE = 0.5
 NOT_LOOKING = math.radians(50.0)
-"""From this angle between face and camera on, the score is 0 [rad]; no document gives it."""
+"""Angle between face and camera from which on the score is 0 [rad]; no document gives it."""
 
 
 class ALGazeAnalysis(PeopleExtractor):

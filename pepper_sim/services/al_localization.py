@@ -28,7 +28,7 @@ from telepresence.geometry import Pose, wrap_angle
 BASE = "/home/nao/.local/share/Localization"
 """Directories are given relatively to this one; the panorama in use is in `default`."""
 TRUSTED_WAY = 3.0
-"""After so many metres and radians the wheels are no longer trusted."""
+"""Distance [m] and turn [rad] after which the wheels are no longer trusted."""
 SCAN = tuple(math.radians(angle) for angle in (67.5, 22.5, -22.5, -67.5))
 """Headings of the head for half a panorama [rad]."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import av
 
 RATES = (8000, 48000)
-"""Of a voice from elsewhere, least and most [Hz]."""
+"""Lowest and highest sampling rate of a voice from elsewhere [Hz]."""
 LONGEST = 0.5
 """Seconds of one piece of it."""
 HELD = 0.5

@@ -18,7 +18,7 @@ from aiortc.mediastreams import MediaStreamError
 
 RATE = 48000
 SAMPLES = 960
-"""Per frame: 20 ms."""
+"""Samples per frame: 20 ms."""
 _BYTES = SAMPLES * 4
 _WAITING = 10
 """Frames that may wait for the network; older ones are dropped, so that sound is lost rather than late."""

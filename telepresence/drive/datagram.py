@@ -211,7 +211,7 @@ def printable(text):
 
 def is_printable(text):
     # type: (str) -> bool
-    """As `str.isprintable`, which Python 2.7 does not have."""
+    """Return what `str.isprintable` returns, which Python 2.7 does not have."""
     if PRINTABLE is not None:
         return bool(PRINTABLE(text))
     return all(letter == " " or unicodedata.category(letter)[0] not in "CZ" for letter in TEXT(text))
@@ -219,7 +219,7 @@ def is_printable(text):
 
 def short(text):
     # type: (str) -> str
-    """As much of a printable text as takes at most `MAX_TEXT` bytes on the wire."""
+    """Return as much of a printable text as takes at most `MAX_TEXT` bytes on the wire."""
     if isinstance(text, bytes):  # in Python 2.7, text that was written as a literal
         text = text.decode("utf-8", "replace")
     text = printable(text[:MAX_TEXT])

@@ -16,7 +16,7 @@ OPEN = (ASKED, DRIVING)
 
 
 class PilotsGoal:
-    """At most one goal is open: a new one replaces the one before. Times are seconds on one monotonic clock."""
+    """The goal that is open, at most one: a new one replaces it. Times are seconds on one monotonic clock."""
 
     def __init__(self) -> None:
         self._goal: Goal | None = None

@@ -68,7 +68,7 @@ from .type_names import (
 )
 
 __version__ = "3.1.5"
-"""Of the vendor's package whose interface this is."""
+"""Version of the vendor's package whose interface this is."""
 
 isinstance = is_instance
 

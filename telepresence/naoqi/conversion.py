@@ -14,7 +14,7 @@ from .signature import FLOATS, Kind, WireError, parse, shorten
 
 _BITS = {"c": 8, "C": 8, "w": 16, "W": 16, "i": 32, "I": 32, "l": 64, "L": 64}
 _FLOAT32_MAX = 3.4028235677973366e38
-"""From here on a float64 is rounded to infinity."""
+"""Smallest float64 that is rounded to infinity."""
 _OPTIONAL_FIELDS = {"objectUid": ""}
 """Fields of named tuples that older senders do not know."""
 

@@ -22,7 +22,7 @@ from .signature import (
 )
 
 MAX_ELEMENTS = 1 << 22
-"""Of all lists and maps of one payload together: each costs more memory here than on the wire."""
+"""Elements in all lists and maps of one payload together: each costs more memory here than on the wire."""
 _NOTHING_COST = 4096
 """An element that takes no bytes, as in [v] or [()], costs as much as so many others."""
 _SIGNATURE_COST = 64

@@ -12,7 +12,7 @@ from .limits import Limits
 from .stream import prepare
 
 CONNECT_S = 10.0
-"""To connect, TLS included [s]."""
+"""Seconds within which a connection must be made, TLS included."""
 DEFAULT_PORT = 9559
 
 

@@ -23,7 +23,7 @@ from .signature import WireError, parse
 from .workers import submit
 
 ANSWER_S = 10.0
-"""For every answer of the service directory, and for the description of a service [s]."""
+"""Seconds within which the service directory must answer, and a service must describe itself."""
 SESSION_CLOSED = "Session closed"
 _META_OBJECT = 2
 _INFO_FIELDS = ("name", "serviceId", "machineId", "processId", "endpoints", "sessionId", "objectUid")

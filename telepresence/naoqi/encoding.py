@@ -14,7 +14,7 @@ from .writer import Reference, Writer
 _UNFIT = (struct.error, TypeError, ValueError, OverflowError)
 """What an encoder raises for a value of another type; it is converted then, and tried again."""
 _LONG = 4096
-"""From this size raw data is not copied [bytes]."""
+"""Raw data of this size or more is not copied [bytes]."""
 
 _length = struct.Struct("<I").pack
 _dynamic_integer = struct.Struct("<IBq").pack
@@ -22,7 +22,7 @@ _dynamic_int32 = struct.Struct("<IBi").pack
 _dynamic_double = struct.Struct("<IBd").pack
 _dynamic_float = struct.Struct("<IBf").pack
 _STRING_HEADS = [struct.pack("<IBI", 1, 115, size) for size in range(256)]
-"""Of dynamics with short strings: signature "s" and length."""
+"""Length of the string -> first bytes of a dynamic that holds it: signature "s" and the length."""
 
 
 Encoder = Callable[[Writer, Any], object]

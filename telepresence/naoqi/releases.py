@@ -58,4 +58,4 @@ RELEASES = {
         Release("2.9", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS, default_tls=True),
     )
 }
-"""By version: 2.1 (2014), 2.5 (2016), 2.8 as libqi 4 plays it, 2.9 (TLS and login)."""
+"""Version -> release: 2.1 (2014), 2.5 (2016), 2.8 as libqi 4 plays it, 2.9 (TLS and login)."""

@@ -75,7 +75,7 @@ class Reply(Future):
 
 
 _NOBODY: Any = None
-"""Instead of the remote object of a reply that is decoded."""
+"""Placeholder for the remote object of a reply that is only decoded."""
 
 
 def _lazily(payload: Any) -> Any:

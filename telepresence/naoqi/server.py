@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 _BACKLOG = 4096
 _ACCEPTED_AT_ONCE = 64
 _PAUSE_S = 0.1
-"""Without descriptors or memory no connection is accepted for this time [s]."""
+"""Pause before the next connection is accepted when descriptors or memory have run out [s]."""
 _WARN_S = 10.0
 """Between two warnings of the same kind [s]."""
 _EVICTED_AT_ONCE = 16

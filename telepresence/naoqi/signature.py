@@ -16,7 +16,7 @@ MAX_DEPTH = 32
 MAX_LENGTH = 16384
 """Characters of a signature. A metaobject's has 273."""
 _CACHED_CHARACTERS = 32768
-"""Of all signatures in a cache together: peers choose them, so it must not grow with what they choose."""
+"""Characters of all signatures in a cache together: peers choose them, so it must not grow with what they choose."""
 
 FLOATS = "fd"
 NUMBER_FORMATS = dict(zip("cCwWiIlLfd", "bBhHiIqQfd"))

@@ -27,7 +27,7 @@ FEW = 4
 """Workers that start without waiting."""
 MOST = 256
 STUCK_S = 0.02
-"""After this time without a task begun, more workers start [s]."""
+"""Time without a task begun after which more workers start [s]."""
 IDLE_S = 2.0
 """A worker without a task ends after this time [s]."""
 

@@ -85,7 +85,7 @@ class BrowserMessages:
 
     @property
     def kinds(self) -> set[str]:
-        """Of messages: the names of WebRTC's channels."""
+        """Kinds of messages that are taken: the names of WebRTC's channels."""
         return set(self._takes)
 
     @property

@@ -65,7 +65,7 @@ class BrowserWindow:
         self._client = LeaseClient(link, lambda: None, say, self._on_ended, own_clock=False)
         self._account, self._say = account, say
         self.node = link.node_name
-        """By which drive_lease knows this window."""
+        """Name by which drive_lease knows this window."""
         self._asks = {False: Attempts(*ASKS), True: Attempts(*STOPS)}
         self._commands, self._looks = Numbered(), Numbered()
         self._newest: tuple[DriveMessage, float] | None = None

@@ -42,7 +42,7 @@ class PeopleReport:
         self._sent_at = -math.inf
 
     def add(self, people: list[dict[str, Any]], now: float) -> dict[str, Any]:
-        """Return what belongs into the state at `now` [s]."""
+        """Return what belongs in the state at `now` [s]."""
         if people == self._sent and now - self._sent_at < PERIOD:
             return {}
         self._sent, self._sent_at = people, now

@@ -23,11 +23,11 @@ class Pictures:
     def __init__(self, source: LatestImage, watch: Callable[[bool], None]) -> None:
         self._watch, self._looking = watch, 0
         self.video = SharedVideo(source, self._count)
-        """For WebRTC."""
+        """The stream for WebRTC."""
         self.small = SharedVideo(source, self._count, SMALL_BIT_RATE, shrink=2, rate=SMALL_RATE)
         """The same for networks that do not carry that: half as wide and high."""
         self.jpeg = SharedJpeg(source, self._count)
-        """For a websocket."""
+        """The pictures for a websocket."""
 
     def _count(self, comes: bool) -> None:
         before, self._looking = self._looking, self._looking + (1 if comes else -1)

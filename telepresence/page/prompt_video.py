@@ -24,7 +24,7 @@ PLAYOUT_DELAY = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
 _ONE_BYTE = 0xBEDE
 """Profile of extensions with headers of one byte (RFC 8285, 4.2)."""
 _OWN_ID = 4
-"""In aiortc's list; each offer has a number of its own."""
+"""The extension's number in aiortc's list; each offer has a number of its own."""
 
 
 class PromptExtensions(HeaderExtensionsMap):

@@ -35,7 +35,7 @@ MOST_WAITING = 10
 LONGEST = 0.5
 """Seconds of one block."""
 RATES = (8000, 48000)
-"""Of the robot's microphone, least and most [Hz]."""
+"""Lowest and highest sampling rate of the robot's microphone [Hz]."""
 _BYTES = 2 * SAMPLES
 
 Take = Callable[[bytes, int, int], None]

@@ -26,7 +26,7 @@ from telepresence.video.images import LatestImage
 log = logging.getLogger(__name__)
 
 TIME_BASE = fractions.Fraction(1, 90000)
-"""Of RTP's clock for video (RFC 7741, 4.1)."""
+"""One tick of RTP's clock for video [s] (RFC 7741, 4.1)."""
 BIT_RATE = 1_500_000
 """[bits/s]: 640x480 at 30 pictures/s look good, and an hour is 0.7 GB."""
 KEY_PERIOD = 0.5

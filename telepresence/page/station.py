@@ -70,7 +70,7 @@ class Stations(Protocol):
 
     @property
     def robots(self) -> Mapping[str, Station]:
-        """By what people call them, in the order in which the page shows them."""
+        """Name that people use -> robot, in the order in which the page shows them."""
 
     @property
     def entrance(self) -> Entrance:

@@ -51,7 +51,7 @@ class Service(object):
 
     def post(self, method, *arguments):
         # type: (str, *Any) -> None
-        """As `send`, without an answer."""
+        """Call a method as `send` does, without an answer."""
         self._send(POST, method, arguments)
 
     def ask(self, method, *arguments):

@@ -153,7 +153,7 @@ class Wire(object):
 
     def limit(self, seconds):
         # type: (float) -> None
-        """From now on the connection ends when the other side takes nothing for `seconds`; what waits is then lost."""
+        """End the connection once the other side takes nothing for `seconds`; what waits is then lost."""
         self._socket.setsockopt(socket.IPPROTO_TCP, TCP_USER_TIMEOUT, int(seconds * 1000))
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
@@ -200,7 +200,7 @@ class Wire(object):
 
     def _send(self, number, kind, service, object_, action, payload):
         # type: (int, int, int, int, int, bytes) -> None
-        """With the lock held."""
+        """Send one message; the caller holds the lock."""
         data = _HEADER.pack(_MAGIC, number, len(payload), 0, kind, 0, service, object_, action) + payload
         try:
             sent = _again(self._socket.send, data)

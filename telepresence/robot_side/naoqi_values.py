@@ -18,7 +18,7 @@ if MYPY:
     Kind = Tuple[str, Tuple["Kind", ...]]  # type: ignore[misc]
 
 DEEPEST = 32
-"""Of values and signatures that are nested."""
+"""Levels to which values and signatures may be nested."""
 LONGEST_SIGNATURE = 65536
 _CACHED = 200
 

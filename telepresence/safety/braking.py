@@ -28,7 +28,7 @@ from .plane import left_of
 _STRAIGHT = 1e-9
 """Closing shares below this are motion along the obstacle."""
 MOST_CUTS = 6
-"""At most this many obstacles may change the direction. The speed is always checked against all."""
+"""Most obstacles that may change the direction. The speed is always checked against all."""
 
 
 @overload

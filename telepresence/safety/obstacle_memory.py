@@ -59,10 +59,10 @@ _PLACE, _FIRST = slice(_X, _Y + 1), slice(_FIRST_X, _FIRST_Y + 1)
 
 
 class ObstacleMemory:
-    """At most `CAPACITY` points near the robot.
+    """Remembers at most `CAPACITY` points near the robot.
 
     Args:
-        lifetime: After the last of many sightings [s].
+        lifetime: How long a point is kept after the last of many sightings [s].
     """
 
     def __init__(self, lifetime: float) -> None:

@@ -20,7 +20,7 @@ class ChangeLog:
         self._due = 0.0
 
     def note(self, now: float, text: str, write: Callable[[str, str], None]) -> bool:
-        """To be called again and again with what is so `now` [s, monotonic]; True if it was logged.
+        """Note what is so `now` [s, monotonic], again and again; return True if it was logged.
 
         Args:
             write: Takes a format and the text, as rospy.loginfo does.

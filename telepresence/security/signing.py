@@ -53,7 +53,7 @@ def _digest(key, text):
 
 def _same(one, other):
     # type: (bytes, bytes) -> bool
-    """In a time that depends on the lengths only, as Python 2.7.7 does it."""
+    """Compare in a time that depends on the lengths only, as Python 2.7.7 does it."""
     if len(one) != len(other):
         return False
     difference = 0

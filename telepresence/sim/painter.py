@@ -74,7 +74,7 @@ class Painter:
         self._edges_of: dict[tuple[int, float], np.ndarray] = {}
         radii = self._model.geom_rbound
         self._radii = np.where(radii > 0.0, radii, np.inf)
-        """Of the sphere around each geom [m]; a plane has no end."""
+        """Radius of the sphere around each geom [m]; a plane has no end."""
 
     def fit(self, width: int, height: int) -> None:
         """Make room for pictures of up to this size [px] and no larger ones.

@@ -23,7 +23,7 @@ INSIDE = "/run/telepresence"
 """Where the container has the folder of its page's socket."""
 SOCKET_NAME = "page.socket"
 _USER = 1000
-"""Of the image."""
+"""User id of the image's programs."""
 
 
 def name_of(unit: Unit) -> str:

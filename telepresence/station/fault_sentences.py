@@ -146,7 +146,7 @@ class Faults:
         self.picture_programs: Collection[str] = ()
         """Last parts of the names of the nodes that the shown pictures come from."""
         self._noticed: dict[Cause, float] = {}
-        """Since when the window notices it."""
+        """Time since which the window notices it."""
         self._began: dict[Cause, float] = {}
         """When the window has last noticed that it began."""
         self._reports: dict[Cause, tuple[str, float]] = {}

@@ -17,7 +17,7 @@ FILE = Path(__file__).with_suffix(".nft")
 TABLE = ("list", "table", "inet", "telepresence")
 MASTER_PORT = 11311
 GIVEN_PORTS = Path("/proc/sys/net/ipv4/ip_local_port_range")
-"""From which ports Linux chooses when a program asks for no particular one."""
+"""File with the range of ports that Linux chooses from when a program asks for no particular one."""
 CHAIN = (
     r"type filter hook input priority filter - 5; policy accept;",
     r'iif "lo" accept',

@@ -27,7 +27,7 @@ WITHIN = 0.5
 _address = os.environ.get("NOTIFY_SOCKET", "")
 _socket: socket.socket | None = None
 _due: dict[int, float] = {}
-"""Of each loop (by its thread) the time at which its next beat is due."""
+"""Thread of each loop -> time at which its next beat is due."""
 _sent_at = -PERIOD
 _sent_within = WITHIN
 

@@ -46,7 +46,7 @@ class KeptProgram:
 
     @property
     def pid(self) -> int:
-        """Of the process that was started last."""
+        """Process id of the newest start."""
         return self.process.pid
 
     def look(self, elapsed: float) -> int | None:

@@ -23,7 +23,7 @@ import sys
 from types import FrameType
 
 PRIORITY = 1
-"""Of SCHED_RR, 1 to 99: lower than any that a system's own real-time threads have, sound's among them."""
+"""Priority for SCHED_RR, 1 to 99: lower than any of the system's own real-time threads, including those for sound."""
 ALLOWED = 5
 """What RLIMIT_RTPRIO is to be set to; others on the machine may want to be above us."""
 NICENESS = -5

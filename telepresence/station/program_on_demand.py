@@ -30,7 +30,7 @@ class ProgramOnDemand:
 
     @property
     def pid(self) -> int:
-        """Of the process that was started last; 0 before the first."""
+        """Process id of the newest start; 0 before the first."""
         return self._program.pid if self._program is not None else 0
 
     def look(self, elapsed: float) -> None:

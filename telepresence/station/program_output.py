@@ -66,7 +66,7 @@ class ProgramOutput:
         os.close(self.descriptor)
 
     def _give_up(self, error: OSError) -> None:
-        """Without the file the station runs on."""
+        """Drop the file; the station runs on without it."""
         log.warning("what the programs print is not kept in %s: %s", self.path, error.strerror)
         if self._file >= 0:
             os.close(self._file)

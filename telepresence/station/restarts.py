@@ -31,10 +31,10 @@ class Restarts:
 
     @property
     def worth_a_line(self) -> bool:
-        """Whether the last death belongs into the log: of a program that keeps dying two lines are enough."""
+        """Whether the last death belongs in the log: for a program that keeps dying two lines are enough."""
         return self.quick_deaths <= 2
 
 
 def what_next(pause: float) -> str:
-    """In words: "starts again", "starts again in 2 s"."""
+    """Return in words what comes after a death: "starts again", "starts again in 2 s"."""
     return f"starts again in {pause:g} s" if pause else "starts again"

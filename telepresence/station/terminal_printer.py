@@ -14,7 +14,7 @@ from pathlib import Path
 MOST_WAITING = 1000
 """Lines that wait for a paused terminal; of more the oldest are left out."""
 COLOURS = {"[WARN]": "\33[33m", "[ERROR]": "\33[31m", "[FATAL]": "\33[31m"}
-"""By which rosgraph.roslogging colours what it prints to a terminal itself."""
+"""Level -> colour in which rosgraph.roslogging itself prints it to a terminal."""
 PATIENCE = 0.5
 """Seconds that `close` waits for the terminal."""
 

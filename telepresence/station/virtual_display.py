@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 PREFIX = "telepresence-display-"
-"""Of the names of the displays' folders."""
+"""How the names of the displays' folders begin."""
 NUMBER = "number"
 """File in such a folder with the display's number: X servers that are killed leave files elsewhere."""
 _X_LOCK, _X_SOCKET = "/tmp/.X{}-lock", "/tmp/.X11-unix/X{}"

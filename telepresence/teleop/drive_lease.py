@@ -202,7 +202,7 @@ class DriveLease:
         return actions[action]()
 
     def sign(self, session: str, number: int, reply: Reply) -> bytes:
-        """Return the proof that belongs into the answer to a request, made with the key of the window that asked; zeros
+        """Return the proof that belongs in the answer to a request, made with the key of the window that asked; zeros
         if there is no such window."""
         window = self._windows.get(session) or self._windows.ended(session)[0]
         return sign_reply(window.key, number, reply) if window else bytes(PROOF)

@@ -31,7 +31,7 @@ class LeaseLink(Protocol):
 
     @property
     def node_name(self) -> str:
-        """By which drive_lease knows this window."""
+        """Name by which drive_lease knows this window."""
 
     def send(self, session: str, command: Command) -> None: ...
 

@@ -86,12 +86,12 @@ def sign_joined(key: bytes) -> bytes:
 
 
 def sign_reply(key: bytes, number: int, reply: Reply) -> bytes:
-    """Return the proof that belongs into the answer to request `number`."""
+    """Return the proof that belongs in the answer to request `number`."""
     return signing.sign(key, "reply", number, bytes((reply.ok, reply.ended)), as_bytes(reply.reason))
 
 
 def sign_command(key: bytes, command: Command) -> bytes:
-    """Return the proof that belongs into the command."""
+    """Return the proof that belongs in the command."""
     return signing.sign(key, "command", command.number, *command_parts(command))
 
 

@@ -68,7 +68,7 @@ def read_look(manner: int, yaw: float, pitch: float) -> Look:
 
 
 def sign_look(key: bytes, command: LookCommand) -> bytes:
-    """Return the proof that belongs into the command."""
+    """Return the proof that belongs in the command."""
     return signing.sign(key, "look", command.number, look_part(command))
 
 

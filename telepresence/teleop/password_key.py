@@ -1,4 +1,4 @@
-"""From a password to a private key: Argon2id (RFC 9106).
+"""Derivation of a private key from a password: Argon2id (RFC 9106).
 
 The key is made anew from the password whenever somebody signs in and is stored nowhere; the public key that belongs to
 it is all that accounts keep of a password, and whoever reads that can neither sign in nor drive with it.

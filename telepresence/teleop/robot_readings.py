@@ -24,8 +24,8 @@ that the gate is gone."""
 CHARGING, DEAD = 1, 3
 """sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
 LARGEST = 1e5
-"""Of a position [m], a velocity [m/s, rad/s], a voltage [V], a focal length [px]. No robot has more, and numbers of
-hundreds of digits do not fit the window."""
+"""Largest position [m], velocity [m/s, rad/s], voltage [V] and focal length [px] taken from a robot. No robot has more,
+and numbers of hundreds of digits do not fit the window."""
 
 
 def camera_info_of(topic: str) -> str:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 MAX_PIXELS = 1 << 23
-"""Of one picture: a little more than 4K (3840x2160)."""
+"""Largest picture accepted [px]: a little more than 4K (3840x2160)."""
 MAX_BYTES = 1 << 24
-"""Of one file."""
+"""Largest JPEG file accepted [bytes]."""
 MAX_SCANS = 16
 """Passes over the picture; what encoders make has one, or about ten if it is progressive."""
 MAX_SEGMENTS = 200

@@ -28,7 +28,7 @@ import gevent.event
 from telepresence.video.images import LatestImage, Picture
 
 BOUNDARY = b"frame"
-"""As in the report: clients that split the stream at --frame find it."""
+"""Boundary that the report uses: clients that split the stream at --frame find it."""
 CONTENT_TYPE = "multipart/x-mixed-replace; boundary=" + BOUNDARY.decode()
 _DELIMITER = b"\r\n--" + BOUNDARY + b"\r\n"
 _NEXT_PART = _DELIMITER + b"Content-Type: image/jpeg\r\n\r\n"

@@ -22,7 +22,7 @@ from tls_front import TlsFront, make_certificate
 
 SECRET = "correct horse battery staple"
 LINES_ALLOWED = 8
-"""Of each program for an attack, besides one a second."""
+"""Lines that each program may print about an attack, besides one a second."""
 WIDTH, HEIGHT = 640, 480
 HONEST = object()
 """What a lie answers where it does not lie."""

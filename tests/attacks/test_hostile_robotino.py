@@ -27,7 +27,7 @@ HONEST = {
     b'"range_min":0.1,"range_max":5,"ranges":[1,1,1]}',
 }
 LINES_ALLOWED = 4
-"""Of each node for an attack, besides one a second."""
+"""Lines that each node may print about an attack, besides one a second."""
 
 
 def http(body: bytes, status: str = "200 OK", head: str = "") -> bytes:

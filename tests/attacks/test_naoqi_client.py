@@ -44,9 +44,9 @@ MS = 20_000
 GROWTH = 24.0
 """What this process may hold more after an attack than before [MB]."""
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, SMALL = -1, -3, 128 * 1024
-"""Of malloc.h, and glibc's own value of both."""
+"""Parameters of mallopt (malloc.h), and glibc's own value of both."""
 THREADS = 16
-"""Of this process at rest: pytest's, the reactor's, and a few workers."""
+"""Threads of this process at rest: pytest's, the reactor's, and a few workers."""
 MEGABYTE = 1 << 20
 MANY = struct.pack("<I", 2**32 - 1)
 LOGGED_IN = (
@@ -271,7 +271,7 @@ def test_every_answer_is_a_lie_in_turn(honest: ServerProcess, lie: Callable[[Mes
 
 
 def metaobject(members: int, signature: str, name: str = "f") -> bytes:
-    """Of a service that has this many methods of this signature."""
+    """Return the metaobject of a service that has this many methods of this signature."""
     methods = b"".join(
         struct.pack("<II", 100 + n, 100 + n) + text("v") + text(f"{name}{n}") + text(signature) + text("")
         + struct.pack("<I", 0) + text("")

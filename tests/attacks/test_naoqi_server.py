@@ -113,7 +113,7 @@ def unharmed(robot: Robot) -> Iterator[Robot]:
 
 
 BASE_THREADS = 12
-"""Of a server at rest: its own, the reactor's, a few workers and timers."""
+"""Threads of a server at rest: its own, the reactor's, a few workers and timers."""
 
 
 # --- bytes that are no message ---------------------------------------------------------------------------------------

@@ -95,7 +95,7 @@ def test_a_changed_package_of_the_right_name_and_version_is_installed(who, name,
 
 
 def test_a_package_that_nobody_named_comes_in_a_newer_version(tmp_path):
-    """Of a package that others need only the version that was tested is taken."""
+    """A package that only others need is taken in the tested version alone."""
     line = requirement(LOCKS["the stack"], "pyee")
     wheel(tmp_path, "pyee", "999.0")
     wanted = tmp_path / "wanted.txt"

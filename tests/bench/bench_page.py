@@ -40,7 +40,7 @@ WARM_UP, SECONDS = 4.0, 20.0
 SETTLES = 10.0
 """[s] until a station that was just started does nothing more than it does all day."""
 DELAY, LOSS = 0.025, 0.02
-"""Of the bad link, each way [s], and the share of packets that it loses."""
+"""Delay of the bad link, each way [s], and the share of packets that it loses."""
 PRESSES = 60
 COUNTS = (0, 1, 5, 10)
 CPU_SECONDS = 8.0

@@ -13,7 +13,7 @@ from fuzz_mutations import Mutator
 from fuzz_targets import TARGETS
 
 INPUTS = 14
-"""For each target: some 300 in all. `./stack fuzz` feeds a million each."""
+"""Inputs for each target: some 300 in all. `./stack fuzz` feeds a million each."""
 
 
 @pytest.fixture(autouse=True)

@@ -281,7 +281,7 @@ def test_a_higher_rank_takes_over_and_gives_back(signed_in, desk, station, wait_
 
 
 def test_a_killed_window_stops_the_robot_and_another_goes_on(signed_in, desk, station, wait_until):
-    """Of the second, Pepper's brakes need 0.7 s; the best of a few tries, as other programs hold up a busy machine."""
+    """Pepper's brakes need 0.7 s of the second; the best of a few tries, as other programs hold up a busy machine."""
     stood = [math.inf]
     while min(stood) >= 1.0:
         assert len(stood) < 4, f"stands {stood[1:]} s after the kill"

@@ -22,7 +22,7 @@ CAPABILITIES = (
     ("RelativeEndpointURI", True),
     ("RemoteCancelableCalls", True),
 )
-"""Of qi 3.1.5, in the order in which it sends them."""
+"""Capabilities of qi 3.1.5, in the order in which it sends them."""
 
 
 class Message(NamedTuple):

@@ -27,7 +27,7 @@ SIGNATURES = (
     "{sm}", "{is}", "(is)", "(fs[i])", "+i", "+s", "[(is)]", "{s[f]}", "(is)<Named,number,text>",
 )  # fmt: skip
 USER, PASSWORD = "nao", "pepper's own"
-"""With which our server as 2.9 lets somebody in."""
+"""User and password with which our server, playing 2.9, lets somebody in."""
 LARGEST = 1 << 21
 """Bytes that a method returns, whatever it is asked for."""
 RETURNS_MEMORY = {"MALLOC_MMAP_THRESHOLD_": "131072", "MALLOC_TRIM_THRESHOLD_": "131072", "MALLOC_ARENA_MAX": "2"}

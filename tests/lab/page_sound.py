@@ -14,7 +14,7 @@ from pepper_sim.sound.room import write_wave
 PIECE = 0.5
 """[s] of speech that are compared at a time."""
 LIKENESS = 0.9
-"""As between the microphone and the robot, see test_voice.py."""
+"""Likeness wanted, as between the microphone and the robot, see test_voice.py."""
 PAUSE = 1.0
 """[s] between two times that the sentence is said."""
 ORANGE = (240, 120, 20)

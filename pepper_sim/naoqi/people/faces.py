@@ -19,7 +19,7 @@ MAX_TURN, MAX_ROLL = math.radians(15.0), math.radians(45.0)
 """A face turned by more than this is not found [rad]; `MAX_TRACKED_TURN`: one that is followed is not lost before."""
 MAX_TRACKED_TURN = math.radians(60.0)
 SHARP_WIDTH = 40.0
-"""From this width on a face is recognised as well as it can be [px]."""
+"""Width from which on a face is recognised as well as it can be [px]."""
 NAME_MEMORY = 4.0
 """Without any face for this long, names count as new again [s]."""
 UNKNOWN_AFTER = 8.0

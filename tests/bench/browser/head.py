@@ -23,7 +23,7 @@ DRAGS = 30
 DRAG = 80
 """[px] of the pointer: some 4 degrees."""
 MOVED = math.radians(0.5)
-"""From which on the head counts as moving [rad]."""
+"""Turn from which on the head counts as moving [rad]."""
 MOTION_AIM, FLOOR_AIM = 0.150, 0.25
 """[s] and [m]"""
 PERIOD = 0.005

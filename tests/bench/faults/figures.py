@@ -38,7 +38,7 @@ class Figures:
 
     @property
     def rests(self) -> list[float]:
-        """Of those that came to rest by the fault."""
+        """Seconds to rest of the robots that the fault stopped."""
         return [o.rest for o in self.outcomes if o.rest is not None]
 
     @property

@@ -14,7 +14,7 @@ from telepresence.station import processes
 from .station import Robot, Station
 
 FIRST_REPEAT, REPEAT = 0.5, 0.04
-"""Of a key that is held: what X servers and consoles do [s]."""
+"""Seconds to the first and between the next repeats of a held key, as X servers and consoles do it."""
 
 FASTER = "+" * 7
 """Robotino's keyboard begins with 0.05 m/s; from here on the gate limits it."""

@@ -23,7 +23,7 @@ CALLER = "/bench_faults"
 PERIOD = 0.1
 """Between two questions where a topic is published [s]."""
 TIMEOUT = 1.0
-"""For an answer of the master or of a node [s]."""
+"""Seconds allowed for an answer of the master or of a node."""
 _ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error, struct.error, ValueError)
 
 

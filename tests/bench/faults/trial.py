@@ -55,7 +55,7 @@ class Outcome:
     rest: float | None = None
     """None: it went on, or its simulation was gone."""
     release: float | None = None
-    """Of a robot that went on: from letting go to rest."""
+    """Seconds from letting go to rest, for a robot that went on."""
     goes_on: bool = False
     gone: bool = False
     """The simulated robot itself was away: nobody could see it."""

@@ -28,9 +28,9 @@ class Resets(NamedTuple):
     """What each round of resets left behind."""
 
     seconds: list[float]
-    """Until a new client's login was answered."""
+    """Seconds until a new client's login was answered."""
     memory: list[float]
-    """Of the server [MB]."""
+    """The server's memory [MB]."""
     descriptors: list[int]
     threads: list[int]
     connected: list[int]

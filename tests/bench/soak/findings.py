@@ -27,7 +27,7 @@ LONG_LIMITS = Limits(memory=1.0, count=0.5)
 SHORT_LIMITS = Limits(memory=10.0, count=4.0)
 """Minutes cannot tell a slow leak from caches that fill."""
 LONG = 2 * 3600.0
-"""From this duration on [s], growth is that after the first hour; of shorter runs the first quarter does not count."""
+"""Duration [s] from which on growth counts after the first hour; in shorter runs the first quarter does not count."""
 SETTLE = 600.0
 """The first part of each life of a program that does not count in a long run [s]."""
 FEWEST_PAIRS = 15

@@ -22,7 +22,7 @@ DRIVES = ((3.0, 66.0), (135.0, 236.0))
 
 
 class Event(NamedTuple):
-    """At `at` seconds `kind` begins, for `seconds`."""
+    """`kind` begins at `at` seconds and lasts for `seconds`."""
 
     at: float
     kind: str

@@ -13,7 +13,7 @@ from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, let_go_of
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
 HEIGHT, PITCH, HEAD = 1.1, math.radians(25), 0.5
-"""Of the camera [m], how far it looks down, and how far it is turned to the left when the robot stands [rad]."""
+"""The camera's height [m], how far it looks down, and how far it is turned to the left when the robot stands [rad]."""
 FOCAL, WIDTH, ROWS = 130.0, 160, 120
 """[px] of the pictures that `page_browser.PICTURES` publishes."""
 POSE = [f"pose.pose.{part}" for part in ("position.x", "position.y", "orientation.z", "orientation.w")]
@@ -25,7 +25,7 @@ TRIES = 6
 SLEEP = 2.0
 """[s]"""
 PANIC = 1.0
-"""[s] after a stop in which no press lets go of it (driving.js)."""
+"""[s] after a stop in which no press resets it (driving.js)."""
 SLOW = """
 globalThis.late = 700;  // ms that all messages of the page are under way
 const send = RTCDataChannel.prototype.send;
@@ -329,7 +329,7 @@ def test_leaving_the_full_screen_while_driving_is_the_red_stop(anna, probe, unti
 
 
 def test_a_long_press_of_the_red_stop_is_one_press(anna, probe, until_true):
-    """Its click comes with the release, when the page may let the robot go again: that takes another press."""
+    """Its click comes with the release, when the page may reset the stop: that takes another press."""
     drives(probe, until_true, anna)
     mouse(anna, "mousePressed", *middle(anna, "#stop"))
     until_true(lambda: "red stop" in anna.text("status"), "it is stopped")

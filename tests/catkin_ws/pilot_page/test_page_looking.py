@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.browser]
 HEAD = Path(__file__).resolve().parents[2] / "lab" / "robot_head.py"
 RATE, GOAL, AHEAD, WAY = 1, 2, 3, 4
 FOCAL = 145.0
-"""Of the camera [px]."""
+"""Focal length of the camera [px]."""
 REST = 0.5
 """Seconds within which a head stands that nobody turns."""
 QUIET = 0.3

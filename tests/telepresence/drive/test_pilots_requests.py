@@ -14,7 +14,7 @@ NEVER = 0.0
 
 
 def report(started: float | None, state: str = "no command") -> Report:
-    """Of the server that began at this time [s]."""
+    """Return a report of the server that began at this time [s]."""
     return Report(9.0, 1, state, "", (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None, started)
 
 

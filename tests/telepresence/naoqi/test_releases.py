@@ -150,7 +150,7 @@ def test_a_robot_that_gives_a_new_token(robots: ServerProcess, qi: Any) -> None:
 # --- libqi playing 2.5 -----------------------------------------------------------------------------------------------
 
 STAYS = "+MetaObjectCache:-ObjectPtrUID"
-"""As 2.5, but the directory tells relative endpoints, so that every client stays on the connection that it has."""
+"""Like 2.5, but the directory tells relative endpoints, so that every client stays on the connection that it has."""
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ KEYS = {
     "Image", "ContainerName", "Exec", "Environment", "PublishPort", "Volume", "ReadOnly", "DropCapability",
     "NoNewPrivileges", "PodmanArgs", "AddDevice", "Network",
 }  # fmt: skip
-"""Of [Container], in podman-systemd.unit(5) of podman 4.4, the first that has quadlets; later ones know them, too."""
+"""Keys of [Container] in podman-systemd.unit(5) of podman 4.4, the first with quadlets; later ones know them, too."""
 
 
 def section(name: str) -> list[tuple[str, str]]:

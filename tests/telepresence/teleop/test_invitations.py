@@ -83,7 +83,7 @@ def test_once_is_once_for_two_at_the_same_moment(invitations):
 
 
 LETTERS = string.ascii_uppercase + string.ascii_lowercase + string.digits + "-_"
-"""Of base64 in addresses, by their value."""
+"""Letters of base64 in addresses, in the order of their value."""
 
 
 def test_an_altered_link_opens_nothing(invitations):

@@ -64,7 +64,7 @@ time of a start, and on a busy machine the robot would wait for them."""
 LOOK = 0.15
 """HeadPitch with which the pilot sees the floor ahead [rad]."""
 DRIVE_PORT = 8085
-"""Of a drive server that is named without one."""
+"""UDP port of a drive server whose address names no port."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 

@@ -24,7 +24,7 @@ SOURCE = Path(__file__).resolve().parent / "robotvideo"
 SCRIPT = SOURCE / "scripts" / "robotvideo.py"
 PAGE_FILE = "page_url"
 STAMP = (2020, 1, 1, 0, 0, 0)
-"""Of every file, so that the same sources give the same package."""
+"""Date and time of every file in the package, so that the same sources give the same package."""
 
 
 def build(output: Path, url: str = "") -> None:

@@ -17,7 +17,7 @@ from telepresence.teleop.looking import VALID, Look, Manner
 
 JOINTS = ("HeadYaw", "HeadPitch")
 TOP_SPEED = (7.33998, 9.22756)
-"""Of the joints [rad/s] (URDF of ros-naoqi/pepper_robot); `setAngles` takes fractions of it."""
+"""Top speed of each joint [rad/s] (URDF of ros-naoqi/pepper_robot); `setAngles` takes fractions of it."""
 LARGEST_YAW = 2.08567
 _YAWS = np.radians((0.0, 33.3, 61.6, 91.4, 119.5))
 _HIGHEST = np.radians((-40.5, -40.5, -35.2, -35.1, -35.0))

@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 PROGRAM = Path(__file__).parents[2] / "robot" / "drive_server.py"
 OUTLIVE = 'trap "sleep 1; kill \\$!" INT; trap "kill \\$!" TERM; "$@" & wait; wait'
-"""For sh: the program gets a second more than its driver, in which it misses that and brakes."""
+"""Script for sh: the program outlives its driver by a second, in which it misses the driver and brakes."""
 
 
 class OwnDriveServer:

@@ -107,7 +107,7 @@ class Camera:
 
     @property
     def frame_id(self) -> str:
-        """Of the optical axis; of the stereo camera that of the left eye, through which depth is seen too."""
+        """The camera's optical frame; for the stereo camera that of the left eye, through which depth is seen too."""
         source = self._settings[0]
         return f"{CAMERAS[2 if source == STEREO else source]}_optical_frame"
 

@@ -339,7 +339,7 @@ def _start(value: Any) -> str:
 
 
 def _number_text(value: Any) -> str:
-    """Of a number of any size: Python refuses to write one of 5000 digits."""
+    """Return a number of any size as text: Python refuses to write one of 5000 digits."""
     return f"a number of {value.bit_length()} bits" if isinstance(value, int) and abs(value) >= 1 << 64 else str(value)
 
 

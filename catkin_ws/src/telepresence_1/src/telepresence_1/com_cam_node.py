@@ -60,7 +60,7 @@ VISIT_PATIENCE = 10.0
 STATUS_PERIOD = 1.0
 """Seconds between two reports."""
 LONGEST_NAME, MOST_NAMES = 64, 16
-"""Of those whom the tablet names."""
+"""Characters of a name on the tablet, and names there, at most."""
 SHUTDOWN_TIMEOUT = 6.0
 """Seconds allowed for `ComCam.close`, twice what it takes."""
 

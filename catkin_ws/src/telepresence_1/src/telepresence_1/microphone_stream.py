@@ -31,7 +31,7 @@ MICROPHONES = {"stereo": (48000, 0, 0), "front": (16000, 3, 0)}
 FRONT_LEFT, FRONT_RIGHT = 2, 3
 """Order of Pepper's four microphones: rear left, rear right, front left, front right."""
 MOST_SAMPLES = 48_000
-"""Of each microphone in one block: a second. NAOqi sends a sixth of that at most."""
+"""Samples of each microphone in one block at most: a second. NAOqi sends a sixth of that at most."""
 BURST, FASTEST = 2.0, 1.5
 """Seconds of sound that may come at once, and seconds of sound per second: what comes faster is left out."""
 SILENT_AFTER = 3.0

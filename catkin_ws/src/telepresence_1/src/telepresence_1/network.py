@@ -61,7 +61,7 @@ def choose_address(wanted: str, own: str, robot: str) -> str:
 
 
 def address_for_tablet(served: str, own: str, robot: str) -> str:
-    """By which address the tablet asks for a page.
+    """Return the address at which the tablet asks for a page.
 
     Args:
         served: Where it is served.

@@ -23,7 +23,7 @@ from telepresence.web.json_app import Application
 from telepresence.web.page_auth import PageAuth, ProtectedPage
 
 KEY_VARIABLE = "TELEPRESENCE_PAGE_KEY"
-"""Of the environment: the key to the pages of this package."""
+"""Environment variable that holds the key to the pages of this package."""
 POLL_TIMEOUT = 1.0
 """Seconds after which a long poll is answered with the picture that the client has already."""
 _CSP = (

@@ -49,7 +49,7 @@ def draw_test_card(width: int, height: int, now: float) -> np.ndarray:
 
 @functools.lru_cache(maxsize=1)
 def _test_card_of_a_second(width: int, height: int, clock: str) -> np.ndarray:
-    """With all that is written on it: the letters are most of the work."""
+    """Return the test card with all that is written on it: the letters are most of the work."""
     card = _test_card_ground(width, height).copy()
     unit = height / 480
     _write_clock(card, clock, width / 2, height / 2 - 34 * unit, 27 * unit)

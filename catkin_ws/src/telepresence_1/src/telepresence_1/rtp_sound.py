@@ -4,7 +4,7 @@ Wire, UDP, default port 10001, payload type 96:
     l16   RFC 3551 L16/44100/2: what the first telepresence rig sent; 1.5 Mbit/s, a packet every 8 ms
     opus  RFC 7587; 0.1 Mbit/s, a packet every 10 ms, lost ones are rebuilt from the next one or concealed
 Both sides are plain GStreamer; `gst-launch-1.0` can take either place. RTP itself proves nothing about who sends it: a
-player beside its sender takes packets of that sender alone, one on another machine belongs into a VPN.
+player beside its sender takes packets of that sender alone, one on another machine belongs in a VPN.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def shorten_lost_connection(record: logging.LogRecord) -> bool:
 
 
 NOTHING_CAME = "terminated before handshake header received. 0 bytes were received"
-"""Of rospy, about another node that has changed its mind: it takes back a subscription while it is being made."""
+"""What rospy says about another node that takes back a subscription while it is being made."""
 
 
 def calm_half_connection(record: logging.LogRecord) -> bool:

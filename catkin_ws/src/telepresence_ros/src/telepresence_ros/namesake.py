@@ -20,7 +20,7 @@ import rospy
 from telepresence.station.ros_master import master_proxy
 
 OPTION = "--give-way"
-"""Of a node's command line: it throws nobody out, also when it is started for the first time."""
+"""Option of a node's command line: the node throws nobody out, even when it is started for the first time."""
 PERIOD = 0.5
 """Seconds between two looks."""
 ANSWER = 1.0

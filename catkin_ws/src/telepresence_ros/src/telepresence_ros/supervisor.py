@@ -49,7 +49,7 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
         node.machine = self.config.machines[""]
 
     def start(self, auto_terminate: bool = True) -> None:
-        """As in the base class; then end what no node of the launch file goes on with."""
+        """Start as the base class does; then end left-over programs that no node of the launch file continues."""
         super().start(auto_terminate)
         names = {ns_join(node.namespace, node.name) for node in self.config.nodes}
         for left in running.everything(self.folder):

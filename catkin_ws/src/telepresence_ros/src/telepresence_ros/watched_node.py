@@ -114,7 +114,7 @@ class WatchedNode(LocalProcess):
 
     @property
     def cause(self) -> str:
-        """Of an ended process: "froze", "died: signal 9", "died: exit code 1"."""
+        """Why the process ended: "froze", "died: signal 9", "died: exit code 1"."""
         if self._killed_as_frozen:
             return "froze"
         return "died" if self.exit_code in (None, UNKNOWN) else vitals.cause(self.exit_code)

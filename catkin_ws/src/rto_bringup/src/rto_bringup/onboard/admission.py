@@ -57,7 +57,7 @@ class Admission:
         self._listening = listening
         self._protocol = protocol
         self._connections: dict[asyncio.BaseTransport | None, _Connection] = {}
-        """In the order in which they came."""
+        """Open connections, in the order in which they came."""
         files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
         self._most = max(4, min(MAX_CONNECTIONS, files // 4 if files > 0 else MAX_CONNECTIONS))
 

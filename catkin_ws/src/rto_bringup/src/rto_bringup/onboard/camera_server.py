@@ -58,7 +58,7 @@ class CameraServer:
         self._source = source
         self.signaling = SignalingServer(key)
         self._receivers: dict[str, tuple[RTCPeerConnection, asyncio.Task | None]] = {}
-        """By name: the connection, and what ends it when the receiver is silent."""
+        """Receiver's name -> its connection, and the task that ends it when the receiver is silent."""
 
     def application(self) -> web.Application:
         """Return the application for aiohttp to serve; it ends all connections when it is shut down."""
@@ -224,7 +224,7 @@ class CameraServer:
 
 
 def _give_back_memory() -> None:
-    """Of each encoder malloc keeps some for later ones, which they do not fit into: 0.3 MB for each receiver."""
+    """Return to Linux what malloc keeps of ended encoders; later ones do not fit into it: 0.3 MB for each receiver."""
     with contextlib.suppress(AttributeError):  # a C library without it
         ctypes.CDLL(None).malloc_trim(0)
 

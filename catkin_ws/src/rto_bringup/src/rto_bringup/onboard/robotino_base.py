@@ -36,7 +36,7 @@ missing. One that comes soon after makes it drive on, a few hundredths of a metr
 RAMP, TURN_RAMP = 0.4, math.pi
 """The base's own [m/s², rad/s²]: controld3.conf (mirror BusHero/robotino_api2)."""
 SLOW, SLOW_TURN = 0.12, 0.5
-"""From these on down the watchdog may end a gentle stop: nobody feels it [m/s, rad/s]."""
+"""Speeds below which the watchdog may end a gentle stop: nobody feels it [m/s, rad/s]."""
 ROBOTS_WATCHDOG = 0.2
 """Seconds without a velocity after which the base stops its motors (wiki.openrobotino.org, Rest api)."""
 WRITE_TIMEOUT = 0.15

@@ -62,7 +62,7 @@ class RobotVideo(object):
         self._problems = {}
 
     def stop(self, *_):
-        """For signal handlers: sets a flag and nothing else."""
+        """Ask `run` to return. It only sets a flag, so signal handlers may call it."""
         self._stopped = True
 
     def run(self):
