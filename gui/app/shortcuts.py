@@ -40,7 +40,7 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
     for keys, action in (
         ("Esc", stop_all),
         ("Pause", stop_all),
-        ("Shift+Esc", lambda: front().controller.driving.release_red_stop()),
+        ("Shift+Esc", lambda: front().controller.driving.reset_red_stop()),
         ("PgUp", lambda: front().controller.controls.step_speed(1)),
         ("PgDown", lambda: front().controller.controls.step_speed(-1)),
         ("F1", help_overlay.toggle),

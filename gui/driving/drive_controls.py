@@ -21,7 +21,7 @@ GUIDE_SPEED, GUIDE_TURN_PER_SPEED = 0.05, 1.0
 LONGEST = 16
 """Characters of a name on the red stop: a longer one would widen the window."""
 PANIC_TIME = 1.0
-"""[s] after a stop in which another press does not release it: people in a panic press twice."""
+"""[s] after a stop in which another press does not reset it: people in a panic press twice."""
 
 
 class DriveControls(QWidget):
@@ -30,8 +30,8 @@ class DriveControls(QWidget):
     speeds_changed = pyqtSignal(float, float)
     """[m/s], [rad/s] that inputs may ask for."""
     stop_wanted = pyqtSignal()
-    release_wanted = pyqtSignal()
-    """The red stop was clicked to release it."""
+    reset_wanted = pyqtSignal()
+    """The red stop was clicked to reset it."""
     pad_wanted = pyqtSignal()
     """The gamepad's page should be shown."""
     restart_wanted = pyqtSignal()
@@ -112,10 +112,8 @@ class DriveControls(QWidget):
             return
         self._stopped_by, self._stopped_at = who, time.monotonic()
         who = clean(who, LONGEST)
-        self.redStop.setText(caption(f"STOPPED by {who}\nPress to let go") if who else "STOP\nEsc")
-        self.redStop.setToolTip(
-            "Lets the robot drive again (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)"
-        )
+        self.redStop.setText(caption(f"STOPPED by {who}\nPress to reset") if who else "STOP\nEsc")
+        self.redStop.setToolTip("Resets the stop (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)")
         set_property(self.redStop, "stopped", bool(who))
 
     def show_pad(self, state: JoystickState | None) -> None:
@@ -139,7 +137,7 @@ class DriveControls(QWidget):
         if not self._stopped_by:
             self.stop_wanted.emit()
         elif time.monotonic() - self._stopped_at > PANIC_TIME:
-            self.release_wanted.emit()
+            self.reset_wanted.emit()
 
     def _show_speeds(self) -> None:
         self.speedLabel.setText(f"{self.speed:.2f} m/s")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gui.window import OperatorWindow
 
 STOP_REPEATS = 5
-"""Number of zeros after a stop: a keyboard node elsewhere receives them and releases its latched key."""
+"""Number of zeros after a stop: a keyboard node elsewhere receives them and lets go of its latched key."""
 ZERO_PERIOD = 100  # ms
 LATE = "The next picture of the robot takes too long, so nothing drives until it comes."
 
@@ -68,7 +68,7 @@ class DriveCoordinator(QObject):
         gamepad.changed.connect(controls.show_pad)
         controls.speeds_changed.connect(self._set_speeds)
         controls.stop_wanted.connect(self.red_stop)
-        controls.release_wanted.connect(self.release_red_stop)
+        controls.reset_wanted.connect(self.reset_red_stop)
         controls.restart_wanted.connect(self.restart_simulation)
         window.activation_changed.connect(lambda active: None if active else self.mux.release_all())
         access.changed.connect(self.update_block)
@@ -105,7 +105,7 @@ class DriveCoordinator(QObject):
         elif self._access.obstacle():
             reason, passing = self._access.obstacle(), self._access.comes_back
         elif self._gate_stopped:
-            reason = f"{self._gate_stopped} Press the red stop to let the robot go."
+            reason = f"{self._gate_stopped} Press the red stop to reset it."
         elif not self._share:
             reason, passing = "The link is more than a second late, so nothing drives until it is faster.", True
         else:
@@ -132,24 +132,24 @@ class DriveCoordinator(QObject):
         self.update_block()
 
     def stop(self) -> None:
-        """Stop driving, and make keyboard nodes elsewhere release their latched keys."""
+        """Stop driving, and make keyboard nodes elsewhere let go of their latched keys."""
         self.mux.stop()
         self._zeros_left = STOP_REPEATS
         self._send_zero()
         self._zeros.start()
 
     def red_stop(self) -> None:
-        """Stop the robot and keep it stopped, whatever anybody sends, until `release_red_stop`."""
+        """Stop the robot and keep it stopped, whatever anybody sends, until `reset_red_stop`."""
         self.stop()
         self._access.ask("stop")
         if self._link.has("stop_drive"):
             # Directly as well: the gate's stop also works where no drive_lease runs.
             self._link.call("stop_drive", then=self._on_gate_stop)
 
-    def release_red_stop(self) -> None:
-        """Release the red stop, if this window may."""
+    def reset_red_stop(self) -> None:
+        """Reset the red stop, if this window may."""
         if self._access.state is None and self._access.is_pilot and self._link.has("reset_stop"):
-            self._link.call("reset_stop", then=self._on_gate_release)
+            self._link.call("reset_stop", then=self._on_gate_reset)
         else:
             self._access.ask("reset_stop")
 
@@ -196,7 +196,7 @@ class DriveCoordinator(QObject):
         if not answer.ok and self._access.state is None:
             self.said.emit(f"The robot was asked to stop, but nothing keeps it stopped: {answer.text}", "bad")
 
-    def _on_gate_release(self, answer: Answer) -> None:
+    def _on_gate_reset(self, answer: Answer) -> None:
         if not answer.ok:
             self.said.emit(answer.text, "warn")
 

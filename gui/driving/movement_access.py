@@ -56,7 +56,7 @@ class MovementAccess(SignedIn):
         if not self.is_pilot:
             return f"{self.account.name} may watch, not drive."
         if self._stopped_by:
-            return f"{self._stopped_by} has pressed the red stop. Press it again to let the robot go."
+            return f"{self._stopped_by} has pressed the red stop. Press it again to reset the stop."
         return ""
 
     def sign_in(self, account: Account) -> None:
@@ -84,7 +84,7 @@ class MovementAccess(SignedIn):
         """Do nothing, likewise."""
 
     def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
-        """Press the red stop ("stop") or release it ("reset_stop"); other requests mean nothing here."""
+        """Press the red stop ("stop") or reset it ("reset_stop"); other requests mean nothing here."""
         if action == "stop" and self.account is not None:
             self._stopped_by = self.account.name
             self._send(Movement.STOP)

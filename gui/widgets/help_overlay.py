@@ -32,8 +32,8 @@ GENERAL: tuple[Section, ...] = (
     (
         "Stop and go",
         (
-            ("Esc", "red stop: nothing drives until it is released"),
-            ("Shift+Esc", "release the red stop"),
+            ("Esc", "red stop: nothing drives until it is reset"),
+            ("Shift+Esc", "reset the red stop"),
             ("F3", "take, ask for or hand over the robot"),
             ("Shift+F3", "keep it when somebody asks"),
             ("F2", "who is here; hand over; sign out"),

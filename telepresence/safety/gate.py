@@ -112,11 +112,11 @@ class VelocityGate:
         self._stop_latch.set(reason)
 
     def reset_stop(self) -> None:
-        """Release the stop, for a person. The controls must be released once before the robot moves again."""
+        """Reset the stop, for a person. The controls must be let go of once before the robot moves again."""
         self._stop_latch.reset()
 
     def reset_bumper(self) -> bool:
-        """Release the bump, for a person; what was hit stays remembered. False while a bumper is still pressed."""
+        """Reset the bumper, for a person; what was hit stays remembered. False while a bumper is still pressed."""
         self._looked = None
         return self._bumper_latch.reset()
 

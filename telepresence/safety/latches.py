@@ -15,7 +15,7 @@ class Latched(NamedTuple):
 
 
 class StopLatch:
-    """A stop by the pilot or the system. After its reset the controls must be released once before anything moves."""
+    """A stop by the pilot or the system. After its reset the controls must be let go of once before anything moves."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -70,7 +70,7 @@ class BumperLatch:
         self.pressed = False
 
     def reset(self) -> bool:
-        """Release the latch. False, and still latched, while a bumper is pressed."""
+        """Reset the latch. False, and still latched, while a bumper is pressed."""
         if self.pressed:
             return False
         self.latched = False

@@ -49,7 +49,7 @@ class State(str, Enum):
     """Why the output is what it is, worst first."""
 
     STOPPED = "stopped"
-    """Latched by `stop()`, until `reset_stop()` is called and the controls are released."""
+    """Latched by `stop()`, until `reset_stop()` is called and the controls are let go of."""
     FAULT = "fault"
     """A value that can't be used: not finite, odometry missing or old, clock jumped."""
     SENSOR_STALE = "sensor stale"

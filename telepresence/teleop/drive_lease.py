@@ -302,14 +302,14 @@ class DriveLease:
         """Reset a stop for who pressed it, in whatever session, or for a higher rank; a watcher's for the pilot too."""
         account, stopper, pilot = window.account, self._stopper, self._pilot
         if account.role != PILOT:
-            return Reply(False, f"{account.name} may stop the robot; only a pilot lets it go again.")
+            return Reply(False, f"{account.name} may stop the robot; only a pilot can reset the stop.")
         if stopper is not None and stopper.name != account.name:
             if not outranks(account, stopper):
                 return Reply(
                     False, f"{stopper.name} has pressed the red stop: {stopper.name} or a higher rank resets it."
                 )
             if pilot is not None and pilot.account.name != account.name and not outranks(account, pilot.account):
-                return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} lets the robot go again.")
+                return Reply(False, f"{pilot.account.name} drives; only {pilot.account.name} can reset the stop.")
         self._stopper = None
         return Reply(True)
 

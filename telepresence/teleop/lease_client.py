@@ -159,7 +159,7 @@ class LeaseClient:
             pilot = self.state.pilot
             return f"{pilot} drives. Press Ask for it." if pilot else "Nobody drives. Press Take the robot."
         if self.state.stopped_by:
-            return f"{self.state.stopped_by} has pressed the red stop. Press it again to let the robot go."
+            return f"{self.state.stopped_by} has pressed the red stop. Press it again to reset the stop."
         return ""
 
     def sign_in(self, account: Account) -> None:
@@ -224,7 +224,7 @@ class LeaseClient:
             if not quiet:
                 self._refused(self.obstacle() or "This window has not joined yet; try again in a moment.")
             return
-        if action == "stop":  # what was to let the robot go before must not do so afterwards
+        if action == "stop":  # a reset that was asked for before must not follow it
             self._waiting = deque(each for each in self._waiting if each[0] != "reset_stop")
         if self._unanswered and action not in AT_ONCE:
             self._waiting.append((action, to, quiet))

@@ -418,16 +418,16 @@ def test_messages_without_end(driven, message):
 
 
 def test_stops_without_end(driven, pilot, wait_until):
-    """Whoever is signed in may stop the robot, and who ranks higher lets it go again."""
+    """Whoever is signed in may stop the robot, and who ranks higher resets the stop."""
     with driven.stranger.open(driven.guest("watcher")) as socket:
         assert hangs_up_on(socket, ask(1, "stop"))
     wait_until(lambda: driven.velocities()[-1] == ZERO, "the robot stands")
 
-    def lets_go() -> bool:
+    def reset() -> bool:
         pilot.ask("reset_stop")  # again and again: another stop may have been on its way
         return driven.velocities()[-5:] == [FORWARD] * 5
 
-    wait_until(lets_go, "anna lets it go again")
+    wait_until(reset, "anna resets the stop")
 
 
 def hangs_up_on(socket, message) -> bool:

@@ -27,6 +27,10 @@ CODE = [file for file in TEXT_FILES if file.suffix == ".py" and file.relative_to
 
 GIVEN_UP = {
     "safety layer": "safety gate",
+    "let the robot go": "reset the stop",
+    "lets the robot go": "resets the stop",
+    "release the red stop": "reset the red stop",
+    "release_red_stop": "reset_red_stop",
     "GuardedGate": "GatedDrive",
     "WirePeer": "naoqi.server",
     "WireClient": "naoqi.session",

@@ -116,5 +116,5 @@ def let_go_of_the_stop(browser: OpenPage, until_true: Callable) -> None:
     press = (
         "((stop) => { const down = stop.ariaPressed === 'true'; if (down) stop.click(); return !down; })(part('stop'))"
     )
-    until_true(lambda: browser.evaluate(press.replace("part", "document.getElementById")), "the red stop is let go")
+    until_true(lambda: browser.evaluate(press.replace("part", "document.getElementById")), "the red stop is reset")
     until_true(lambda: browser.text("status") == "Ready.", "it may drive")

@@ -13,7 +13,7 @@ const KEYS = {
 };
 /** Keys -> steps of the speed. */
 const FASTER = { PageUp: 1, PageDown: -1, Minus: -1, Equal: 1, NumpadSubtract: -1, NumpadAdd: 1 };
-const PANIC = 1000; // ms after a stop in which another press does not release it: people in a panic press twice
+const PANIC = 1000; // ms after a stop in which another press does not reset it: people in a panic press twice
 const CLOCKS_DIFFER = 5; // s: a picture that old means that the clocks disagree
 
 /** @param {import("./page.js").Page} page */
@@ -35,7 +35,7 @@ export function start(page) {
   for (const button of document.querySelectorAll("[data-drive]")) listenToButton(page, /** @type {any} */ (button));
   const stopped = watchStop(page);
   // Down, not click: the second finger on a screen makes no clicks. The click that ends a press which has stopped the robot
-  // does not let it go, however long the press was; one without a press comes from a key or a scan.
+  // does not reset the stop, however long the press was; one without a press comes from a key or a scan.
   let pressStops = false;
   part("stop").addEventListener("pointerdown", () => {
     pressStops = !page.state?.stopped_by;
@@ -43,7 +43,7 @@ export function start(page) {
   });
   part("stop").addEventListener("click", (event) => {
     if (pressStops && event.detail > 0 && page.state?.stopped_by) return;
-    page.ask(stopped.release() ? "reset_stop" : "stop");
+    page.ask(stopped.mayReset() ? "reset_stop" : "stop");
   });
 }
 
@@ -79,7 +79,7 @@ function watchStop(page) {
     if (part("stop").textContent !== words) part("stop").textContent = words;
     part("stop").setAttribute("aria-pressed", String(Boolean(by)));
   });
-  return { release: () => Boolean(page.state?.stopped_by) && performance.now() - since > PANIC };
+  return { mayReset: () => Boolean(page.state?.stopped_by) && performance.now() - since > PANIC };
 }
 
 /** @param {EventTarget | null} target @returns {boolean} whether it takes letters itself */

@@ -131,7 +131,7 @@ def test_the_red_stop_holds_and_is_told_to_keyboards(anna, probe, until_true):
     assert AHEAD not in heard(probe)
     anna.ask("drive")
     anna.ask("ask", "reset_stop", "")
-    until_true(lambda: anna.state("stopped_by") == "", "and let go")
+    until_true(lambda: anna.state("stopped_by") == "", "and reset")
 
 
 def test_who_lets_go_of_the_red_stop_hears_what_the_gate_answers(anna, graph, probe, until_true):
@@ -168,7 +168,7 @@ def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, pr
     until_true(lambda: len(probe.seen("/safety")) > 30, "longer than after which it would be asked again")
     assert second.output.count("asked to stop") == asked and probe.latest("/safety") == ["no command"]
     anna.ask("ask", "reset_stop", "")
-    until_true(lambda: anna.state("stopped_by") == "", "she lets go")
+    until_true(lambda: anna.state("stopped_by") == "", "she resets it")
     assert second.end() == 0
 
 
@@ -182,7 +182,7 @@ def test_a_red_stop_outlasts_the_lease(graph, lease, accounts, anna, probe, unti
     graph.run(*lease_command(graph, accounts))
     until_true(lambda: probe.newest("/drive/state")[0] != began, "the next lease speaks")
     assert probe.newest("/drive/state")[1] == "anna" and "red stop" in probe.newest("/drive/state")[2]
-    until_true(lambda: anna.ask("ask", "reset_stop", "") or not probe.newest("/drive/state")[1], "she lets go")
+    until_true(lambda: anna.ask("ask", "reset_stop", "") or not probe.newest("/drive/state")[1], "she resets it")
 
 
 def test_a_killed_window_leaves_a_zero_and_a_free_robot(anna, graph, accounts, probe, until_true):

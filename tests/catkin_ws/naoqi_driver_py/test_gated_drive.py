@@ -100,7 +100,7 @@ def test_a_stop_holds_goals_too_until_it_is_reset():
     driven.run(1.0, 0.3)
     driven.gate.stop("stop requested")
     decision = driven.run(0.1, 0.3)
-    assert decision == (None, True, "stopped: stop requested; reset_stop lets it go")
+    assert decision == (None, True, "stopped: stop requested; reset_stop resets it")
     assert not driven.gate.allows_goals
     driven.gate.reset_stop()
     assert driven.gate.allows_goals

@@ -180,7 +180,7 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     station.pilot.drive(-0.3, 0.0, 0.0)
     station.until(lambda: station.speed() < -0.08, "away from it")
     assert station.speed() > -0.11
-    station.until(lambda: station.trigger("reset_bumper")["success"], "the latch is let go")
+    station.until(lambda: station.trigger("reset_bumper")["success"], "the latch is reset")
     station.until(lambda: station.safety["state"] != "bumped", "the gate knows")
 
 

@@ -186,7 +186,7 @@ def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):
     until_true(lambda: station.safety() == "stopped", "the gate on the robot is stopped")
     assert station.probe.newest("/rto3/safety")[3] == 72
     assert call("/rto3/reset_stop", "std_srvs/Trigger", {})[1]["success"] is True
-    until_true(lambda: station.safety() == "no command", "the stop is let go")
+    until_true(lambda: station.safety() == "no command", "the stop is reset")
     assert call("/rto3/reset_bumper", "std_srvs/Trigger", {})[1]["success"] is True
 
 
@@ -206,7 +206,7 @@ def test_a_stop_outlasts_the_drive_server(station, graph, until_true):
         until_true(lambda: len(station.probe.seen("/rto3/safe_cmd_vel")) > 20, "a program commands for a second")
         assert math.dist(station.place(), begin) < 1e-3
     assert call("/rto3/reset_stop", "std_srvs/Trigger", {})[1]["success"] is True
-    until_true(lambda: station.safety() == "no command", "the stop is let go")
+    until_true(lambda: station.safety() == "no command", "the stop is reset")
 
 
 def test_copy_and_paste_as_in_the_guide(station, graph, until_true):

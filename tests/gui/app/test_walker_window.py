@@ -89,7 +89,7 @@ def test_the_red_stop_is_repeated_until_it_is_let_go(window, spin):
     window.link.sent.clear()
     spin(lambda: window.link.movements.count(0) > 2, "the stop is repeated")
     assert hold(window, spin, Qt.Key_W)[:1] != [1] and "red stop" in window.status.message
-    driving.release_red_stop()
+    driving.reset_red_stop()
     assert hold(window, spin, Qt.Key_W) == [1, 0]
 
 
@@ -110,8 +110,8 @@ def test_a_watcher_watches_and_may_press_the_red_stop(open_window, spin):
     assert hold(window, spin, Qt.Key_W) == [] and "may watch" in window.status.message
     window.controller.driving.red_stop()
     spin(lambda: window.link.movements.count(0) > 2, "it is stopped")
-    window.controller.driving.release_red_stop()
-    assert window.controller.access.state.stopped_by == "anna", "who may not drive does not let go"
+    window.controller.driving.reset_red_stop()
+    assert window.controller.access.state.stopped_by == "anna", "who may not drive cannot reset it"
 
 
 def test_body_state_is_written_with_all_six_numbers(window):

@@ -236,7 +236,7 @@ def test_the_red_stop_shows_who_pressed_it_and_is_let_go(pilot, link, monkeypatc
     press(pilot, Qt.Key_A)
     assert all(velocity == (0.0, 0.0, 0.0) for velocity in link.driven) and "red stop" in pilot.status.message
     controls.redStop.click()
-    assert link.asked[-1] == "stop", "a second press in a fright does not let go"
+    assert link.asked[-1] == "stop", "a second press in a fright does not reset it"
     monkeypatch.setattr("gui.driving.drive_controls.PANIC_TIME", 0.0)
     controls.redStop.click()
     assert link.asked[-1] == "reset_stop"

@@ -77,16 +77,16 @@ def test_axe_finds_nothing_in_any_state_of_driving(browser, robot, theme):
         assert violations(browser) == []
         browser.evaluate("document.getElementById('sheetClose').click()")
     browser.press("Escape")
-    browser.until("document.getElementById('stop').textContent === 'Let go'", "the stop is pressed")
+    browser.until("document.getElementById('stop').textContent === 'Reset'", "the stop is pressed")
     assert violations(browser) == []
-    let_go_of_the_stop(browser)
+    reset_the_stop(browser)
 
 
-def let_go_of_the_stop(browser) -> None:
-    """Press until it is let go: soon after a stop a second press releases nothing."""
+def reset_the_stop(browser) -> None:
+    """Press until it is reset: soon after a stop a second press resets nothing."""
     browser.until(
         "document.getElementById('stop').textContent === 'Stop' || void document.getElementById('stop').click()",
-        "the stop is let go",
+        "the stop is reset",
     )
 
 
@@ -294,10 +294,10 @@ def test_resting_presses_an_arrow_and_sooner_the_stop(browser, robot):
     until(lambda: stands(robot), "it ends by itself")
     browser.point(*browser.place("#stop"))
     began = time.monotonic()
-    browser.until("document.getElementById('stop').textContent === 'Let go'", "the stop is pressed")
+    browser.until("document.getElementById('stop').textContent === 'Reset'", "the stop is pressed")
     assert time.monotonic() - began < 2.0
     browser.point(640, 300)
-    let_go_of_the_stop(browser)
+    reset_the_stop(browser)
 
 
 def test_letters_can_be_switched_off(browser, robot):
@@ -324,7 +324,7 @@ def test_a_stop_is_announced_at_once_and_the_status_once_a_second(browser, robot
     said = browser.evaluate("window.said")
     assert 2 <= len(said) <= 5 and all(b[1] - a[1] >= 950 for a, b in itertools.pairwise(said))
     robot.shown = {"gate": None}
-    let_go_of_the_stop(browser)
+    reset_the_stop(browser)
 
 
 # Languages

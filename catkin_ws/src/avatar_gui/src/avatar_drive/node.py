@@ -267,7 +267,7 @@ class LeaseNode:
 
     def _at_gate(self, service: str, patience: float, again: bool = False) -> queue.SimpleQueue[str]:
         """Have the safety gate stop the robot, which also holds against programs that drive past the lease, or let it
-        go; return where its refusal will be, empty for none. Again: a stop that may have been let go of meanwhile, and
+        go; return where its refusal will be, empty for none. Again: a stop that may have been reset meanwhile, and
         whose failure was said already."""
         answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         log = rospy.logdebug if again else rospy.logwarn

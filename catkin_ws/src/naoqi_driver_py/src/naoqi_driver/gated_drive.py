@@ -82,7 +82,7 @@ class GatedDrive:
             self._gate.stop(reason)
 
     def reset_stop(self) -> None:
-        """Let the stop go; the controls must be released once before the robot moves again."""
+        """Reset the stop; the controls must be let go of once before the robot moves again."""
         with self._lock:
             self._gate.reset_stop()
 
@@ -128,11 +128,11 @@ def judge(wanted: WheelCommand, allowed: Decision, latched: Latched) -> WheelCom
         latched: What a person has to reset.
     """
     if latched.stopped:
-        return WheelCommand(None, True, f"stopped: {latched.stopped}; reset_stop lets it go")
+        return WheelCommand(None, True, f"stopped: {latched.stopped}; reset_stop resets it")
     if wanted.velocity is None or is_zero(wanted.velocity):
         if not latched.bumped:
             return wanted
-        reason = f"{wanted.reason}; a bumper was hit, reset_bumper lets it go"
+        reason = f"{wanted.reason}; a bumper was hit, reset_bumper resets it"
         return wanted._replace(fault=True, reason=reason)
     velocity = Velocity(allowed.vx, allowed.vy, allowed.wz)
     if not all(map(math.isfinite, velocity)):  # never seen; but it would drive a robot

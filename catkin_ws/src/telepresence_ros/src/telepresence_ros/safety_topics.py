@@ -3,7 +3,7 @@
 Publishes:  safety (telepresence_msgs/SafetyState): every decision; safety_state (std_msgs/String, latched):
             "<state>: <reason>", when it changes and twice a second, so that readers notice a dead node;
             safety_markers (visualization_msgs/MarkerArray): the same for RViz, while somebody subscribes.
-Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper: let go again (std_srvs/Trigger).
+Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper: reset it (std_srvs/Trigger).
 All names are relative to the namespace of the node.
 """
 
