@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from soak import page
-from soak.hands import Hands
+from soak.activities import Activities
 from soak.record import Recorder
 from soak.samples import LogReader, Usage, names, sample
 from soak.schedule import ROUND, Event, rounds
@@ -117,7 +117,7 @@ class Soak:
             self._recorder.close()
 
     def _drive(self, station: Station) -> None:
-        hands = Hands(station, self._note)
+        activities = Activities(station, self._note)
         logs = LogReader(*station.logs)
         odometer = self._start_odometer(station)
         programs: dict[str, Usage] = {}
@@ -130,12 +130,12 @@ class Soak:
                 if now > started + self._duration:
                     return
                 while events and begin + events[0].at <= now:
-                    self._begin_event(hands, events.pop(0))
+                    self._begin_event(activities, events.pop(0))
                 if odometer.poll() is not None:
                     odometer = self._start_odometer(station)
                 station.look_after()
-                if hands.waits:
-                    hands.look_after(names(station.pids()))
+                if activities.waits:
+                    activities.look_after(names(station.pids()))
                 if now >= next_sample:
                     programs = sample(station.pids())
                     next_sample = now + self._period
@@ -144,16 +144,16 @@ class Soak:
                 if now >= next_progress:
                     next_progress = now + PROGRESS_PERIOD
                     self._show_progress(now, programs, logs)
-                hands.release()
+                activities.release()
                 if now >= begin + self._round:
                     break
             else:
                 return
 
-    def _begin_event(self, hands: Hands, event: Event) -> None:
+    def _begin_event(self, activities: Activities, event: Event) -> None:
         """Let an event begin; one that fails is noted, counts as a broken limit, and the run goes on."""
         try:
-            hands.do(event)
+            activities.do(event)
         except (OSError, RuntimeError, subprocess.SubprocessError) as error:
             self._note("event failed", f"{event.kind} {event.what}: {error!r}")
 

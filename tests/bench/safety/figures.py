@@ -34,7 +34,7 @@ class Figures:
         hits: Collisions with things that stand.
         blind_hits: ... of these, on a side of the body where no beam points.
         person_hits: Collisions with people in which the robot moved towards them.
-        walked_into: Persons who ran into a robot that stood or went away.
+        walked_into: People who ran into a robot that stood or went away.
         per_1000, per_100_m: Collisions with things that stand.
         by_kind: Collisions by what was hit.
         hardest: Fastest collision with anything [m/s].
@@ -142,7 +142,7 @@ def _solve(count: int, chance: float) -> float:
 
 def table(rows: Sequence[tuple[str, Figures]]) -> str:
     """Return a table for people; gates by row."""
-    head = ("gate", "commands", "hits", "per 1000", "95 %", "per 100 m", "persons", "passed", "stood", "goals",
+    head = ("gate", "commands", "hits", "per 1000", "95 %", "per 100 m", "people", "passed", "stood", "goals",
             "gap 5 %", "hardest")  # fmt: skip
     cells = [head]
     for name, f in rows:

@@ -45,7 +45,7 @@ def run_rows(scenarios: int = SCENARIOS, seconds: float = SECONDS) -> list[Row]:
     """The full stack's figures against those of the fast runner."""
     wired = [drive_through_wire(number, seconds) for number in range(scenarios)]
     fast = [
-        run(INFRARED_ROBOT, OurGate, seed=SEED, first=number, count=1, speed=SPEED, seconds=seconds, persons=0)
+        run(INFRARED_ROBOT, OurGate, seed=SEED, first=number, count=1, speed=SPEED, seconds=seconds, people=0)
         for number in range(scenarios)
     ]
     name = "2-D runner"
@@ -59,7 +59,7 @@ def run_rows(scenarios: int = SCENARIOS, seconds: float = SECONDS) -> list[Row]:
 
 def drive_through_wire(number: int, seconds: float) -> Outcome:
     """One scenario in real time."""
-    place = make_place(SEED, number, INFRARED_ROBOT.profile.outline.outer_radius, persons=0)
+    place = make_place(SEED, number, INFRARED_ROBOT.profile.outline.outer_radius, people=0)
     robot = SimulatedRobotino()
     world = World(_scene(place, robot), seed=SEED)
     cameras = Cameras(world)

@@ -22,7 +22,7 @@ MUST_STOP = ("sensors silent", "sensors frozen", "NaN and infinity", "all -1", "
 """Faults at which the robot has to stand."""
 HEAD = (
     "gate", "scenarios", "commands", "hits", "per 1000 commands (95 %)", "per 100 m", "passed", "stood",
-    "goals per 100 m", "clearance 5 %", "persons",
+    "goals per 100 m", "clearance 5 %", "people",
 )  # fmt: skip
 
 

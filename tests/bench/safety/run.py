@@ -85,7 +85,7 @@ def run(
     count: int,
     speed: float,
     seconds: float,
-    persons: int | None = None,
+    people: int | None = None,
     fault: Fault = NO_FAULT,
 ) -> Outcome:
     """Drive `count` places, the first of them number `first` of `seed`, at `speed` [m/s] for `seconds`.
@@ -93,7 +93,7 @@ def run(
     Places, pilots, noise and faults depend on seed and number only, not on the gate.
     """
     radius = robot.profile.outline.outer_radius
-    batch = Batch([make_place(seed, first + i, radius, persons) for i in range(count)], seed * 1000 + first)
+    batch = Batch([make_place(seed, first + i, radius, people) for i in range(count)], seed * 1000 + first)
     gate = make_gate(robot, count)
     pilots = Pilots(batch, first, speed, radius, seed * 1000 + first)
     return Run(robot, gate, batch, pilots, (seed, first), fault).drive(seconds)
@@ -245,9 +245,9 @@ class Run:
         """Count first contacts, and pull the robot clear by the same rule for every gate."""
         gap, place, inner = self.hull.contacts(self.batch, self.pose)
         circles = self.batch.circle.shape[1]
-        persons = self.batch.circle_kind == PERSON
+        people = self.batch.circle_kind == PERSON
         standing = gap.copy()
-        standing[:, :circles][persons] = math.inf
+        standing[:, :circles][people] = math.inf
         self.out.gap = np.minimum(self.out.gap, standing.min(1))
         over = np.flatnonzero(self.bumped & (self.quiet_until <= now))
         for i in over:

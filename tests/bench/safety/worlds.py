@@ -59,16 +59,16 @@ class Place:
         return nearest
 
 
-def make_place(seed: int, index: int, radius: float, persons: int | None = None) -> Place:
+def make_place(seed: int, index: int, radius: float, people: int | None = None) -> Place:
     """The scenario `index` of a seed, for a robot of this outer radius; always the same for the same arguments."""
     rng = np.random.default_rng([seed, index])
     while True:
-        place = _furnish(rng, persons)
+        place = _furnish(rng, people)
         if _choose_ways(place, rng, radius):
             return place
 
 
-def _furnish(rng: np.random.Generator, persons: int | None) -> Place:
+def _furnish(rng: np.random.Generator, people: int | None) -> Place:
     width, depth = rng.uniform(4.0, 7.0, 2)
     place = Place(width=float(width), depth=float(depth))
     _rectangle(place, 0.5 * width, 0.5 * depth, width, depth, 0.0, WALL)
@@ -91,7 +91,7 @@ def _furnish(rng: np.random.Generator, persons: int | None) -> Place:
         _legs(place, *_spot(place, rng), 0.4, 0.4, 0.015, CHAIR)
     for _ in range(rng.integers(0, 2)):
         _legs(place, *_spot(place, rng), *rng.uniform((0.6, 0.9), (0.9, 1.6)), 0.025, TABLE)
-    for _ in range(rng.integers(0, 3) if persons is None else persons):
+    for _ in range(rng.integers(0, 3) if people is None else people):
         x, y, _ = _spot(place, rng)
         place.walkers.append((x, y, float(rng.uniform(0.2, 1.6)), int(rng.choice(3, p=MANNERS))))
     return place
@@ -247,7 +247,7 @@ class Batch:
         self._place_legs(velocity)
 
     def turn_back(self, place: int, robot: np.ndarray) -> None:
-        """Persons of a place that touch the robot go away from it."""
+        """People of a place who touch the robot go away from it."""
         if not self.walker.shape[1]:
             return
         away = self.walker[place] - robot

@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 PERIOD = 0.05
 """Seconds between two questions."""
 CALL_TIMEOUT = 0.4
-SONAR_SUBSCRIBER = "TelepresenceGuard"
+SONAR_SUBSCRIBER = "TelepresenceGate"
 _PLATFORM = "Device/SubDeviceList/Platform"
 LASERS = {"front laser": LINES["srd_front"], "left laser": LINES["srd_left"], "right laser": LINES["srd_right"]}
 """Lines by their names in the gate's profile."""

@@ -39,7 +39,7 @@ with urllib.request.urlopen(sys.argv[1], timeout=20.0) as stream:
 """Reads a web page's stream, or opens it and reads nothing."""
 
 
-class Hands:
+class Activities:
     """Carries out events. Args: note: Called with what happened, for the record."""
 
     def __init__(self, station: Station, note: Callable[[str, str], None]) -> None:
