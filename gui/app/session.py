@@ -108,7 +108,7 @@ class RobotSession(QObject):
         self._looks_left = None
         self._link.tidy_master(TIDY_TIME)
         self._terminal.end_program()
-        self._say("Stopping: the robot stands, and what runs in the terminal ends.", "warn")
+        self._say("Stopping the robot and what runs in the terminal.", "warn")
 
     def join(self, start_keyboard: bool) -> None:
         """Use programs that run already without a button having been pressed."""
@@ -128,7 +128,7 @@ class RobotSession(QObject):
         state = self._link.state
         then = "this window connects when they answer." if self._connecting else "then press Session start."
         if self._stopping:
-            return "Stopping: the robot stands, and what runs in the terminal ends.", "warn"
+            return "Stopping the robot and what runs in the terminal.", "warn"
         if not state.master:
             if self._waits_for_master:
                 return f"A ROS master is being started, then the robot's programs; {then}", "info"

@@ -1,4 +1,4 @@
-"""How long the next picture may take before the robot stands. No ROS, no Qt.
+"""How long the next picture may take before the robot stops. No ROS, no Qt.
 
 The robot must rest half a second after its pictures stop, and braking alone takes up to 0.2 s of it. So the patience
 follows the pictures: it lasts for two and a half of their usual periods, so that one may be lost and the next one half

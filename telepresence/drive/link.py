@@ -57,7 +57,7 @@ class DriveLink:
     Args:
         address: Host or host:port of the drive server.
         key: The robot's; by default that of the pilot's store, looked for again at every greeting.
-        name, rank: As what the robot knows this pilot; by default the user and this computer.
+        name, rank: Name and rank under which the robot knows this pilot; by default the user and this computer.
     Attributes:
         problem: Why the robot does not answer; empty while it does.
         outages: How often it fell silent.

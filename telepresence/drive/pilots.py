@@ -334,9 +334,9 @@ class Pilots(object):
         # type: (Pilot, Drive, float, float) -> str
         """Why a command cannot be obeyed; empty if it can."""
         if drive.echo not in pilot.reports:
-            return "The pilot has not heard this robot yet, or not for long."
+            return "The pilot has received no recent report from this robot."
         if now - drive.echo > DEAF:
-            return "The pilot has not heard this robot for %.1f s." % (now - drive.echo)
+            return "The pilot has received no report from this robot for %.1f s." % (now - drive.echo)
         if age < -0.05:
             return "The pilot's clock runs ahead."
         return "Commands arrive %.1f s late." % age if age > OLDEST else ""

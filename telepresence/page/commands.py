@@ -143,7 +143,7 @@ def parse_floor(text: str | bytes) -> FloorMessage:
     if not isinstance(at, list) or len(at) != 2 or not all(0.0 <= read_finite(part) <= 1.0 for part in at):
         raise BadMessage("at must be two shares, 0 to 1")
     if not 0.0 <= speed <= FASTEST:
-        raise BadMessage("speed is none of a robot")
+        raise BadMessage(f"speed must be 0 to {FASTEST:g} m/s")
     return FloorMessage(
         _number(fields, "n"),
         read_finite(fields["t"]),
@@ -198,7 +198,7 @@ def read_finite(value: Any) -> float:
 def read_nothing(value: Any) -> None:
     """Let null pass. Raises BadMessage."""
     if value is not None:
-        raise BadMessage("it is made with null")
+        raise BadMessage("'with' must be null")
 
 
 def read_flag(value: Any) -> bool:

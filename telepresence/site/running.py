@@ -126,7 +126,7 @@ class RunningSite:
         processes.reap_orphans(set(self.pids.values()))
 
     def close(self) -> None:
-        """End all of it: every unit at the same time, so that the last robot stands as soon as the first one."""
+        """End all of it: every unit at the same time, so that the last robot stops as soon as the first one."""
         units = [self._programs[unit.name].process for unit in self._site.units if unit.name in self._programs]
         for process in units:
             if process.poll() is None:

@@ -48,17 +48,17 @@ class Cause(IntEnum):
 
     @property
     def stops(self) -> bool:
-        """Whether the robot stands because of it."""
+        """Whether it stops the robot."""
         return self <= Cause.PICTURE
 
 
 NOTICED = {
-    Cause.MASTER: "The ROS master does not answer: the robot stands until it is back.",
+    Cause.MASTER: "The ROS master does not answer: the robot stays stopped until it is back.",
     Cause.SIMULATION: "No word from the simulated robot: it is gone until its program has started again.",
     Cause.LINK: "{robot} does not answer: it has stopped by itself; waiting for it.",
-    Cause.DRIVER: "No word from the program that drives {robot}: the robot stands until it is back.",
-    Cause.LEASE: "No word from the program that decides who drives: the robot stands until it is back.",
-    Cause.PICTURE: "No new picture from the camera: the robot stands until one comes.",
+    Cause.DRIVER: "The program that drives {robot} is silent: the robot stays stopped until it is back.",
+    Cause.LEASE: "The program that decides who drives is silent: the robot stays stopped until it is back.",
+    Cause.PICTURE: "No new picture from the camera: the robot stays stopped until one comes.",
     Cause.STATION: "The program that watches the others (roslaunch) is gone: they go on unwatched.",
 }
 """What the window says when it notices it itself."""
@@ -175,7 +175,7 @@ class Faults:
             cause = Cause.OTHER  # of a camera that nobody looks through
         kind, _, detail = what.partition(": ")
         sentence = f"{subject.format(robot=self._robot)} {kind}{f' ({detail})' if detail else ''}; it {then}."
-        self._reports[cause] = (f"{sentence} The robot stands." if cause.stops else sentence, now)
+        self._reports[cause] = (f"{sentence} The robot stops." if cause.stops else sentence, now)
         return cause
 
     def forget(self) -> None:

@@ -24,7 +24,7 @@ UNIT = """\
 [Unit]
 Description=Telepresence station: {title}
 Documentation=file:{root}/docs/running.md
-# However often it fails: a robot without its station only stands.
+# However often it fails: a robot without its station only stays stopped.
 StartLimitIntervalSec=0
 
 [Service]

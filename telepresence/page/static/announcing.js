@@ -1,5 +1,5 @@
 // @ts-check
-/** What a screen reader says: the sentence of the status line, at most once a second; why the robot stands, at once. */
+/** What a screen reader says: the sentence of the status line, at most once a second; why the robot is stopped, at once. */
 
 import { text } from "./language.js";
 import { part } from "./page.js";

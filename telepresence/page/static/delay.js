@@ -79,7 +79,7 @@ const PERIODS = 2.5; // usual periods between two pictures that the next one may
 const REMEMBERED = 9;
 const FEWEST = 3; // periods from which on the usual one is known
 
-/** How long the next picture may take before the robot stands. */
+/** How long the next picture may take before the robot stops. */
 export class Patience {
   constructor() {
     /** @type {number[]} */

@@ -1,5 +1,5 @@
 // @ts-check
-/** The connection to the station, by WebRTC or, where that is not to be had, by a websocket. It never waits for ICE to
+/** The connection to the station, by WebRTC or, where that is not available, by a websocket. It never waits for ICE to
  * heal: without pictures for a second it dials again. */
 
 import { Dialling, GATHERING } from "./dialling.js";

@@ -10,7 +10,7 @@ export function start(page) {
     try {
       lock = await navigator.wakeLock.request("screen");
     } catch (error) {
-      // Saving energy comes first on some phones; then the screen goes dark as for any other page, and the robot stands.
+      // Saving energy comes first on some phones; then the screen goes dark as for any other page, and the robot stops.
       if (!(error instanceof DOMException)) throw error;
     }
   };

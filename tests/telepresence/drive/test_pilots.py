@@ -175,7 +175,7 @@ def test_a_pilot_who_hears_nothing_cannot_drive(pilots, pilot):
     pilot.receive(100.0)
     pilot.drive(101.5, after=1.49, receive=False)
     assert pilots.command(101.5) is None
-    assert "has not heard this robot for 1.5 s" in pilots.problem
+    assert "has received no report from this robot for 1.5 s" in pilots.problem
 
 
 def test_an_invented_report_is_no_proof(pilots, pilot):

@@ -36,7 +36,7 @@ def test_a_report_makes_the_sentence_exact_and_ends_with_what_is_noticed(faults)
     faults.picture_programs = {"front"}
     faults.notice(Cause.PICTURE, True, 10.0)
     assert faults.report("/pepper_robot/camera/front", "died: signal 9", "starts again", 10.3) is Cause.PICTURE
-    assert sentence(faults, 10.3) == ("The front camera's program died (signal 9); it starts again. The robot stands.")
+    assert sentence(faults, 10.3) == ("The front camera's program died (signal 9); it starts again. The robot stops.")
     faults.notice(Cause.PICTURE, False, 12.0)
     assert not sentence(faults, 12.0) and len(faults.recent) == 1
 

@@ -143,4 +143,4 @@ class RobotStation:
 
 
 async def _refuse_without_webrtc(_value: Any, _account: Account) -> None:
-    raise ValueError("Sound and face need WebRTC, which is not to be had here.")
+    raise ValueError("Sound and face need WebRTC, which this connection lacks.")

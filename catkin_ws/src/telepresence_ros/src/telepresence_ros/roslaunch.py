@@ -8,7 +8,7 @@ It takes the arguments of roslaunch and any launch file. What differs:
 * each such fault is published on /station/faults, by the node station_faults that it starts besides;
 * nodes that an earlier one has started in the same station, and that still run, go on;
 * nodes that are scripts for this Python are forked, and so start sooner (`telepresence_ros.fork_server`);
-* its sockets, those of this process, listen where they must only.
+* the sockets of this process listen only where they must.
 """
 
 from __future__ import annotations

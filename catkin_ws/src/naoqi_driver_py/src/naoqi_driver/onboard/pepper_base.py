@@ -3,7 +3,7 @@
 """The base of a NAOqi robot as the drive server drives it: ALMotion's move, moveTo, stopMove and killMove.
 
 Wire (NAOqi 2.5-2.8 documentation, ALMotion): `move(x, y, theta)` [m/s, m/s, rad/s] returns at once and holds until the
-next command, for ever if none comes; `moveTo(x, y, theta)` [m, m, rad] and `stopMove()` return when the robot stands;
+next command, for ever if none comes; `moveTo(x, y, theta)` [m, m, rad] and `stopMove()` return once it has stopped;
 `killMove()` ends a motion without braking ramp. No answer is waited for: each is looked at when the next step comes.
 At most one velocity is on its way, so that none can queue up behind an ALMotion that hangs, or in a network.
 
@@ -34,7 +34,7 @@ BRAKING_TIME = 0.1
 """Seconds of gentle braking that a robot gets whose pilot fell silent; then `killMove`. Gently alone, ALMotion needs
 0.6 s from 0.35 m/s (0.55 m/s2)."""
 RELEASE_TIME = 1.5
-"""Seconds after which a robot that was let go must stand; then `killMove`."""
+"""Seconds after which the robot must have stopped once the keys are let go of; then `killMove`."""
 ANSWER_TIMEOUT = 0.4
 """Seconds within which ALMotion answers `move` and `killMove`; else it counts as hanging, which is a fault."""
 AGAIN_PERIOD, AGAIN_TIME = 0.001, 0.05
