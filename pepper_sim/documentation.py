@@ -105,7 +105,7 @@ def read_all(folder: Path = FOLDER) -> dict[str, ServiceDocumentation]:
 def read(file: Path) -> ServiceDocumentation:
     """Return what one file says.
 
-    Raises: DocumentationError: It is no TOML, a key is unknown or missing, or a value is none that the key can have.
+    Raises: DocumentationError: It is no TOML, a key is unknown or missing, or a key cannot have its value.
     """
     try:
         content = tomllib.loads(file.read_text())

@@ -53,7 +53,7 @@ class SimulatedPepper(SimulatedRobot):
         station: Where its charging station stands: "x,y,theta" [m, m, rad] of the docked robot, seen from where it
             starts; "" for none.
     Raises:
-        ValueError: A person or the station is none.
+        ValueError: A person or the station is invalid.
     """
 
     DEFAULT_PORT = DEFAULT_PORT

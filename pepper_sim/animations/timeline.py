@@ -71,7 +71,7 @@ def read_qianim(file: Path) -> Timeline:
 def read_curves(parent: ElementTree.Element, fps: float, first: float, last: float, file: Path) -> Timeline:
     """Read the curves of `parent`, but not those of boxes inside it, from the frame `first` to the frame `last`.
 
-    Raises: NotReadable: A curve has a joint, a unit or a number that is none.
+    Raises: NotReadable: A curve has an invalid joint, unit or number.
     """
     curves: dict[str, tuple[Key, ...]] = {}
     for curve in (*parent.iterfind("ActuatorCurve"), *parent.iterfind("ActuatorList/ActuatorCurve")):

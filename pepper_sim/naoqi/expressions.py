@@ -63,7 +63,7 @@ class _Parser:
         return node
 
     def _wrong(self, what: str) -> ServiceError:
-        return ServiceError(f"expression {shown(self._text)} is none: {shown(what)} is out of place")
+        return ServiceError(f"expression {shown(self._text)} is invalid: {shown(what)} is out of place")
 
     def _peek(self) -> str:
         kind, word = self._tokens[0] if self._tokens else ("", "")
@@ -195,7 +195,7 @@ def _tokens(text: str) -> deque[tuple[str, str]]:
     while text[at:].strip():
         match = _TOKEN.match(text, at)
         if match is None:
-            raise ServiceError(f"expression {shown(text)} is none: {shown(text[at:].strip())} is unknown")
+            raise ServiceError(f"expression {shown(text)} is invalid: {shown(text[at:].strip())} is unknown")
         found.append((str(match.lastgroup), match.group(str(match.lastgroup))))
         at = match.end()
     return found

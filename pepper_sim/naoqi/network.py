@@ -100,7 +100,7 @@ class Network:
     def configure(self, identity: str, settings: Mapping[str, Any]) -> None:
         """Change settings of a service: Domains, Nameservers, IPv4, Proxy, Autoconnect.
 
-        Raises: ServiceError: There is no such service or setting, or the value is none that it can have.
+        Raises: ServiceError: There is no such service or setting, or it cannot have the value.
         """
         service = self.find(identity)
         for key, value in settings.items():

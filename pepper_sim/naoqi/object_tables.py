@@ -97,7 +97,7 @@ class ObjectTables:
     def select(self, category: str, attribute: str, criterion: str, fields: str = "*", order: str = "") -> list[list]:
         """Return the values that match a client's condition.
 
-        Raises: ServiceError: There is no such attribute or field, or the condition is none.
+        Raises: ServiceError: There is no such attribute or field, or the condition is invalid.
         """
         known = self._known(category, attribute)
         wanted = known if fields.strip() == "*" else [field.strip() for field in fields.split(",")]

@@ -62,7 +62,7 @@ class DriveLink:
         problem: Why the robot does not answer; empty while it does.
         outages: How often it fell silent.
     Raises:
-        ValueError: The address is none, or the name or rank is unfit.
+        ValueError: The address is invalid, or the name or rank is unfit.
     """
 
     def __init__(self, address: str, key: RobotKey | None = None, name: str = "", rank: int = 0) -> None:

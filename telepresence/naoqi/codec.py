@@ -35,7 +35,7 @@ def encode(signature: str, value: Any, *, objects: Objects | None = None, dialec
     """Return a value of this type as buffers to be sent one after the other; it is converted as libqi does if need be.
 
     Raises:
-        WireError: The signature is none, or the value has no form in it.
+        WireError: The signature is invalid, or the value has no form in it.
     """
     return encode_kind(signature, value, objects, dialect)
 

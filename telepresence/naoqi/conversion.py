@@ -28,7 +28,7 @@ def convert(value: Any, signature: str) -> Any:
 
     Raises:
         ConversionError: It cannot be one.
-        WireError: The signature is none.
+        WireError: The signature is invalid.
     """
     return convert_kind(value, parse(signature))
 

@@ -78,7 +78,7 @@ def decoder_of(signature: str, reader: Reader) -> Decoder:
     """Return the decoder of a type, counted as one within the type that is being read.
 
     Raises:
-        WireError: The signature is none, or stands for nothing that can be received.
+        WireError: The signature is invalid, or stands for nothing that can be received.
     """
     found = _DECODERS.get(signature)
     if found is None:

@@ -48,7 +48,7 @@ class Proxy:
         url: How browsers reach the page through it, https://HOST[:PORT]/ROBOT/.
         place: From where it speaks to the page: unix:FILE, or an IP address.
     Raises:
-        ValueError: One of them is none.
+        ValueError: One of them is invalid.
     """
 
     url: str

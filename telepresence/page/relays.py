@@ -36,7 +36,7 @@ class Relays:
             tried by both; it answers as a STUN server, too.
         secret: Shared with the relay; needed with `turn:`.
     Raises:
-        ValueError: With a sentence: a URI that is none, or no secret.
+        ValueError: With a sentence: a URI is invalid, or there is no secret.
     """
 
     def __init__(self, uris: Sequence[str] = (), secret: str = "") -> None:

@@ -86,7 +86,7 @@ class Client(object):
     Attributes:
         wires: The connections; the first is that of the directory.
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
         NaoqiError, EnvironmentError: Nobody answers there as NAOqi does.
     """
 

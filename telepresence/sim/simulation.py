@@ -48,7 +48,7 @@ def parse_robots(words: Iterable[str], options: Mapping[str, Mapping[str, Any]] 
     Args:
         options: Kind or name of a robot -> settings of its kind.
     Raises:
-        ValueError: Unknown kind, a count or port that is none, or a name that is none or is taken.
+        ValueError: Unknown kind, an invalid count, port or name, or a name that is taken.
     """
     requests: list[RobotRequest] = []
     for word in words:

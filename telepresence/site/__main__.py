@@ -77,7 +77,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     commands = parser.add_subparsers(dest="command", required=True, metavar="up|check")
     for name, text in (("up", "bring up units and proxy; Ctrl-C ends all of it"), ("check", "say what is wrong")):
         one = commands.add_parser(name, help=text, description=text)
-        one.add_argument("file", type=Path, help="of the site, TOML: docs/site.toml is one")
+        one.add_argument("file", type=Path, help="file of the site, TOML: docs/site.toml is one")
     return parser.parse_args(arguments)
 
 

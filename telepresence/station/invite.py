@@ -85,12 +85,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--drive", action="store_true", help="whoever has the link may take a free robot, and drive")
     what.add_argument("--watch", action="store_true", help="whoever has the link sees and may press the red stop")
-    what.add_argument("--list", action="store_true", help="the links that hold")
-    what.add_argument("--withdraw", metavar="ID", help="end a link at once, and who came in by it")
+    what.add_argument("--list", action="store_true", help="list the valid links")
+    what.add_argument("--withdraw", metavar="ID", help="end a link at once, and throw out whoever came in by it")
     parser.add_argument(
         "--for", dest="lasts", type=_seconds, default=7200.0, metavar="TIME", help="30m, 2h, 1d; default 2h"
     )
-    parser.add_argument("--once", action="store_true", help="one person uses it up")
+    parser.add_argument("--once", action="store_true", help="for one person only")
     parser.add_argument("--users", type=Path, metavar="FILE", help="the accounts beside which the links are kept")
     return parser.parse_args(arguments)
 

@@ -54,7 +54,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m telepresence.station.screen_page", description=__doc__)
     parser.add_argument("folder", type=Path, help="where Xvfb's option -fbdir writes the screen")
     parser.add_argument("--port", type=int, default=10003, help="default 10003")
-    parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is; default loopback")
+    parser.add_argument(
+        "--address", default="127.0.0.1", help="address of this machine where the page is; default loopback"
+    )
     parser.add_argument("--listening", type=int, help="descriptor of a socket that listens already, in place of both")
     arguments = parser.parse_args()
     listening = socket.socket(fileno=arguments.listening) if arguments.listening is not None else None

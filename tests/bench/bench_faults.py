@@ -47,11 +47,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--robot", choices=STATIONS, action="append", help="the station; default all three")
     parser.add_argument("--by", choices=WAYS, action="append", help="how it is driven; default all three ways")
     parser.add_argument("--fault", choices=KINDS, action="append", help="default both")
-    parser.add_argument("--times", type=int, default=5, metavar="N", help="each fault so often; default 5")
+    parser.add_argument("--times", type=int, default=5, metavar="N", help="repetitions of each fault; default 5")
     parser.add_argument("--quick", action="store_true", help="each fault once")
     parser.add_argument("--only", metavar="PATTERN", help="processes whose name has this in it (regular expression)")
     parser.add_argument("--part", choices=PARTS, action="append", help="processes or the link; default both")
-    parser.add_argument("--link-times", type=int, default=25, metavar="N", help="each fault of the link; default 25")
+    parser.add_argument(
+        "--link-times", type=int, default=25, metavar="N", help="repetitions of each fault of the link; default 25"
+    )
     parser.add_argument("--load", action="store_true", help="other programs keep every processor busy")
     parser.add_argument("--list", action="store_true", help="bring up the station, print its processes, end")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every fault and every row, written as it goes")

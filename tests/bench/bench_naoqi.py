@@ -75,7 +75,7 @@ def main(options: Sequence[str]) -> int:
 
 def parse(options: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="./stack bench naoqi", description=__doc__.split("\n\n", 1)[1])
-    parser.add_argument("--rounds", type=int, default=5, help="of all four pairs (default: %(default)s, two minutes)")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds (default: %(default)s, two minutes)")
     parser.add_argument(
         "--scale", type=float, default=1.0, metavar="X", help="X times as many calls in a round (default: %(default)s)"
     )

@@ -65,7 +65,7 @@ def parse(options: Sequence[str]) -> argparse.Namespace:
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--hours", type=float, default=0.0)
     length.add_argument("--minutes", type=float, default=20.0, help="default: 20")
-    parser.add_argument("--seed", type=int, default=0, help="of the schedule, the sensors' noise and the losses")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the schedule, the sensors' noise and the losses")
     parser.add_argument(
         "--loss", type=float, default=LOSS, help="share of packets lost each way (default: %(default)s)"
     )

@@ -30,8 +30,8 @@ def main() -> int:
 
     parser = argparse.ArgumentParser(prog="./stack fuzz", description="Damaged inputs for parsers of outside bytes.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of: {', '.join(TARGETS)}; default all")
-    parser.add_argument("--inputs", type=int, default=1_000_000, help="for each; default 1000000")
-    parser.add_argument("--seed", type=int, default=1, help="of the random numbers; default 1")
+    parser.add_argument("--inputs", type=int, default=1_000_000, help="inputs for each parser; default 1000000")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers; default 1")
     parser.add_argument("--plain", action="store_true", help="random changes only, without atheris")
     arguments = parser.parse_args()
     unknown = set(arguments.names) - set(TARGETS)

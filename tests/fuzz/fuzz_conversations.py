@@ -76,8 +76,8 @@ def fuzz(name: str, messages: int, seed: int, progress: bool = True) -> Row:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", 1)[1])
-    parser.add_argument("--messages", type=int, default=1_000_000, help="for each side; default 1000000")
-    parser.add_argument("--seed", type=int, default=1, help="of the random numbers; default 1")
+    parser.add_argument("--messages", type=int, default=1_000_000, help="messages for each side; default 1000000")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers; default 1")
     parser.add_argument("--side", choices=SIDES, help="only one of them")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows to this file")
     parser.add_argument("--client", metavar="URL", help=argparse.SUPPRESS)

@@ -68,7 +68,7 @@ class Logger:
         try:
             level, category, words = read_message(message)
         except UnexpectedReply:
-            level, category, words = self._level, "its log", "holds a line that is none"
+            level, category, words = self._level, "its log", "holds an invalid line"
         if level > self._level:
             return
         with self._lock:

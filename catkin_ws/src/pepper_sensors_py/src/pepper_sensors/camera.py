@@ -68,7 +68,7 @@ def read_reply(reply: Any) -> CameraPicture:
     seconds, microseconds = parts[4:6]
     # Stamps count seconds since 1970; beyond what a message's header can hold there is none.
     if not (_is_count(seconds, LATEST) and _is_count(microseconds, 10**6)):
-        raise ValueError("a picture's time is none")
+        raise ValueError("a picture's time is invalid")
     left, top, right, bottom = numbers(parts[8:12], 4, "a picture's angles")
     return CameraPicture(pixels, encoding, seconds + microseconds * 1e-6, (left, top, right, bottom))
 

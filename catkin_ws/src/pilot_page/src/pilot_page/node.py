@@ -135,19 +135,19 @@ def parse(argv: list[str]) -> argparse.Namespace:
         metavar="KIND[:NAMESPACE[:TOPIC]]",
         help=f"what can be driven, where its topics and where its pictures are: {', '.join(KINDS)}",
     )
-    parser.add_argument("--address", default="127.0.0.1", help="of this machine, where the page is")
+    parser.add_argument("--address", default="127.0.0.1", help="address of this machine where the page is")
     parser.add_argument("--port", type=int, default=8443)
     parser.add_argument("--sign-in", type=switch, default=True, metavar="true|false")
     parser.add_argument("--users", default="", metavar="FILE")
     parser.add_argument("--servers", nargs="*", default=[], metavar="URI", help="stun:, turn: and turns:HOST[:PORT]")
     parser.add_argument("--turn-secret", default="", metavar="FILE", help="the relay's static-auth-secret")
     parser.add_argument("--certificate", default="", metavar="FILE", help="PEM with its chain; default: one of our own")
-    parser.add_argument("--key", default="", metavar="FILE", help="of --certificate, where it is not in that file")
+    parser.add_argument("--key", default="", metavar="FILE", help="key of --certificate, where it is not in that file")
     parser.add_argument(
-        "--certificates", default="", help="of certificate, sign-ins and audit; default in the home's .config"
+        "--certificates", default="", help="folder for certificate, sign-ins and audit; default in the home's .config"
     )
     parser.add_argument("--url", default="", help="how browsers reach the page by a proxy: https://HOST[:PORT]/ROBOT/")
-    parser.add_argument("--proxy", default="", metavar="unix:FILE|ADDRESS", help="from where the proxy asks")
+    parser.add_argument("--proxy", default="", metavar="unix:FILE|ADDRESS", help="where the proxy's requests come from")
     options = parser.parse_args([word for word in argv if ":=" not in word])
     options.certificates = options.certificates or str(Path.home() / ".config/telepresence/page")
     return options

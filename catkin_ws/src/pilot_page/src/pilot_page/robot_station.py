@@ -32,7 +32,7 @@ def robot_kind(word: str) -> RobotKind:
     beside the pictures. Raises ValueError."""
     name, *places = word.split(":")
     if name not in KINDS or len(places) > 2:
-        raise ValueError(f"{word!r} is none of {', '.join(KINDS)}, or more than KIND:NAMESPACE:TOPIC")
+        raise ValueError(f"{word!r} is not one of {', '.join(KINDS)}, or more than KIND:NAMESPACE:TOPIC")
     kind, (namespace, picture) = KINDS[name], (*places, "", "")[:2]
     return replace(kind, namespace=namespace or kind.namespace, picture=picture or kind.picture)
 

@@ -99,7 +99,7 @@ class RobotinoClient:
         timeout: Seconds to connect, and to wait for each answer.
         clock: Monotonic time [s].
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
     """
 
     def __init__(self, address: str, timeout: float = TIMEOUT, clock: Callable[[], float] = time.monotonic) -> None:

@@ -87,7 +87,9 @@ class SignalingClient:
             description = checked(answer.body.decode(errors="replace"), *robot)
             await peer.setRemoteDescription(RTCSessionDescription(description, "answer"))
         except Exception as error:  # aiortc parses with asserts and indices
-            raise Refused(f"the answer of the {self._what} at {self._url} is none: {error!r}"[:MAX_REASON]) from error
+            raise Refused(
+                f"the answer of the {self._what} at {self._url} is invalid: {error!r}"[:MAX_REASON]
+            ) from error
         return answer.location if _LOCATION.fullmatch(answer.location) else None
 
     async def leave(self, session: aiohttp.ClientSession, location: str | None) -> None:

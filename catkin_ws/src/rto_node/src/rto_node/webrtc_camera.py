@@ -67,7 +67,7 @@ class WebrtcCamera:
         age: Of the newest picture at its arrival [s]; None where it carries no time.
         received, connections: Counts.
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
     """
 
     def __init__(self, address: str, with_time: bool = False) -> None:
@@ -257,7 +257,7 @@ def sender_url(address: str) -> str:
     """Where offers go.
 
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
     """
     text = address.strip()
     parts = urlsplit(text if "://" in text else f"http://{text}")

@@ -79,7 +79,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--gait", choices=("trot", "crawl"), default="trot", help="(default: %(default)s)")
     parser.add_argument(
-        "--port", type=int, default=PORT, help="of the walker's web server; 0 takes a free one (default: %(default)s)"
+        "--port",
+        type=int,
+        default=PORT,
+        help="port of the walker's web server; 0 takes a free one (default: %(default)s)",
     )
     parser.add_argument("--seed", type=int, default=0, help="start of all random sequences (default: %(default)s)")
     return parser.parse_args(arguments)

@@ -52,9 +52,14 @@ def main() -> int:
     """Run the program; the exit code for the process."""
     parser = argparse.ArgumentParser(prog="rob_cam.py", description="Show the robot's camera in a window.")
     parser.add_argument("ip", nargs="?", help="open the camera of the robot there, without ROS")
-    parser.add_argument("port", nargs="?", type=int, default=9559, help="of the robot's NAOqi; default %(default)s")
     parser.add_argument(
-        "--page-port", type=int, default=PAGE_PORT, help="of the page when there is no display; default %(default)s"
+        "port", nargs="?", type=int, default=9559, help="port of the robot's NAOqi; default %(default)s"
+    )
+    parser.add_argument(
+        "--page-port",
+        type=int,
+        default=PAGE_PORT,
+        help="port of the page when there is no display; default %(default)s",
     )
     options = parser.parse_args(rospy.myargv(sys.argv)[1:])
     return (

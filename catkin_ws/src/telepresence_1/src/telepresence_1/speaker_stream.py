@@ -122,7 +122,7 @@ class SpeakerStream:
             call(_DEVICE, "openAudioOutputs", timeout=3.0)
             now = self._robots_rate()
         if now not in RATES:
-            raise CallRefused(f"the robot plays {now} Hz, which is none of {RATES}")
+            raise CallRefused(f"the robot plays {now} Hz, which is not one of {RATES}")
         self._link = link
         self.problem = None
         self._pending.clear()

@@ -33,7 +33,7 @@ class CarefulSwitch:
         on_choice: Called after somebody has switched, on the same thread.
         unavailable: Why this gate has no careful scan; empty if it has one.
     Raises:
-        SystemExit: ~careful is none of its values.
+        SystemExit: ~careful has no valid value.
     """
 
     def __init__(

@@ -46,7 +46,7 @@ class NaoqiLink(object):
         problem: Why there is none; empty while there is one.
         near: NAOqi is on this machine.
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
     """
 
     def __init__(self, url, log, far=False):
@@ -153,7 +153,7 @@ def is_near(url):
     """Whether NAOqi at this address is on this machine.
 
     Raises:
-        ValueError: The address is none.
+        ValueError: The address is invalid.
     """
     host = place_of(url)[1][0]
     try:

@@ -86,7 +86,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
              "%(default)s)",
     )  # fmt: skip
     camera.add_argument("--rate", type=float, default=30.0, help="pictures per second, at most (default: %(default)s)")
-    camera.add_argument("--size", default="640x480", type=_size, help="of a device's pictures (default: 640x480)")
+    camera.add_argument("--size", default="640x480", type=_size, help="size of a device's pictures (default: 640x480)")
     camera.add_argument(
         "--copy-paste", action="store_true", help="print the offer and read the answer, instead of serving by HTTP"
     )

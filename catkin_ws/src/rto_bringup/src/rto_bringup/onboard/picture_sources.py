@@ -130,10 +130,10 @@ def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
         rate: Pictures per second, at most.
         size: (width, height) [pixel]; a robot's web server has its own.
     Raises:
-        ValueError: The rate is none, or the address is.
+        ValueError: The rate or the address is invalid.
     """
     if not (math.isfinite(rate) and 0.0 < rate <= 120.0):
-        raise ValueError(f"a camera rate of {rate} is none; wanted is a number of pictures per second up to 120")
+        raise ValueError(f"a camera rate of {rate} is invalid; give a number of pictures per second up to 120")
     if text == "test":
         return PictureSource("test picture", lambda: test_pictures(rate, size))
     if text.startswith("/"):
