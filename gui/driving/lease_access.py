@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
-from telepresence.teleop.drive_lease import Account, Command
+from telepresence.teleop.drive_lease import Account, SignedCommand
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_client import LIFE_PERIOD, LeaseClient
 from telepresence.teleop.lease_topics import LeaseState
@@ -97,7 +97,7 @@ class _Link:
     def node_name(self) -> str:
         return self._link.node_name
 
-    def send(self, session: str, command: Command) -> None:
+    def send(self, session: str, command: SignedCommand) -> None:
         self._link.send("command", session, command)
 
     def send_look(self, session: str, command: LookCommand) -> None:

@@ -39,7 +39,7 @@ from telepresence.host_port import parse_host_port
 from telepresence.security.robot_key import RobotKey, is_loopback
 from telepresence.station.fault_sentences import DRIVE_SERVER
 
-COMMAND_TIMEOUT = 0.3
+LINK_TIMEOUT = 0.3
 """Seconds for which a velocity is valid here: windows repeat it every 0.05 s, keyboard nodes every 0.1 s."""
 SILENCE = 0.4
 """Seconds without a report after which the robot counts as not answering."""
@@ -273,7 +273,7 @@ class DriveLink:
 
     def _send_newest(self, now: float) -> None:
         with self._lock:
-            fresh = now - self._given_at <= COMMAND_TIMEOUT
+            fresh = now - self._given_at <= LINK_TIMEOUT
             velocity = self._velocity if fresh else None
             echo, heard_at = self._echo, self._heard_at
             if velocity is not None:

@@ -53,7 +53,7 @@ MAX_SESSIONS = 8
 WELCOME = encode(type="welcome")
 
 
-class Command(namedtuple("Command", "vx vy wz stamp")):
+class PilotVelocity(namedtuple("PilotVelocity", "vx vy wz stamp")):
     """The velocity that a pilot requests, in base_link [m/s, m/s, rad/s]; `stamp`: when it was given, robot's clock."""
 
     __slots__ = ()
@@ -126,7 +126,7 @@ class Pilots(object):
         self._pilots = {}  # type: Dict[bytes, Pilot]
         self._driver = None  # type: Optional[Pilot]
         self._driven = -INFINITY  # when the driver's last velocity arrived
-        self._command = None  # type: Optional[Command]
+        self._command = None  # type: Optional[PilotVelocity]
         self._goal = None  # type: Optional[Goal]
         self._goal_of = None  # type: Optional[Pilot]
         self._goal_state = ENDED
@@ -171,7 +171,7 @@ class Pilots(object):
         return []
 
     def command(self, now):
-        # type: (float) -> Optional[Command]
+        # type: (float) -> Optional[PilotVelocity]
         """The command that counts now; None if there is none."""
         self._expire(now)
         return self._command
@@ -318,7 +318,7 @@ class Pilots(object):
         self._driver, self._driven, self._let_go = pilot, now, False
         self.careful, self.problem = drive.careful, ""
         if drive.velocity is not None:
-            self._command = Command(*(drive.velocity + (now - max(0.0, age),)))  # noqa: RUF005
+            self._command = PilotVelocity(*(drive.velocity + (now - max(0.0, age),)))  # noqa: RUF005
             self.end_goal()
         elif drive.goal is not None:
             self._command = None

@@ -22,7 +22,7 @@ if MYPY:
     from typing import Callable, Optional, Tuple  # noqa: F401, UP035
 
     from telepresence.drive.datagram import Goal, Vector  # noqa: F401
-    from telepresence.drive.pilots import Command, Outgoing  # noqa: F401
+    from telepresence.drive.pilots import Outgoing, PilotVelocity  # noqa: F401
     from telepresence.security.shared_key import SharedKey  # noqa: F401
 
 PERIOD = 0.05
@@ -48,7 +48,7 @@ class DrivenBase(object):
     """What a drive server drives. One thread calls it."""
 
     def step(self, now, command, goal, pilots):
-        # type: (float, Optional[Command], Optional[Goal], Pilots) -> Outcome
+        # type: (float, Optional[PilotVelocity], Optional[Goal], Pilots) -> Outcome
         """Obey the command or drive to the goal, or neither; `pilots` knows whether they let go or were cut off."""
         raise NotImplementedError
 
@@ -177,7 +177,7 @@ class DriveServer(object):
             pass  # lost, as any datagram may be: the network is away, or takes nothing now
 
     def _tick(self, now, command, goal):
-        # type: (float, Optional[Command], Optional[Goal]) -> None
+        # type: (float, Optional[PilotVelocity], Optional[Goal]) -> None
         outcome = self._base.step(now, command, goal, self._pilots)
         self._report(now, outcome, command is not None or goal is not None)
         if self._pilots.refused > self._refused and now >= self._log_due:

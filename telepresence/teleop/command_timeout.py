@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 
-COMMAND_TIMEOUT = 0.5
+DRIVER_TIMEOUT = 0.5
 """Seconds for which a velocity command is valid. Window and page repeat theirs every `SEND_PERIOD`, keyboard nodes
 every 0.1 s."""
 SEND_PERIOD = 0.05
@@ -71,7 +71,7 @@ class LatestCommand:
 
     def __init__(
         self,
-        timeout: float = COMMAND_TIMEOUT,
+        timeout: float = DRIVER_TIMEOUT,
         standstill: float = 0.0,
         limit: Callable[[Velocity], Velocity] = lambda velocity: velocity,
     ) -> None:

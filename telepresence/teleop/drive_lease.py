@@ -25,9 +25,9 @@ from telepresence.teleop.lease_messages import (
     PILOT,
     WATCHER,
     Account,
-    Command,
     Offer,
     Reply,
+    SignedCommand,
     as_bytes,
     command_parts,
     outranks,
@@ -36,7 +36,18 @@ from telepresence.teleop.lease_messages import (
 from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, Window, Windows
 from telepresence.teleop.looking import Look, LookCommand, look_part
 
-__all__ = ["FORGOTTEN", "LEASE", "PILOT", "WATCHER", "ZERO", "Account", "Command", "DriveLease", "State", "Velocity"]
+__all__ = [
+    "FORGOTTEN",
+    "LEASE",
+    "PILOT",
+    "WATCHER",
+    "ZERO",
+    "Account",
+    "DriveLease",
+    "LeaseSnapshot",
+    "SignedCommand",
+    "Velocity",
+]
 
 COMMAND_AGE = 0.3
 """Seconds for which a velocity is valid. Windows repeat it every 0.05 s."""
@@ -50,7 +61,7 @@ OTHER_TIME = 0.5
 
 
 @dataclass(frozen=True)
-class State:
+class LeaseSnapshot:
     """What is published about the lease.
 
     Args:
@@ -132,7 +143,7 @@ class DriveLease:
         for window in self._windows.outdated(sessions, accounts, now):
             self._leave(window, now)
 
-    def receive(self, session: str, command: Command, now: float) -> Velocity | None:
+    def receive(self, session: str, command: SignedCommand, now: float) -> Velocity | None:
         """Take a window's command; return the velocity to send to the robot at once, or None."""
         window = self._windows.get(session)
         if (
@@ -237,12 +248,12 @@ class DriveLease:
             return self._give(ZERO, now)
         return self._give(ZERO, now) if now < self._zeros_until else None
 
-    def state(self, now: float) -> State:
+    def state(self, now: float) -> LeaseSnapshot:
         """Return the state at `now` [s]."""
         pilot, asking = self._pilot, self._asking
         here = self._windows.present(now)
         present = sorted((f"{w.account.name} ({w.account.role})", w.node) for w in here)
-        return State(
+        return LeaseSnapshot(
             pilot=pilot.account.name if pilot else "",
             window=pilot.node if pilot else "",
             asking=asking.account.name if asking and now - asking.last_message <= LEASE else "",
@@ -324,7 +335,7 @@ class DriveLease:
     # --- checks and transitions ---
 
     def _is_genuine(
-        self, window: Window, command: Command | LookCommand, now: float, purpose: str, *parts: bytes
+        self, window: Window, command: SignedCommand | LookCommand, now: float, purpose: str, *parts: bytes
     ) -> bool:
         """Whether a message is signed by this window, new and not late; it renews the window's lease, too."""
         if window.received.check(command.proof, purpose, command.number, *parts) is not Check.GOOD:
@@ -354,7 +365,7 @@ class DriveLease:
         return self._pilot.hold if self._pilot is not None else ""
 
 
-def _is_sound(command: Command) -> bool:
+def _is_sound(command: SignedCommand) -> bool:
     """Whether a command says something that can be done and shown."""
     if not all(map(math.isfinite, command.velocity or ZERO)):
         return False

@@ -24,8 +24,8 @@ from telepresence.teleop.lease_messages import (
     MOST_TEXT,
     PILOT,
     Account,
-    Command,
     Reply,
+    SignedCommand,
     sign_command,
     sign_join,
     sign_joined,
@@ -332,7 +332,7 @@ class LeaseClient:
             return
         self._number += 1
         self._sent_at = time.monotonic()
-        unsigned = Command(self._number, _seconds() if sent is None else sent, velocity, self._hold)
+        unsigned = SignedCommand(self._number, _seconds() if sent is None else sent, velocity, self._hold)
         command = dataclasses.replace(unsigned, proof=sign_command(self._key, unsigned))
         self._link.send(self._session, command)
 

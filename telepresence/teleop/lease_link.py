@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from telepresence.teleop.key_agreement import Claim
-from telepresence.teleop.lease_messages import Command
+from telepresence.teleop.lease_messages import SignedCommand
 from telepresence.teleop.looking import LookCommand
 
 
@@ -33,7 +33,7 @@ class LeaseLink(Protocol):
     def node_name(self) -> str:
         """Name by which drive_lease knows this window."""
 
-    def send(self, session: str, command: Command) -> None: ...
+    def send(self, session: str, command: SignedCommand) -> None: ...
 
     def send_look(self, session: str, command: LookCommand) -> None: ...
 

@@ -40,7 +40,7 @@ def outranks(account: Account, other: Account) -> bool:
 
 
 @dataclass(frozen=True)
-class Command:
+class SignedCommand:
     """What a window sends, ten times a second or more while it drives and four times otherwise.
 
     Args:
@@ -90,7 +90,7 @@ def sign_reply(key: bytes, number: int, reply: Reply) -> bytes:
     return signing.sign(key, "reply", number, bytes((reply.ok, reply.ended)), as_bytes(reply.reason))
 
 
-def sign_command(key: bytes, command: Command) -> bytes:
+def sign_command(key: bytes, command: SignedCommand) -> bytes:
     """Return the proof that belongs in the command."""
     return signing.sign(key, "command", command.number, *command_parts(command))
 
@@ -100,7 +100,7 @@ def sign_request(key: bytes, number: int, action: str, to: str = "") -> bytes:
     return signing.sign(key, "request", number, as_bytes(action), as_bytes(to))
 
 
-def command_parts(command: Command) -> tuple[bytes, bytes]:
+def command_parts(command: SignedCommand) -> tuple[bytes, bytes]:
     """Return what of a command is signed besides its number."""
     velocity = command.velocity or ZERO
     return struct.pack("<d?3d", command.sent, command.velocity is not None, *velocity), as_bytes(command.hold)

@@ -9,7 +9,7 @@ from telepresence.geometry import Velocity
 from telepresence.security.outside_text import clean, clean_name
 from telepresence.security.signing import PROOF
 from telepresence.teleop.key_agreement import Claim
-from telepresence.teleop.lease_messages import Command
+from telepresence.teleop.lease_messages import SignedCommand
 from telepresence.teleop.looking import LookCommand
 
 MOST_PRESENT = 32
@@ -64,7 +64,7 @@ def read_lease_state(message: Any, arrived: float) -> LeaseState:
     )
 
 
-def fill_command(message: Any, session: str, command: Command) -> None:
+def fill_command(message: Any, session: str, command: SignedCommand) -> None:
     """Fill in a signed command of this window."""
     message.session, message.number, message.sent = session, command.number, command.sent
     message.driving = command.velocity is not None

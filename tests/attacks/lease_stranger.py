@@ -76,7 +76,7 @@ class Window:
     def send(self):
         self.number += 1
         velocity = None if self.velocity is None else drive_lease.Velocity(*self.velocity)
-        command = drive_lease.Command(self.number, time.monotonic(), velocity, self.hold)
+        command = drive_lease.SignedCommand(self.number, time.monotonic(), velocity, self.hold)
         command = dataclasses.replace(command, proof=sign_command(self.key, command))
         message = DriveCommand(session=self.session, number=command.number, sent=command.sent, hold=command.hold)
         message.driving, message.proof = command.velocity is not None, command.proof

@@ -288,7 +288,7 @@ def page_request() -> Target:
 def lease_message() -> Target:
     """What windows send to drive_lease, known or not, in every field that a ROS message has."""
     from telepresence.security.signing import Received
-    from telepresence.teleop.drive_lease import PILOT, Account, Command, DriveLease
+    from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, SignedCommand
     from telepresence.teleop.key_agreement import Claim
     from telepresence.teleop.lease_messages import Reply, sign_command, sign_request
 
@@ -314,9 +314,9 @@ def lease_message() -> Target:
             assert isinstance(found, Reply) and not found.ok, "joined without the password"
         elif kind == 1:
             velocity = (values.number(), values.number(), values.number()) if values.byte() < 128 else None
-            command = Command(values.whole(), values.number(), velocity, values.text(), values.take(16))
+            command = SignedCommand(values.whole(), values.number(), velocity, values.text(), values.take(16))
             if genuine and 0 <= command.number < 2**63:
-                command = Command(*_fields(command), sign_command(key, command))
+                command = SignedCommand(*_fields(command), sign_command(key, command))
             lease.receive(session, command, NOW)
         elif kind == 2:
             number, action, to = values.whole(), values.text(), values.text()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from telepresence.geometry import ZERO_VELOCITY, Velocity
-from telepresence.teleop.command_timeout import COMMAND_TIMEOUT, CommandState, LatestCommand
+from telepresence.teleop.command_timeout import DRIVER_TIMEOUT, CommandState, LatestCommand
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def test_the_newest_command_counts(command):
     assert command.check(1.2) == ((0.2, -0.1, 0.5), CommandState.DRIVING, "driving")
 
 
-@pytest.mark.parametrize(("age", "drives"), [(0.0, True), (COMMAND_TIMEOUT, True), (0.51, False), (60.0, False)])
+@pytest.mark.parametrize(("age", "drives"), [(0.0, True), (DRIVER_TIMEOUT, True), (0.51, False), (60.0, False)])
 def test_it_holds_for_half_a_second(command, age, drives):
     command.put(0.2, 0.0, 0.0, 8.0)
     checked = command.check(8.0 + age)
@@ -84,4 +84,4 @@ def test_whatever_arrives_only_fresh_finite_numbers_count(commands, wait):
     checked = command.check(now + wait)
     assert all(math.isfinite(part) for part in checked.velocity)
     if checked.state is CommandState.DRIVING:
-        assert now + wait - now <= COMMAND_TIMEOUT and checked.velocity == commands[-1][:3]
+        assert now + wait - now <= DRIVER_TIMEOUT and checked.velocity == commands[-1][:3]

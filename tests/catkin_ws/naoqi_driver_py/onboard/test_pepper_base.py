@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from naoqi_driver.onboard.pepper_base import BRAKING_TIME, RELEASE_TIME, PepperBase
 
-from telepresence.drive.pilots import Command
+from telepresence.drive.pilots import PilotVelocity
 
 PERIOD = 0.05
 
@@ -40,7 +40,7 @@ class Bench:
 
     def step(self, velocity: tuple[float, float, float] | None = None, *, cut: bool = False) -> None:
         self.now += PERIOD
-        command = None if velocity is None else Command(*velocity, self.now)
+        command = None if velocity is None else PilotVelocity(*velocity, self.now)
         self.base.step(self.now, command, None, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
 
     def answer(self, *names: str) -> None:

@@ -15,7 +15,7 @@ from rto_bringup.onboard.sensors import ranges_of_sectors
 from rto_node.client import RobotinoClient, Scan
 
 from telepresence.drive.link import DriveLink
-from telepresence.drive.pilots import SILENCE, Command
+from telepresence.drive.pilots import SILENCE, PilotVelocity
 from telepresence.drive.server import AT_REST
 from telepresence.safety import UNKNOWN
 
@@ -77,7 +77,7 @@ def test_a_silent_pilot_gets_one_zero_and_then_the_robots_own_watchdog(monkeypat
     monkeypatch.setattr(base._gate, "step", lambda *_: free)
     for step in range(1, 8):
         now = 0.04 * step
-        base.step(now, Command(0.35, 0.0, 0.0, 0.0) if now < SILENCE else None, None, Silent())
+        base.step(now, PilotVelocity(0.35, 0.0, 0.0, 0.0) if now < SILENCE else None, None, Silent())
     braked = written.index(AT_REST)
     assert written.count(AT_REST) == 1 and braked == len(written) - 1, "every other one would keep the motors running"
 

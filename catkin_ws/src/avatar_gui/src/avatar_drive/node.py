@@ -50,7 +50,7 @@ from telepresence.security.signing import PROOF
 from telepresence.station import priority
 from telepresence.switch import switch
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import WATCHER, ZERO, Account, Command, DriveLease, State, Velocity
+from telepresence.teleop.drive_lease import WATCHER, ZERO, Account, DriveLease, LeaseSnapshot, SignedCommand, Velocity
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.key_agreement import KEY, Claim
 from telepresence.teleop.known_accounts import KnownAccounts
@@ -175,7 +175,7 @@ class LeaseNode:
 
     def _on_command(self, message: DriveCommand) -> None:
         velocity = Velocity(message.vx, message.vy, message.wz) if message.driving else None
-        command = Command(message.number, message.sent, velocity, message.hold, message.proof)
+        command = SignedCommand(message.number, message.sent, velocity, message.hold, message.proof)
         with self._lock:
             answer = self._lease.receive(message.session, command, time.monotonic())
         self._publish(answer)
@@ -298,7 +298,7 @@ class LeaseNode:
         except rospy.ROSException:
             self._node.stop.set()  # the topic was closed: this node is being shut down
 
-    def _report(self, state: State, now: float) -> None:
+    def _report(self, state: LeaseSnapshot, now: float) -> None:
         message = DriveState(
             epoch=self._epoch,
             sign_in=self._sign_in,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from telepresence.geometry import Velocity
-from telepresence.teleop.command_timeout import COMMAND_TIMEOUT, CommandState, LatestCommand
+from telepresence.teleop.command_timeout import DRIVER_TIMEOUT, CommandState, LatestCommand
 
 STANDSTILL = 1e-3
 """Velocities below this [m/s, rad/s] count as zero, as they did in the driver this one replaces."""
@@ -36,7 +36,7 @@ class CommandWatchdog:
     allows_goals = True
     """Whether a drive to a goal may begin and go on."""
 
-    def __init__(self, timeout: float = COMMAND_TIMEOUT) -> None:
+    def __init__(self, timeout: float = DRIVER_TIMEOUT) -> None:
         self._latest = LatestCommand(timeout, STANDSTILL)
 
     @property

@@ -15,7 +15,7 @@ from telepresence_msgs.srv import DriveAsk, DriveAskRequest, DriveJoin, DriveJoi
 
 from telepresence.security.outside_text import clean
 from telepresence.teleop.key_agreement import Claim
-from telepresence.teleop.lease_messages import Command
+from telepresence.teleop.lease_messages import SignedCommand
 from telepresence.teleop.lease_topics import fill_ask, fill_command, fill_join, fill_look, read_asked, read_joined
 from telepresence.teleop.looking import LookCommand
 
@@ -55,7 +55,7 @@ class LeaseServices:
         """Return the way for one window."""
         return LeaseLink(self, f"{rospy.get_name()}/{name}")
 
-    def send(self, session: str, command: Command) -> None:
+    def send(self, session: str, command: SignedCommand) -> None:
         """Publish a signed command."""
         message = DriveCommand()
         fill_command(message, session, command)
@@ -107,7 +107,7 @@ class LeaseLink:
     def __init__(self, services: LeaseServices, node_name: str) -> None:
         self._services, self.node_name = services, node_name
 
-    def send(self, session: str, command: Command) -> None:
+    def send(self, session: str, command: SignedCommand) -> None:
         self._services.send(session, command)
 
     def send_look(self, session: str, command: LookCommand) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from telepresence.geometry import ZERO_VELOCITY, Velocity
-from telepresence.teleop.command_timeout import COMMAND_TIMEOUT, ZEROS_TIME, CommandState, LatestCommand
+from telepresence.teleop.command_timeout import DRIVER_TIMEOUT, ZEROS_TIME, CommandState, LatestCommand
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class WheelCommand(NamedTuple):
 class CommandWatchdog:
     """Holds the newest velocity command and says whether it still counts. Commands may come from another thread."""
 
-    def __init__(self, limits: SpeedLimits | None = None, timeout: float = COMMAND_TIMEOUT) -> None:
+    def __init__(self, limits: SpeedLimits | None = None, timeout: float = DRIVER_TIMEOUT) -> None:
         self._latest = LatestCommand(timeout, limit=(limits or SpeedLimits()).apply)
         self._stopped_at = -math.inf
 

@@ -26,7 +26,7 @@ if MYPY:
     from naoqi_driver.onboard.last_stop import LastStop  # noqa: F401
     from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
     from telepresence.drive.datagram import Goal, Vector  # noqa: F401
-    from telepresence.drive.pilots import Command, Pilots  # noqa: F401
+    from telepresence.drive.pilots import Pilots, PilotVelocity  # noqa: F401
     from telepresence.robot_side.naoqi_client import Service  # noqa: F401
     from telepresence.robot_side.naoqi_connection import Answer  # noqa: F401
 
@@ -96,7 +96,7 @@ class PepperBase(DrivenBase):
         return min(self._kill_at, self._again_at)
 
     def step(self, now, command, goal, pilots):
-        # type: (float, Optional[Command], Optional[Goal], Pilots) -> Outcome
+        # type: (float, Optional[PilotVelocity], Optional[Goal], Pilots) -> Outcome
         wanted = command is not None or goal is not None
         self._again_at = INFINITY
         self._must_let_go = self._must_let_go and (wanted or bool(self._latched))
@@ -154,7 +154,7 @@ class PepperBase(DrivenBase):
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _drive(self, motion, now, command):
-        # type: (Service, float, Command) -> Vector
+        # type: (Service, float, PilotVelocity) -> Vector
         """Command a velocity, unless the last one is still on its way; what the base is to do now."""
         velocity = command[:3]
         if velocity == AT_REST and (not self._moving or not self._link.near):

@@ -23,8 +23,7 @@ from rto_node.client import RobotinoClient, RobotinoError
 
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
 from telepresence.drive.datagram import Goal
-from telepresence.drive.pilots import SILENCE, Pilots
-from telepresence.drive.pilots import Command as Requested
+from telepresence.drive.pilots import SILENCE, Pilots, PilotVelocity
 from telepresence.drive.server import AT_REST, DrivenBase, Outcome
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Odometry, State, VelocityGate
 
@@ -94,7 +93,7 @@ class RobotinoBase(DrivenBase):
             return False, "the bumper is still pressed"
         return True, ""
 
-    def step(self, now: float, command: Requested | None, goal: Goal | None, pilots: Pilots) -> Outcome:
+    def step(self, now: float, command: PilotVelocity | None, goal: Goal | None, pilots: Pilots) -> Outcome:
         while not self._readings.empty():
             self._take(self._readings.get_nowait())
         self._gate.careful = pilots.careful
