@@ -76,7 +76,7 @@ class FaultWatch(QObject):
         ):  # fmt: skip
             if link.has(name):
                 link.channel(name).arrived.connect(take)
-        self._looks = PeriodicTimer(PERIOD, self.look, self)
+        self._looks = PeriodicTimer(PERIOD, self.poll, self)
         self._looks.start()
 
     @property
@@ -92,7 +92,7 @@ class FaultWatch(QObject):
             self._spoke.clear()
             self._answers.clear()
             self._faults.forget()
-            self.look()
+            self.poll()
 
     def report(self, program: str, what: str, then: str) -> None:
         """Take a fault that the window itself has noticed, in the words of those that ROS reports."""
@@ -101,9 +101,9 @@ class FaultWatch(QObject):
         now = time.monotonic()
         if self._faults.report(program, what, then, now) is Cause.TERMINAL:
             self._terminal_failed = now
-        self.look()
+        self.poll()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Look at everything that can be silent."""
         now = time.monotonic()
         late, self._looked_at = now - self._looked_at > PAUSED, now
@@ -158,4 +158,4 @@ class FaultWatch(QObject):
         cause = self._faults.report(report.program, report.what, report.then, report.arrived)
         if cause is Cause.PICTURE:
             self._video.lose_source()
-        self.look()
+        self.poll()

@@ -41,7 +41,7 @@ class TerminalPrograms:
         """Whether a program still runs for which a shell waited when that was last seen."""
         return any(vitals.start_time(pid) == began for pid, began in self._waiting.values())
 
-    def look(self, server: int) -> list[Failure]:
+    def poll(self, server: int) -> list[Failure]:
         """Return what has happened since the last look.
 
         Args:

@@ -101,7 +101,7 @@ class TerminalView(QFrame):
         self._layout.addWidget(self._cover)
         self._layout.addWidget(self._container)
         self._search = PeriodicTimer(SEARCH_PERIOD, self._find_guest, self)
-        self._watch = PeriodicTimer(WATCH_PERIOD, self._look, self)
+        self._watch = PeriodicTimer(WATCH_PERIOD, self._poll, self)
         kinds = (QEvent.Type.WindowActivate, QEvent.Type.WindowDeactivate, QEvent.Type.MouseButtonPress)
         filter_events(self, *kinds)
 
@@ -309,7 +309,7 @@ class TerminalView(QFrame):
             self._has_keyboard = has_keyboard
             self.focus_changed.emit(has_keyboard)
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         """Put another terminal in the place of one that was stopped, and so takes no keys."""
         if self._reaper is not None and (failure := vitals.failure(self._reaper)):
             self._reaper.kill()
@@ -320,7 +320,7 @@ class TerminalView(QFrame):
             self._befallen = "froze"
             self._parts.kill()
         elif self._parts is not None and self._parts.server:
-            for what, then in self._programs.look(self._parts.server):
+            for what, then in self._programs.poll(self._parts.server):
                 self.failed.emit(PROGRAM, what, then)
 
     def _on_ended(self) -> None:

@@ -20,7 +20,7 @@ ODOMETRY_MAX_AGE = 0.5
 """Older odometry is a fault [s]."""
 LONGEST_RAMP = 0.1
 """A tick counts as no longer than this for the speed ramp [s]."""
-LOOKED_MAX_AGE = 0.05
+PRECOMPUTED_MAX_AGE = 0.05
 """`step` reuses what `look` has computed for no longer than this, one tick, because sources fall silent [s]."""
 RECENT = 0.5
 """A bump is attributed to motion commanded within this time [s]."""
@@ -48,7 +48,7 @@ class VelocityGate:
         self._bumper_latch = BumperLatch()
         self._now = -math.inf
         self._stepped = math.inf
-        self._looked: TickState | None = None
+        self._precomputed: TickState | None = None
         self._interruption = ""
 
     def update_ranges(self, source: str, now: float, ranges: Sequence[float], stamp: float | None = None) -> bool:
@@ -81,7 +81,7 @@ class VelocityGate:
             pressed: Whether any of them is pressed.
             bearing: Where, in base_link [rad]; None if the bumper does not report it.
         """
-        self._looked = None
+        self._precomputed = None
         if not pressed:
             self._bumper_latch.release()
             return
@@ -104,7 +104,7 @@ class VelocityGate:
         if latched.stopped:
             self.stop(latched.stopped)
         if latched.bumped:
-            self._looked = None
+            self._precomputed = None
             self._bumper_latch.restore()
 
     def stop(self, reason: str) -> None:
@@ -117,7 +117,7 @@ class VelocityGate:
 
     def reset_bumper(self) -> bool:
         """Reset the bumper, for a person; what was hit stays remembered. False while a bumper is still pressed."""
-        self._looked = None
+        self._precomputed = None
         return self._bumper_latch.reset()
 
     def health(self, now: float) -> dict[str, Health]:
@@ -130,7 +130,7 @@ class VelocityGate:
             return np.empty((0, 2))
         return self._known_obstacles.obstacles(self._now)[0]
 
-    def look(self, now: float, odometry: Odometry | None) -> None:
+    def precompute(self, now: float, odometry: Odometry | None) -> None:
         """Take in what the sensors have brought, so that the next `step` need not: that is most of its work, and a
         command waits for it. To be called after updates, on the clock of `step` (its `now` may be a
         little older than that of the last `step`).
@@ -140,8 +140,8 @@ class VelocityGate:
             odometry: The newest pose.
         """
         if math.isfinite(now) and odometry is not None and not self._advance_pose(now, odometry):
-            self._looked = self._tick_state(now, odometry)
-            self._looked.prepare()
+            self._precomputed = self._tick_state(now, odometry)
+            self._precomputed.prepare()
 
     def step(self, now: float, command: Command | None, odometry: Odometry | None) -> Decision:
         """Decide what to output. Call it at a fixed rate and send every result to the base, zeros too.
@@ -159,8 +159,8 @@ class VelocityGate:
         dt, self._stepped = min(max(now - self._stepped, 0.0), LONGEST_RAMP), now
         if problem or odometry is None:  # a missing odometry is a problem, too
             return self._shaper.halt(State.FAULT, problem, self._command_timeout.age(now), None)
-        tick = self._looked
-        if tick is None or now - tick.now > LOOKED_MAX_AGE:
+        tick = self._precomputed
+        if tick is None or now - tick.now > PRECOMPUTED_MAX_AGE:
             tick = self._tick_state(now, odometry)
         current = self._command_timeout.current(now)
         self._stop_latch.update(current is not None and (current.vx, current.vy, current.wz) != (0.0, 0.0, 0.0))
@@ -176,7 +176,7 @@ class VelocityGate:
     def _receive(self, name: str, now: float, stamp: float | None, scan: Scan | None) -> bool:
         stamp = now if stamp is None else stamp
         accepted = self._source_timeouts[name].accept(now, stamp, scan)
-        self._looked = None
+        self._precomputed = None
         if accepted and scan is not None:  # no source accepts a scan that is missing
             self._known_obstacles.add_scan(name, stamp, scan)
         return accepted
@@ -198,7 +198,7 @@ class VelocityGate:
             for timeout in self._source_timeouts.values():
                 timeout.forget()
             self._known_obstacles.poses.clear()
-            self._looked = None
+            self._precomputed = None
             self._interruption = f"The clock went back by {-dt:.2f} s."
             return self._interruption
         return ""
@@ -210,7 +210,7 @@ class VelocityGate:
         if not -AHEAD_OF_TIME <= now - odometry.stamp <= ODOMETRY_MAX_AGE:
             return f"Odometry is {now - odometry.stamp:.1f} s old."
         if odometry is not self._known_obstacles.poses.newest:
-            self._looked = None
+            self._precomputed = None
         if not self._known_obstacles.advance(odometry):
             self._shaper.forget_heading()
             self._interruption = "Odometry jumped: the surroundings must be seen anew."

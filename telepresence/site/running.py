@@ -110,14 +110,14 @@ class RunningSite:
         """Process ids of the units by name, and the proxy's."""
         return {name: program.pid for name, program in self._programs.items()}
 
-    def look(self, elapsed: float) -> None:
+    def poll(self, elapsed: float) -> None:
         """Look once at every program.
 
         Args:
             elapsed: Seconds since the last look.
         """
         for program in self._programs.values():
-            program.look(elapsed)
+            program.poll(elapsed)
         for name, beats in self._beats.items():
             ready = beats is None or beats.ready
             if ready and name not in self._up and takes_connections(self._sockets[name]):
@@ -244,7 +244,7 @@ def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
         while not stop.wait(vitals.PERIOD):
             heartbeat.beat()
             elapsed, looked = time.monotonic() - looked, time.monotonic()
-            running.look(elapsed)
+            running.poll(elapsed)
         heartbeat.notify("STOPPING=1")
         say("\nEnding everything ...")
         return 0

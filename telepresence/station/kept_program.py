@@ -49,7 +49,7 @@ class KeptProgram:
         """Process id of the newest start."""
         return self.process.pid
 
-    def look(self, elapsed: float) -> int | None:
+    def poll(self, elapsed: float) -> int | None:
         """Look once; the exit code when it has ended for good.
 
         Args:

@@ -33,14 +33,14 @@ class ProgramOnDemand:
         """Process id of the newest start; 0 before the first."""
         return self._program.pid if self._program is not None else 0
 
-    def look(self, elapsed: float) -> None:
+    def poll(self, elapsed: float) -> None:
         """Look once.
 
         Args:
             elapsed: Seconds since the last look.
         """
         if self._program is not None:
-            self._program.look(elapsed)
+            self._program.poll(elapsed)
         elif self._visitors.poll(0):
             self._program = KeptProgram(self._name, self._start, self._report)
 

@@ -226,14 +226,14 @@ def run(plan: Plan, stop: threading.Event) -> int:
         while not stop.wait(vitals.PERIOD):
             heartbeat.beat()
             elapsed, looked = time.monotonic() - looked, time.monotonic()
-            code = launch.look(elapsed)
-            terminal.look(beats.ready)
+            code = launch.poll(elapsed)
+            terminal.poll(beats.ready)
             if code is not None:
                 printer.warn("roslaunch ended")
                 return code or 1
             kept = screen.programs if screen is not None else ()
             for program in kept:
-                program.look(elapsed)
+                program.poll(elapsed)
             faults.flush()
             processes.reap_orphans({program.pid for program in (*kept, launch, keeper) if program is not None})
         heartbeat.notify("STOPPING=1")
@@ -291,7 +291,7 @@ class Terminal:
         self._output, self._errors, self._printer, self._plan, self._link = output, errors, printer, plan, link
         self._works, self._sound = False, True
 
-    def look(self, started: bool) -> None:
+    def poll(self, started: bool) -> None:
         """Show what is new, and once that everything works.
 
         Args:
@@ -310,7 +310,7 @@ class Terminal:
 
     def close(self) -> None:
         """Show the rest."""
-        self.look(False)
+        self.poll(False)
         self._output.close()
         self._errors.close()
 

@@ -255,8 +255,8 @@ def test_a_server_that_cannot_run_is_not_started_again_and_again(monkeypatch, un
     starter = NodeStarter()
     starter._server._process.kill()
     until_true(starter._server.failure, "it is noticed")
-    assert starter.look() == ("died: signal 9", "programs start more slowly from now on")
-    assert starter.look() is None and starter._server is None
+    assert starter.poll() == ("died: signal 9", "programs start more slowly from now on")
+    assert starter.poll() is None and starter._server is None
     starter.close()
 
 

@@ -132,7 +132,7 @@ def test_who_speaks_again_after_a_silence_is_looked_for_at_once(window, link, mo
 def test_what_has_never_worked_and_what_the_pilot_ends_is_no_fault(window, link, spin):
     lose_server(link)
     lose_robot(link)
-    window.controller.faults.look()
+    window.controller.faults.poll()
     assert window.controller.faults.fault is None, "the robot is still being started"
     works(window, link, spin, Cause.DRIVER)
     window.stopButton.click()

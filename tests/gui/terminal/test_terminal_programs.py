@@ -24,10 +24,10 @@ def table(monkeypatch):
 @pytest.mark.parametrize("reaped", [False, True], ids=["a look before tmux has noticed", "a look after it"])
 def test_a_shell_that_waited_for_a_program_was_killed_whenever_somebody_looks(table, reaped):
     programs = TerminalPrograms()
-    programs.look(SERVER)
+    programs.poll(SERVER)
     table["alive"].remove(SHELL)
     table["shells"] = {} if reaped else {SHELL: SHELL}
-    programs.look(SERVER)
+    programs.poll(SERVER)
     assert programs.running
     table["alive"].remove(JOB)
     assert not programs.running, "the hang-up has ended it"
@@ -35,9 +35,9 @@ def test_a_shell_that_waited_for_a_program_was_killed_whenever_somebody_looks(ta
 
 def test_a_shell_at_its_prompt_was_left(table):
     programs = TerminalPrograms()
-    programs.look(SERVER)
+    programs.poll(SERVER)
     table["shells"] = {SHELL: SHELL}
-    programs.look(SERVER)
+    programs.poll(SERVER)
     table["shells"] = {}
-    programs.look(SERVER)
+    programs.poll(SERVER)
     assert not programs.running

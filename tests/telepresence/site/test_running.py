@@ -41,11 +41,11 @@ file, unit = sys.argv[1:]
 running.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(running.page_socket(robot, folder))]
 site = running.RunningSite(read_site(Path(file)), Path(file).parent, lambda text: None)
 while len(site._up) < 1:
-    site.look(0.05)
+    site.poll(0.05)
     time.sleep(0.05)
 print(*site.pids.values(), flush=True)
 while True:
-    site.look(0.05)
+    site.poll(0.05)
     time.sleep(0.05)
 """
 """A site, to be killed."""
@@ -82,7 +82,7 @@ def look_until(site: RunningSite, condition, what: str) -> None:
     while not condition():
         assert time.monotonic() < deadline, what
         time.sleep(vitals.PERIOD)
-        site.look(vitals.PERIOD)
+        site.poll(vitals.PERIOD)
 
 
 def listens(port: int) -> bool:

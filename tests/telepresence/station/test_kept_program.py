@@ -35,10 +35,10 @@ def test_what_dies_or_freezes_starts_again(kept, wait_until):
     program, faults = kept
     first = program.pid
     os.kill(first, signal.SIGKILL)
-    wait_until(lambda: program.look(PERIOD) is None and program.pid != first, "it starts again")
+    wait_until(lambda: program.poll(PERIOD) is None and program.pid != first, "it starts again")
     second = program.pid
     os.kill(second, signal.SIGSTOP)
-    wait_until(lambda: program.look(PERIOD) is None and program.pid != second, "it starts again once more")
+    wait_until(lambda: program.poll(PERIOD) is None and program.pid != second, "it starts again once more")
     assert faults[0] == ("worker", "died: signal 9", "starts again")
     assert faults[1][:2] == ("worker", "froze")
     assert vitals.start_time(second) == 0
@@ -46,7 +46,7 @@ def test_what_dies_or_freezes_starts_again(kept, wait_until):
 
 def test_what_was_asked_to_end_stays_away(wait_until):
     program = KeptProgram("short", lambda: processes.start(["false"]), pytest.fail, ended=lambda code: code >= 0)
-    assert wait_until(lambda: program.look(PERIOD), "it ends") == 1
+    assert wait_until(lambda: program.poll(PERIOD), "it ends") == 1
 
 
 def test_what_cannot_be_started_is_tried_again_later(wait_until):
@@ -59,9 +59,9 @@ def test_what_cannot_be_started_is_tried_again_later(wait_until):
         return processes.start(["false"])
 
     program = KeptProgram("hopeless", start, lambda *fault: None)
-    wait_until(lambda: program.look(PERIOD) is None and len(attempts) == 2, "it is tried again")
+    wait_until(lambda: program.poll(PERIOD) is None and len(attempts) == 2, "it is tried again")
     for _ in range(5):
-        assert program.look(PERIOD) is None
+        assert program.poll(PERIOD) is None
     assert len(attempts) == 2
 
 

@@ -51,23 +51,23 @@ def program(faults) -> Iterator[ProgramOnDemand]:
 def visited(program, wait_until) -> int:
     """The process id that a visitor is told."""
     with socket.create_connection(program.address, timeout=30.0) as visitor:
-        wait_until(lambda: program.look(PERIOD) or select.select([visitor], [], [], 0.0)[0], "the program answers")
+        wait_until(lambda: program.poll(PERIOD) or select.select([visitor], [], [], 0.0)[0], "the program answers")
         return int(visitor.recv(64))
 
 
 def test_it_starts_with_the_first_visitor_and_again_when_it_dies(program, faults, wait_until):
     for _ in range(5):
-        program.look(PERIOD)
+        program.poll(PERIOD)
     assert program.pid == 0
     first = visited(program, wait_until)
     assert first == program.pid
     assert visited(program, wait_until) == first
     os.kill(first, signal.SIGKILL)
-    wait_until(lambda: program.look(PERIOD) or program.pid != first, "it starts again")
+    wait_until(lambda: program.poll(PERIOD) or program.pid != first, "it starts again")
     assert visited(program, wait_until) == program.pid != first
     assert faults == [("porter", "died: signal 9", "starts again")]
 
 
 def test_nobody_comes_and_nothing_is_left(program):
-    program.look(PERIOD)
+    program.poll(PERIOD)
     assert program.pid == 0

@@ -79,9 +79,9 @@ def test_the_terminal_has_errors_and_what_to_do_next_and_the_rest_on_request(out
         terminal = Terminal(output, errors, printer, plan(True, verbose), link="https://127.0.0.1:8443/#k=1")
         say(output, "[INFO] poses\nmicrophone: there is no sound card\n")
         say(errors, "[WARN] no robot\n")
-        terminal.look(started=True)
+        terminal.poll(started=True)
         say(output, "The window shows the first picture.\n")
-        terminal.look(started=True)
+        terminal.poll(started=True)
     shown, warned = capfd.readouterr()
     assert warned == "[WARN] no robot\n" and errors.path.read_text() == warned
     before, _, after = shown.partition("No sound here")
@@ -92,8 +92,8 @@ def test_the_terminal_has_errors_and_what_to_do_next_and_the_rest_on_request(out
 def test_without_a_window_all_is_started_when_roslaunch_says_so(output, errors, tmp_path, capfd):
     with TerminalPrinter(tmp_path) as printer:
         terminal = Terminal(output, errors, printer, plan(window=False), link="")
-        terminal.look(started=False)
+        terminal.poll(started=False)
         printer.say("---")
         for _ in range(2):
-            terminal.look(started=True)
+            terminal.poll(started=True)
     assert capfd.readouterr().out == "---\nEverything is started. Drive from here. Ctrl-C ends all of it.\n"

@@ -17,8 +17,8 @@ from telepresence.teleop.drive_lease import (
     ZERO,
     ZEROS_TIME,
     Account,
-    Command,
     DriveLease,
+    SignedCommand,
     Velocity,
 )
 from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
@@ -60,7 +60,7 @@ class Window:
 
     def command(self, now, velocity=None, hold="", sent=None):
         self.number += 1
-        unsigned = Command(self.number, 1000.0 + now if sent is None else sent, velocity, hold)
+        unsigned = SignedCommand(self.number, 1000.0 + now if sent is None else sent, velocity, hold)
         return dataclasses.replace(unsigned, proof=sign_command(self.key, unsigned))
 
     def send(self, now, velocity=None, hold="", sent=None):

@@ -116,7 +116,7 @@ class GatedDrive:
         if self._pressed and not reading.pressed:
             self._gate.update_bumper(now, False)
         self._pressed = reading.pressed
-        self._gate.look(now, self._odometry)
+        self._gate.precompute(now, self._odometry)
 
 
 def judge(wanted: WheelCommand, allowed: Decision, latched: Latched) -> WheelCommand:

@@ -128,7 +128,7 @@ def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) 
     while not stop.wait(vitals.PERIOD):
         heartbeat.beat()
         elapsed, looked = time.monotonic() - looked, time.monotonic()
-        rosout.look(elapsed)
+        rosout.poll(elapsed)
         if faults is not None:
             faults.flush()
     heartbeat.beat(within=ENDING_TIMEOUT)

@@ -27,7 +27,7 @@ PATIENCE = 5.0
 """Seconds within which a server that serves must answer; it starts a program in 0.02 s."""
 IMPORT_PATIENCE = 60.0
 """Seconds within which it must serve: it imports for 0.5 s, or for many times that where others use the processors. One
-that dies or is stopped meanwhile is noticed at once, by `NodeStarter.look`."""
+that dies or is stopped meanwhile is noticed at once, by `NodeStarter.poll`."""
 TERMINAL = "TELEPRESENCE_TERMINAL"
 """Marks a node in a launch file that reads keys from the terminal: what it prints is for the person there, even where
 the output of the others goes elsewhere, as in `./stack up`."""
@@ -185,7 +185,7 @@ class NodeStarter:
         self._server: ForkServer | None = ForkServer()
         self._changing = threading.Lock()
 
-    def look(self) -> tuple[str, str] | None:
+    def poll(self) -> tuple[str, str] | None:
         """Put another server in the place of one that has died or was stopped; return what befell it and what comes
         next, in the words of a fault, or None."""
         with self._changing:

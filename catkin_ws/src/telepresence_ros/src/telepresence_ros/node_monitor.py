@@ -60,7 +60,7 @@ class NodeMonitor(pmon.ProcessMonitor):
             now = time.monotonic()
             self._look_at_station()
             self._look_at_starter()
-            self._look(now, now - looked)
+            self._poll(now, now - looked)
             looked = now
             for process in [process for process, due in self._due.items() if due <= now]:
                 self._start_again(process)
@@ -94,11 +94,11 @@ class NodeMonitor(pmon.ProcessMonitor):
 
     def _look_at_starter(self) -> None:
         """Report that what forks the nodes died or froze; the nodes themselves go on."""
-        found = self.starter.look() if self.starter is not None else None
+        found = self.starter.poll() if self.starter is not None else None
         if found is not None and self.faults is not None:
             self.faults.report(FORK_SERVER, *found)
 
-    def _look(self, now: float, elapsed: float) -> None:
+    def _poll(self, now: float, elapsed: float) -> None:
         with self.plock:
             processes = self.procs[:]
         for process in processes:

@@ -110,7 +110,7 @@ class PepperBase(DrivenBase):
                 self._forget()
                 self._connections = self._link.connections
                 self._brake(motion, now, BRAKING_TIME)  # what an earlier server or link left behind must not go on
-            self._look(now)
+            self._take_answers(now)
             if motion is None:
                 state, reason = FAULT, "NAOqi is not reachable: %s." % self._link.problem
             elif self._must_let_go:
@@ -227,7 +227,7 @@ class PepperBase(DrivenBase):
             self._probed = now
             self._asked = Call("moveIsActive", motion.send("moveIsActive"), now)
 
-    def _look(self, now):
+    def _take_answers(self, now):
         # type: (float) -> None
         """See which answers have come."""
         for call in (self._move, self._asked, self._far, self._stop, self._kill):

@@ -1,4 +1,4 @@
-"""`VelocityGate.look` does the work of a tick before the command comes, and changes no decision."""
+"""`VelocityGate.precompute` does the work of a tick before the command comes, and changes no decision."""
 
 import math
 from dataclasses import replace
@@ -15,11 +15,11 @@ SENSED = 0.03
 
 
 class Robot:
-    """One that follows at once, in front of a wall unless stated otherwise; `looks` says whether its gate does."""
+    """One that follows at once, in front of a wall unless stated otherwise; `precomputes` says what its gate does."""
 
-    def __init__(self, looks, profile=ROBOTINO, wall=1.0):
+    def __init__(self, precomputes, profile=ROBOTINO, wall=1.0):
         self.gate = VelocityGate(profile)
-        self.looks, self.wall = looks, wall
+        self.precomputes, self.wall = precomputes, wall
         self.now = self.x = 0.0
         self.noise = np.random.default_rng(1)
 
@@ -31,8 +31,8 @@ class Robot:
             place = (self.wall - self.x - source.origins[:, 0]) / np.where(ahead, source.directions[:, 0], 1.0)
             ranges = np.where(ahead, place + 0.001 * self.noise.standard_normal(source.beams), source.max_range)
             self.gate.update_ranges(source.name, stamp, np.clip(ranges, source.min_range + 0.01, source.max_range))
-        if self.looks:
-            self.gate.look(stamp, self.odometry)
+        if self.precomputes:
+            self.gate.precompute(stamp, self.odometry)
 
     def tick(self, *velocity):
         self.now += PERIOD
@@ -73,8 +73,8 @@ def test_the_surroundings_are_not_computed_twice(monkeypatch):
 def test_what_was_seen_long_ago_is_not_relied_on():
     """A sensor that falls silent right after a look is noticed a tick later at most."""
     impatient = replace(ROBOTINO, limits=replace(ROBOTINO.limits, sensor_timeout=0.2))  # less than for odometry
-    for looks in (True, False):
-        robot = Robot(looks, impatient, wall=10.0)
+    for precomputes in (True, False):
+        robot = Robot(precomputes, impatient, wall=10.0)
         robot.run(1.0, 0.1, 0.0, 0.0)
         begun, decision = robot.now - SENSED, None
         while decision is None or decision.vx > 0.0:
@@ -109,14 +109,14 @@ def test_looking_a_little_later_than_the_next_tick_is_no_clock_that_goes_back():
     robot = Robot(True, wall=10.0)
     robot.run(1.0, 0.1, 0.0, 0.0)
     robot.sense()
-    robot.gate.look(robot.now + PERIOD + 0.001, robot.odometry)
+    robot.gate.precompute(robot.now + PERIOD + 0.001, robot.odometry)
     assert robot.tick(0.1, 0.0, 0.0).vx > 0.0
-    robot.gate.look(robot.now - 0.001, robot.odometry)
+    robot.gate.precompute(robot.now - 0.001, robot.odometry)
     assert robot.tick(0.1, 0.0, 0.0).vx > 0.0
 
 
 def test_neither_a_missing_pose_nor_a_clock_without_time_is_looked_at():
     robot = Robot(True)
-    robot.gate.look(math.nan, Odometry(0.0, 0.0, 0.0, 1.0))
-    robot.gate.look(1.0, None)
+    robot.gate.precompute(math.nan, Odometry(0.0, 0.0, 0.0, 1.0))
+    robot.gate.precompute(1.0, None)
     assert robot.gate.step(1.05, Command(0.1, 0.0, 0.0, 1.05), None).state is State.FAULT
