@@ -74,49 +74,58 @@ class Controller(QObject):
         self._mount()
 
         self.keys = KeyboardFocus(window, terminal, link.robot.by_movement)
-        self.bar.guide_keys_wanted.connect(self.keys.show)
         self.session = RobotSession(window, link, terminal, self.keys, sign_in)
-        self.session.said.connect(self._say)
-        self.session.changed.connect(self._advise)
         self.conversation = Conversation(link, self.access)
+        self.views = Views(window, link)
+        self.driving.mux.add(self.views.floor_drive)
+        self.looking = LookAround(
+            window, link, self.access, self.views.floor_drive, lambda: self.driving.mux.block, lambda: self.views.lens
+        )
+        self.views.paint_more(self.looking.paint)
+        self.faults = FaultWatch(link, self.access, window.video)
+        self._drove = False
+        self._connect_parts()
+        self._connect_buttons()
+        self._connect_terminal()
+
+        window.feedLabel.setText(link.feed)
+        self._clear_video()
+        self._show_links()
+        self._advise()
+
+    def _connect_parts(self) -> None:
+        for part in (self.session, self.driving, self.views, self.looking):
+            part.said.connect(self._say)
+        self.session.changed.connect(self._advise)
         self.conversation.changed.connect(self._advise)
+        self.bar.guide_keys_wanted.connect(self.keys.show)
+        self.views.share_changed.connect(self.driving.set_share)
+        self.gamepad.looked.connect(self.looking.tilt)
+        self.driving.sent.connect(self.views.note_sent)
+        self.driving.blocked.connect(self.views.forget_sent)
+        self.faults.changed.connect(self._show_fault)
+        self.access.changed.connect(self._on_access)
+        self._window.video.stale_changed.connect(self._on_stale)
+        self._link.state_changed.connect(self._on_state)
+        self._link.channel("picture").arrived.connect(self._on_picture)
+
+    def _connect_buttons(self) -> None:
+        window = self._window
         window.roscoreButton.clicked.connect(self.start_programs)
         window.sessionButton.clicked.connect(self.start_session)
         window.address.returnPressed.connect(self.start_session)
         window.feedButton.toggled.connect(self.show_feed)
         window.feedButton.clicked.connect(self._on_feed_click)
         window.stopButton.clicked.connect(self.stop)
-        self.driving.said.connect(self._say)
-        self.views = Views(window, link)
-        self.views.said.connect(self._say)
-        self.views.share_changed.connect(self.driving.set_share)
-        self.driving.mux.add(self.views.floor_drive)
-        self.looking = LookAround(
-            window, link, self.access, self.views.floor_drive, lambda: self.driving.mux.block, lambda: self.views.lens
-        )
-        self.looking.said.connect(self._say)
-        self.gamepad.looked.connect(self.looking.tilt)
-        self.views.paint_more(self.looking.paint)
-        self.driving.sent.connect(self.views.note_sent)
-        self.driving.blocked.connect(self.views.forget_sent)
-        window.video.status.connect(window.pictureLabel.setText)
-        window.video.stale_changed.connect(self._on_stale)
-        self.faults = FaultWatch(link, self.access, window.video)
-        self.faults.changed.connect(self._show_fault)
-        terminal.failed.connect(self.faults.report)
-        link.state_changed.connect(self._on_state)
-        link.channel("picture").arrived.connect(self._on_picture)
-        self._drove = False
-        self.access.changed.connect(self._on_access)
-        link.trouble.connect(lambda text: window.status.say(text, "bad"))
-        terminal.refused.connect(lambda text: window.status.say(text, "warn"))
-        terminal.typed.connect(lambda line: window.status.say(f"Typed into the terminal:  {line}"))
-        terminal.busy.connect(lambda text: window.status.say(text) if text else None)
 
-        window.feedLabel.setText(link.feed)
-        self._clear_video()
-        self._show_links()
-        self._advise()
+    def _connect_terminal(self) -> None:
+        status, terminal = self._window.status, self._terminal
+        self._window.video.status.connect(self._window.pictureLabel.setText)
+        self._link.trouble.connect(lambda text: status.say(text, "bad"))
+        terminal.failed.connect(self.faults.report)
+        terminal.refused.connect(lambda text: status.say(text, "warn"))
+        terminal.typed.connect(lambda line: status.say(f"Typed into the terminal:  {line}"))
+        terminal.busy.connect(lambda text: status.say(text) if text else None)
 
     def _mount(self) -> None:
         """Add the widgets for driving to the window."""

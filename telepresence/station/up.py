@@ -14,9 +14,11 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from telepresence import start_patience
 from telepresence.security.private_files import restrict_new_files
@@ -46,6 +48,7 @@ from telepresence.station.launch_settings import (
 from telepresence.station.log_folder import OUTPUTS, LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
+from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.program_output import ProgramOutput
 from telepresence.station.ros_master import master_answers
 from telepresence.station.screen import SCREEN_KEY, Screen
@@ -210,36 +213,68 @@ def run(plan: Plan, stop: threading.Event) -> int:
             ended=lambda code: ended_for_good(code, beats.ready),
         )
         keeper = None
-        if master_answers(plan.master_uri, timeout=1.0):
-            start_conditions.require_roscore(plan.master_uri, stop)
-            printer.say(f"Using the ROS master that runs at {plan.master_uri}")
-            if exposure := start_conditions.exposure(plan.master_uri):
-                printer.say(exposure)
-        else:
+        if not uses_running_master(plan.master_uri, printer, stop):
             keeper = MasterKeeper(plan.master_uri, watch, faults.report)
             ends.callback(keeper.close)
         health.note(folder, plan.master_uri, plan.page.url if plan.page is not None else "", plan.stations)
         if SITE not in os.environ:  # else the links' keys would be in a log
             printer.say(banner(plan.robot, plan.settings, plan.master_uri, plan.simulated, screen, link, output.path))
         heartbeat.notify("READY=1")
+        programs = Programs(launch, beats, screen.programs if screen is not None else (), keeper)
+        return programs.supervise(terminal, faults, printer, stop)
+
+
+class Programs(NamedTuple):
+    """What `./stack up` has started itself.
+
+    Args:
+        launch, beats: roslaunch, and its signs of life.
+        screen: The programs of the virtual display.
+        keeper: Keeps the ROS master; None where somebody else has started one.
+    """
+
+    launch: KeptProgram
+    beats: Beats
+    screen: Sequence[KeptProgram | ProgramOnDemand]
+    keeper: MasterKeeper | None
+
+    def supervise(
+        self, terminal: Terminal, faults: FaultReporter, printer: TerminalPrinter, stop: threading.Event
+    ) -> int:
+        """Start again what dies or freezes, until `stop` is set or roslaunch ends; return the exit code."""
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):
             heartbeat.beat()
             elapsed, looked = time.monotonic() - looked, time.monotonic()
-            code = launch.poll(elapsed)
-            terminal.poll(beats.ready)
+            code = self.launch.poll(elapsed)
+            terminal.poll(self.beats.ready)
             if code is not None:
                 printer.warn("roslaunch ended")
                 return code or 1
-            kept = screen.programs if screen is not None else ()
-            for program in kept:
+            for program in self.screen:
                 program.poll(elapsed)
             faults.flush()
-            processes.reap_orphans({program.pid for program in (*kept, launch, keeper) if program is not None})
+            children = (self.launch, *self.screen, self.keeper)
+            processes.reap_orphans({program.pid for program in children if program is not None})
         heartbeat.notify("STOPPING=1")
         printer.say("\nEnding everything ...")
-        launch.close(patience=8.0)
+        self.launch.close(patience=8.0)
         return 0
+
+
+def uses_running_master(uri: str, printer: TerminalPrinter, stop: threading.Event) -> bool:
+    """Return whether a ROS master runs there already, and say what follows from that.
+
+    Raises:
+        RuntimeError: It is none that a station can use.
+    """
+    if not master_answers(uri, timeout=1.0):
+        return False
+    start_conditions.require_roscore(uri, stop)
+    printer.say(f"Using the ROS master that runs at {uri}")
+    if exposure := start_conditions.exposure(uri):
+        printer.say(exposure)
+    return True
 
 
 def own_page(robot: str, settings: dict[str, str], simulated: bool) -> OwnPage | None:
