@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import setuptools
 
-from telepresence.station.pilot_page import PILOT_PAGE_PORT
+from telepresence import ports
 from telepresence.station.unprivileged import SYSTEM_HOME, SYSTEM_USER
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,14 +54,14 @@ def test_its_user_home_and_port_are_the_projects():
     assert f"--home-dir {SYSTEM_HOME} " in line and line.split("&&")[0].split()[-1] == SYSTEM_USER
     assert instructions("VOLUME") == [SYSTEM_HOME] and instructions("USER") == [SYSTEM_USER]
     assert f"HOME={SYSTEM_HOME} " in FILE
-    assert instructions("EXPOSE") == [str(PILOT_PAGE_PORT)]
+    assert instructions("EXPOSE") == [str(ports.PILOT_PAGE)]
 
 
 def test_every_line_that_starts_it_publishes_its_ports():
     """TCP under its number, and for WebRTC the range that the image binds."""
     udp = re.search(r"TELEPRESENCE_PAGE_UDP=(\S+)", FILE)[1]
     wanted = (
-        f"-p 127.0.0.1:{PILOT_PAGE_PORT}:{PILOT_PAGE_PORT} -p 127.0.0.1:{udp}:{udp}/udp -v telepresence:{SYSTEM_HOME}"
+        f"-p 127.0.0.1:{ports.PILOT_PAGE}:{ports.PILOT_PAGE} -p 127.0.0.1:{udp}:{udp}/udp -v telepresence:{SYSTEM_HOME}"
     )
     for page, count in (("README.md", 1), ("docs/container.md", 2), ("stack", 1)):
         assert (ROOT / page).read_text().count(wanted) == count, page

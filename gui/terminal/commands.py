@@ -9,6 +9,8 @@ from collections.abc import Collection
 from typing import NamedTuple
 from urllib.parse import urlparse
 
+from telepresence import ports
+
 KEYBOARD = "roslaunch --wait teleop_twist_keyboard teleop.launch"
 """Without --wait, roslaunch starts a ROS master of its own when the one that ran dies at that moment."""
 KEYBOARD_NAME = "teleop_twist_keyboard"
@@ -19,7 +21,6 @@ OPEN_TO_ALL = "sign_in:=false"
 """Option for a robot that may be driven without signing in."""
 ROSCORE_WINDOW = "roscore"
 DEFAULT_MASTER_PORT = 11311
-DEFAULT_NAOQI_PORT = 9559
 
 _HOST = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]*[A-Za-z0-9])?(?:\.[A-Za-z0-9](?:[A-Za-z0-9-]*[A-Za-z0-9])?)*")
 _NUMBERS = re.compile(r"[0-9.]+")
@@ -77,7 +78,7 @@ def pepper_session(address: Address, own_address: str) -> str:
     """Return the command that starts Pepper's programs."""
     words = ["roslaunch", "pepper_bringup", "tele_pepper.launch"]
     words += [f"nao_ip:={address.host}", f"roscore_ip:={own_address}"]
-    if address.port not in (None, DEFAULT_NAOQI_PORT):
+    if address.port not in (None, ports.NAOQI):
         words.append(f"nao_port:={address.port}")
     return shlex.join(words)
 
@@ -101,7 +102,7 @@ def own_address_towards(host: str) -> str:
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((host, DEFAULT_NAOQI_PORT))  # sends nothing; asks the routing table
+            probe.connect((host, ports.NAOQI))  # sends nothing; asks the routing table
         except OSError as error:
             reason = error.strerror or str(error)
             raise ValueError(

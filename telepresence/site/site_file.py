@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from telepresence import ports
 from telepresence.station.launch_settings import STATIONS, launch_arguments
 from telepresence.switch import is_on
 
@@ -196,7 +197,7 @@ def parse_site(text: str, folder: Path) -> Site:
         raise SiteError("certificate_key without certificate")
     return Site(
         address,
-        _port(table, "port", 8443),
+        _port(table, "port", ports.PILOT_PAGE),
         name.lower(),
         _file(table, "certificate", folder),
         _file(table, "certificate_key", folder),

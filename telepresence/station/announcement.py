@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from telepresence.station.launch_settings import PAGE_PORT, PEPPER, ROBOT_PAGE_PORT, STATIONS
+from telepresence import ports
+from telepresence.station.launch_settings import PEPPER, STATIONS
 from telepresence.station.screen import Screen
 
 PAGE_KEY, ROBOT_PAGE_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_ROBOT_PAGE_KEY"
@@ -63,9 +64,9 @@ def pepper_links(robot: str, settings: dict[str, str], simulated: bool) -> list[
     """Return the links to the tablet's page of a simulated Pepper and to its owner's; none where there is no such."""
     if PEPPER not in STATIONS.get(robot, ()) or not simulated:
         return []
-    ports = settings.get("page_port", PAGE_PORT), settings.get("robot_page_port", ROBOT_PAGE_PORT)
+    where = settings.get("page_port", ports.TABLET_PAGE), settings.get("robot_page_port", ports.OWNER_PAGE)
     keys = (os.environ.get(name, "") for name in (PAGE_KEY, ROBOT_PAGE_KEY))
-    return [f"http://127.0.0.1:{port}/?k={key}" for port, key in zip(ports, keys, strict=True)]
+    return [f"http://127.0.0.1:{port}/?k={key}" for port, key in zip(where, keys, strict=True)]
 
 
 def next_steps(window: bool, link: str, sound: bool = True, keyboard: bool = True) -> str:

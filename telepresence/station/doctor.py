@@ -20,11 +20,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))  # this file is run by its path
+from telepresence.ports import NAOQI, PILOT_PAGE, TABLET_PAGE  # noqa: E402
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
 from telepresence.security.outside_text import LONGEST_LOG, clean  # noqa: E402
 from telepresence.station.image import in_image  # noqa: E402
 
-NAOQI_PORT = 9559
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
 WEB_TIMEOUT = 3.0
@@ -133,7 +133,11 @@ def rendering() -> Iterator[Finding]:
 
 
 def ports() -> Iterator[Finding]:
-    for port, argument in ((NAOQI_PORT, "nao_port"), (10002, "page_port"), (8443, "pilot_page_port")):
+    for port, argument in (
+        (NAOQI, "nao_port"),
+        (TABLET_PAGE, "page_port"),
+        (PILOT_PAGE, "pilot_page_port"),
+    ):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -191,7 +195,7 @@ def processors() -> Iterator[Finding]:
 def robot(address: str) -> Iterator[Finding]:
     """Check the way to a robot: name, ping, ssh, port, round trip, our own address towards it, and its clock."""
     host, _, port = address.partition(":")
-    number = int(port) if port.isdigit() else NAOQI_PORT
+    number = int(port) if port.isdigit() else NAOQI
     try:
         found = socket.getaddrinfo(host, number, type=socket.SOCK_STREAM)[0][4][0]
     except (socket.gaierror, UnicodeError):

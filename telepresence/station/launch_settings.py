@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from telepresence import ports
 from telepresence.switch import is_on
 
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 SCENES = Path(__file__).resolve().parents[1] / "sim" / "scenes"
-PAGE_PORT, SCREEN_PORT, ROBOT_PAGE_PORT = 10002, 10003, 8081
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ def drive_ports(robot: str, settings: dict[str, str], simulated: bool) -> list[D
     found = []
     elsewhere = settings.get("pepper_drive_server" if both else "drive_server", "")
     if PEPPER in wires and not elsewhere and is_on(settings, "watchdog"):
-        usual = int(os.environ.get("DRIVE_PORT", 8085))
+        usual = int(os.environ.get("DRIVE_PORT", ports.PEPPER_DRIVE))
         found.append(DrivePort("pepper_drive_port" if both else "drive_port", usual, "Pepper's drive server"))
     if ROBOTINO in wires and simulated:
-        found.append(DrivePort("drive_port", 8082, "Robotino's drive server"))
+        found.append(DrivePort("drive_port", ports.ROBOTINO_DRIVE, "Robotino's drive server"))
     return found
 
 
@@ -117,9 +117,9 @@ def require_ports(robot: str, settings: dict[str, str], simulated: bool) -> None
             port = port_setting(settings, wire.port, wire.simulated_port)
             require_free(port, wire.port, f"the simulated {wire.name}")
     if PEPPER in wires and simulated:
-        robot_page = port_setting(settings, "robot_page_port", ROBOT_PAGE_PORT)
+        robot_page = port_setting(settings, "robot_page_port", ports.OWNER_PAGE)
         require_free(robot_page, "robot_page_port", "the simulated Pepper's own page")
     if PEPPER in wires:
-        require_free(port_setting(settings, "page_port", PAGE_PORT), "page_port", "the tablet's page")
+        require_free(port_setting(settings, "page_port", ports.TABLET_PAGE), "page_port", "the tablet's page")
     for drive in drive_ports(robot, settings, simulated):
         require_free(port_setting(settings, drive.argument, drive.port), drive.argument, drive.purpose, udp=True)

@@ -15,6 +15,7 @@ import socket
 from collections.abc import Mapping
 from pathlib import Path
 
+from telepresence import ports
 from telepresence.station.image import page_host
 from telepresence.switch import is_on
 from telepresence.teleop.accounts import UserError, Users
@@ -22,7 +23,6 @@ from telepresence.teleop.invitations import InvitationError, Invitations, beside
 from telepresence.teleop.lease_messages import PILOT
 from telepresence.web.page_auth import page_key
 
-PILOT_PAGE_PORT = 8443
 PILOT_PAGE_KEY = "TELEPRESENCE_PILOT_PAGE_KEY"
 """Environment variable with the key to the page of a station where nobody signs in."""
 SITE = "TELEPRESENCE_SITE"
@@ -48,7 +48,7 @@ class OwnPage:
 
     def __init__(self, settings: Mapping[str, str], simulated: bool) -> None:
         self.address = pilot_page_address(settings)
-        self._port = settings.get("pilot_page_port", str(PILOT_PAGE_PORT))
+        self._port = settings.get("pilot_page_port", str(ports.PILOT_PAGE))
         self._host = page_host(self.address or "", self._port)
         self._by_proxy, self.socket = page_by_proxy(settings)
         if certificate := settings.get("page_certificate"):

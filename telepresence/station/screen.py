@@ -8,9 +8,10 @@ import subprocess
 import sys
 from functools import partial
 
+from telepresence import ports
 from telepresence.station import image, processes
 from telepresence.station.kept_program import KeptProgram, Report
-from telepresence.station.launch_settings import SCREEN_PORT, port_setting, require_free
+from telepresence.station.launch_settings import port_setting, require_free
 from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.virtual_display import VirtualDisplay
 from telepresence.web.listener import listener
@@ -36,7 +37,7 @@ class Screen:
     """
 
     def __init__(self, settings: dict[str, str], report: Report) -> None:
-        self._port = port_setting(settings, "screen_port", SCREEN_PORT)
+        self._port = port_setting(settings, "screen_port", ports.SCREEN_PAGE)
         address = image.own_address() if image.in_image() else "127.0.0.1"
         require_free(self._port, "screen_port", "the picture of the window", address=address)
         self._display = VirtualDisplay(opengl=False)  # the window uses none

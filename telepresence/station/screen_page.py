@@ -14,6 +14,7 @@ from pathlib import Path
 
 import flask
 
+from telepresence import ports
 from telepresence.station.screen import SCREEN_KEY
 from telepresence.station.virtual_display import grab
 from telepresence.stop_signals import stop_on
@@ -53,7 +54,7 @@ def create_app(stream: MjpegStream, key: str) -> Application:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m telepresence.station.screen_page", description=__doc__)
     parser.add_argument("folder", type=Path, help="where Xvfb's option -fbdir writes the screen")
-    parser.add_argument("--port", type=int, default=10003, help="default 10003")
+    parser.add_argument("--port", type=int, default=ports.SCREEN_PAGE, help="default: %(default)s")
     parser.add_argument(
         "--address", default="127.0.0.1", help="address of this machine where the page is; default loopback"
     )

@@ -20,7 +20,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from telepresence import start_patience
+from telepresence import ports, start_patience
 from telepresence.security.private_files import restrict_new_files
 from telepresence.station import health, heartbeat, image, processes, start_conditions, station_folder, vitals
 from telepresence.station.announcement import (
@@ -47,7 +47,7 @@ from telepresence.station.launch_settings import (
 )
 from telepresence.station.log_folder import OUTPUTS, LogKeeper, log_folder
 from telepresence.station.master_keeper import MasterKeeper
-from telepresence.station.pilot_page import PILOT_PAGE_PORT, SITE, OwnPage
+from telepresence.station.pilot_page import SITE, OwnPage
 from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.program_output import ProgramOutput
 from telepresence.station.ros_master import master_answers
@@ -287,7 +287,7 @@ def own_page(robot: str, settings: dict[str, str], simulated: bool) -> OwnPage |
         return None
     page = OwnPage(settings, simulated)
     if page.address is not None and not page.socket:
-        port = port_setting(settings, "pilot_page_port", PILOT_PAGE_PORT)
+        port = port_setting(settings, "pilot_page_port", ports.PILOT_PAGE)
         require_free(port, "pilot_page_port", "the pilot's page", address=page.address)
     return page
 

@@ -8,9 +8,9 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from telepresence import ports
 from telepresence.station import up
-from telepresence.station.launch_settings import PAGE_PORT, launch_arguments
-from telepresence.station.pilot_page import PILOT_PAGE_PORT
+from telepresence.station.launch_settings import launch_arguments
 from telepresence.station.unprivileged import SYSTEM_HOME
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -44,7 +44,7 @@ def test_it_brings_up_a_unit_with_settings_that_there_are():
 def test_ports_and_volume_are_the_images():
     found = section("Container")
     assert [value for key, value in found if key == "PublishPort"] == [
-        f"{port}:{port}" for port in (PILOT_PAGE_PORT, PAGE_PORT)
+        f"{port}:{port}" for port in (ports.PILOT_PAGE, ports.TABLET_PAGE)
     ]
     assert dict(found)["Volume"].partition(":")[2] == SYSTEM_HOME
 

@@ -44,6 +44,7 @@ from telepresence_ros.past_commands import subscribe_commands
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
+from telepresence import ports
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
 from telepresence.geometry import ZERO_VELOCITY, Velocity, yaw_of
@@ -63,8 +64,6 @@ OFFER_AFTER = 3.0
 time of a start, and on a busy machine the robot would wait for them."""
 LOOK = 0.15
 """HeadPitch with which the pilot sees the floor ahead [rad]."""
-DRIVE_PORT = 8085
-"""UDP port of a drive server whose address names no port."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 
@@ -121,7 +120,7 @@ class MoveTo:
                 own = OwnDriveServer(self._node.connection.address.url, lambda: self._node.fail(ended))
                 self._node.at_end(own.close)
                 server = own.address
-            link = DriveLink(server if ":" in server else f"{server}:{DRIVE_PORT}")
+            link = DriveLink(server if ":" in server else f"{server}:{ports.PEPPER_DRIVE}")
         except (RuntimeError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         self._node.at_end(link.close)

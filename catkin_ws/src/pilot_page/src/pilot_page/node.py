@@ -26,6 +26,7 @@ from telepresence_ros.node import Node
 
 from pilot_page.lease_services import LeaseServices
 from pilot_page.robot_station import RobotStation, robot_kind
+from telepresence import ports
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import fingerprint, names_of, own_context, server_context
 from telepresence.page.entrance import Entrance
@@ -136,7 +137,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
         help=f"what can be driven, where its topics and where its pictures are: {', '.join(KINDS)}",
     )
     parser.add_argument("--address", default="127.0.0.1", help="address of this machine where the page is")
-    parser.add_argument("--port", type=int, default=8443)
+    parser.add_argument("--port", type=int, default=ports.PILOT_PAGE)
     parser.add_argument("--sign-in", type=switch, default=True, metavar="true|false")
     parser.add_argument("--users", default="", metavar="FILE")
     parser.add_argument("--servers", nargs="*", default=[], metavar="URI", help="stun:, turn: and turns:HOST[:PORT]")

@@ -16,13 +16,13 @@ from urllib.parse import urlsplit
 import aiohttp
 
 from rto_node.signaling_client import Refused, SignalingClient
+from telepresence import ports
 from telepresence.audio.webrtc_sound import MicrophoneTrack, listen
 from telepresence.start_patience import StartPatience
 from telepresence.video.webrtc import peer_connection, release_early
 
 log = logging.getLogger(__name__)
 
-DEFAULT_PORT = 8084
 LOST_AFTER = 3.0
 """Seconds without a frame after which the connection is made anew; a robot without a microphone sends none, so that
 only a connection on which there was sound is given up for silence."""
@@ -46,7 +46,7 @@ class RobotSound:
         if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/"):
             raise ValueError(f"not the address of a sound server: {address!r}; wanted is host or host:port")
         named = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
-        self.url = f"http://{named}:{parts.port or DEFAULT_PORT}/sound"
+        self.url = f"http://{named}:{parts.port or ports.ROBOTINO_SOUND}/sound"
         self._signaling = SignalingClient(self.url, "sound server", ANSWER_TIMEOUT)
         self.problem = "not connected yet"
         self._warned, self._patience = "", StartPatience()

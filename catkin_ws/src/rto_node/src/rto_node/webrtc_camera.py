@@ -23,6 +23,7 @@ from aiortc import MediaStreamTrack, RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.signaling import BYE
 
 from rto_node.signaling_client import Refused, SignalingClient
+from telepresence import ports
 from telepresence.video.copy_paste_signaling import (
     EXITING,
     CopyPasteSignaling,
@@ -37,7 +38,6 @@ from telepresence.video.webrtc import drain, on_address, peer_connection
 
 log = logging.getLogger(__name__)
 
-DEFAULT_PORT = 8083
 LOST_AFTER = 1.0
 """Seconds without a new picture after which the connection is made anew."""
 FIRST_PICTURE = 2.5
@@ -262,7 +262,7 @@ def sender_url(address: str) -> str:
     text = address.strip()
     parts = urlsplit(text if "://" in text else f"http://{text}")
     try:
-        port = parts.port or DEFAULT_PORT
+        port = parts.port or ports.ROBOTINO_CAMERA
     except ValueError:
         port = None
     if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/") or port is None:

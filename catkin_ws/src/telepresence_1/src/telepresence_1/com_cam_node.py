@@ -44,6 +44,7 @@ from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 
+from telepresence import ports
 from telepresence.security.outside_text import clean
 from telepresence.video.mjpeg import MjpegStream
 from telepresence.web.page_auth import page_key, was_announced
@@ -103,7 +104,7 @@ class ComCam:
             token=key,
             hosts=(own,) if own else (),
         )
-        self.server = WebServer(app, address, int(rospy.get_param("~port", 10002)))
+        self.server = WebServer(app, address, int(rospy.get_param("~port", ports.TABLET_PAGE)))
         page_url = str(rospy.get_param("~page_url", ""))
         asked = self.server.address if page_url else address_for_tablet(self.server.address, own, robot)
         if asked != self.server.address:

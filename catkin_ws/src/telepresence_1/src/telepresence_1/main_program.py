@@ -19,6 +19,7 @@ import rospy
 from naoqi_driver.connection import Address, Connection
 from telepresence_ros.node import stop_on_signals
 
+from telepresence import ports
 from telepresence_1.network import NoRoute, local_address_towards
 from telepresence_1.page_record import read_record
 from telepresence_1.robot_focus import ACTIVITY
@@ -26,8 +27,6 @@ from telepresence_1.tablet_link import TabletLink
 
 APP_ID = "com.aldebaran.activity"
 """What the report's main.py calls itself in the log."""
-PAGE_PORT = 10002
-"""Where com_cam serves its page unless told otherwise."""
 
 log = logging.getLogger(APP_ID)
 
@@ -47,7 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         robot = Address.parse(options.qi_url)
         record = read_record(robot)
-        url = options.url or (record and record.url) or f"http://{local_address_towards(robot.url)}:{PAGE_PORT}/"
+        url = (
+            options.url or (record and record.url) or f"http://{local_address_towards(robot.url)}:{ports.TABLET_PAGE}/"
+        )
     except (ValueError, NoRoute) as error:
         print(f"main.py: {error}", file=sys.stderr)
         return 1

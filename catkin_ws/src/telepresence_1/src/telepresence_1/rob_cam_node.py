@@ -28,6 +28,7 @@ from naoqi_driver.connection import Address
 from sensor_msgs.msg import Image
 from telepresence_ros.node import Node, stop_on_signals
 
+from telepresence import ports
 from telepresence.station.virtual_display import display_answers
 from telepresence.video.displayable import as_bgr
 from telepresence.video.images import LatestImage, read_image_message
@@ -45,9 +46,6 @@ STALE_AFTER = 1.0
 """Seconds without a picture after which the last one does not count as live."""
 
 
-PAGE_PORT = 10004
-
-
 def main() -> int:
     """Run the program; the exit code for the process."""
     parser = argparse.ArgumentParser(prog="rob_cam.py", description="Show the robot's camera in a window.")
@@ -58,7 +56,7 @@ def main() -> int:
     parser.add_argument(
         "--page-port",
         type=int,
-        default=PAGE_PORT,
+        default=ports.ROBOT_PICTURES,
         help="port of the page when there is no display; default %(default)s",
     )
     options = parser.parse_args(rospy.myargv(sys.argv)[1:])

@@ -16,12 +16,12 @@ from collections.abc import Callable
 import numpy as np
 from gi.repository import Gio
 
+from telepresence import ports
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline, SoundError
 from telepresence.audio.schedule import Schedule
 from telepresence_1.network import NoRoute, local_address_towards
 
-PORT = 10001
 CODECS = ("l16", "opus")
 LEAD = 0.015
 """Seconds that a block waits before its first packet leaves: what the next block may be late without a gap."""
@@ -75,7 +75,7 @@ class RtpSender:
         rate: int,
         channels: int,
         host: str = "127.0.0.1",
-        port: int = PORT,
+        port: int = ports.RTP_SOUND,
         codec: str = "l16",
         on_level: Callable[[float], None] = lambda level: None,
         patience: float = 0.0,
@@ -146,7 +146,7 @@ class RtpPlayer(Output):
         self,
         device: str = "auto",
         address: str = "127.0.0.1",
-        port: int = PORT,
+        port: int = ports.RTP_SOUND,
         codec: str = "l16",
         jitter: float = 0.02,
         on_state: Callable[[str | None], None] = lambda problem: None,

@@ -26,12 +26,13 @@ import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
+from telepresence import ports
 from telepresence.audio.echo import EchoCancellation, without_echo
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.voice_input import VoiceInput
 from telepresence_1.microphone_stream import MicrophoneStream
 from telepresence_1.network import NoRoute, is_loopback
-from telepresence_1.rtp_sound import CODECS, PORT, RtpPlayer, RtpSender
+from telepresence_1.rtp_sound import CODECS, RtpPlayer, RtpSender
 from telepresence_1.speaker_stream import SpeakerStream
 
 
@@ -49,7 +50,7 @@ class Voice:
         if rospy.get_param("~echo_cancellation", False):
             microphone, speaker, self._echo = without_echo(microphone, speaker, "pepper")
         host = str(rospy.get_param("~rtp_host", "127.0.0.1"))
-        port = int(rospy.get_param("~rtp_port", PORT))
+        port = int(rospy.get_param("~rtp_port", ports.RTP_SOUND))
         codec = str(rospy.get_param("~codec", "")) or ("l16" if is_loopback(host) else "opus")
         if codec not in CODECS:
             raise ValueError(f"~codec is {' or '.join(CODECS)}, not '{codec}'")
