@@ -77,7 +77,7 @@ class DriveLink:
         self._given_at = -math.inf
         self._careful = self._hard = False
         self._goal = PilotsGoal()
-        self._requests = PilotsRequests()
+        self._requests = PilotsRequests(self._name)
         self._report: Report | None = None
         self._echo: float | None = None  # the stamp of the newest report in this session
         self._heard_at = -math.inf

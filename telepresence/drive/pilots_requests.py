@@ -21,15 +21,20 @@ class Done(NamedTuple):
 
 
 class PilotsRequests:
-    """Requests of one pilot; any thread may call."""
+    """Requests of one pilot; any thread may call.
 
-    def __init__(self) -> None:
+    Args:
+        name: Name under which the robot knows the pilot.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._by = f"{name} at "
         self._answered = threading.Condition()
         self._number = 0
         self._waiting: dict[int, str] = {}
         self._answers: dict[int, Done] = {}
         self._stopped = False
-        """The robot was stopped when we came, or since then by us, and nobody has reset it."""
+        """A stop of this pilot was done, and nobody has reset it since."""
         self._again: int | None = None
         """The number of a stop that is asked of the next server."""
         self._server: float | None = None
@@ -71,8 +76,8 @@ class PilotsRequests:
         with self._answered:
             first, another = self._server is None, self._server not in (None, report.started)
             self._server = report.started
-            if first and report.state == "stopped":
-                self._stopped = True  # asked for by the program whose place we have taken, or by somebody else
+            if first and report.state == "stopped" and self._by in report.reason:
+                self._stopped = True  # asked for by the program whose place we have taken
             if not self._stopped or self._again is not None:
                 return
             if another and "reset stop" not in self._waiting.values():

@@ -6,8 +6,6 @@ import socket
 import ssl
 import time
 
-from telepresence import ports
-
 from .connection import Connection
 from .dynamics import PYTHON, Dialect
 from .limits import Limits
@@ -15,6 +13,7 @@ from .stream import prepare
 
 CONNECT_S = 10.0
 """Seconds within which a connection must be made, TLS included."""
+DEFAULT_PORT = 9559
 
 
 def connect(
@@ -76,7 +75,7 @@ def split_url(url: str) -> tuple[bool, str, int]:
         scheme, rest = "tcp", url
     host, separator, number = rest.rpartition(":")
     if not separator or (":" in host and not host.endswith("]")):
-        host, number = rest, str(ports.NAOQI)
+        host, number = rest, str(DEFAULT_PORT)
     if scheme not in ("tcp", "tcps") or not number.isdigit() or int(number) > 65535:
         raise RuntimeError(f"Invalid url: {url!r} is not tcp://host:port or tcps://host:port")
     return scheme == "tcps", host.strip("[]") or "127.0.0.1", int(number)

@@ -21,7 +21,7 @@ ODOMETRY_MAX_AGE = 0.5
 LONGEST_RAMP = 0.1
 """A tick counts as no longer than this for the speed ramp [s]."""
 PRECOMPUTED_MAX_AGE = 0.05
-"""`step` reuses what `look` has computed for no longer than this, one tick, because sources fall silent [s]."""
+"""`step` reuses what `precompute` has computed for no longer than this, one tick, because sources fall silent [s]."""
 RECENT = 0.5
 """A bump is attributed to motion commanded within this time [s]."""
 

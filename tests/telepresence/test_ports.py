@@ -13,6 +13,7 @@ from rto_bringup.onboard import __main__ as robotino_onboard
 import pepper_sim.simulation
 from telepresence import ports
 from telepresence.drive import datagram
+from telepresence.naoqi import dial
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = [path for folder in ("launch", "catkin_ws/src") for path in sorted(ROOT.joinpath(folder).rglob("*.launch"))]
@@ -48,4 +49,4 @@ def test_what_runs_alone_has_the_same():
     assert datagram.DEFAULT_PORT == robotino_onboard.DRIVE_PORT == ports.ROBOTINO_DRIVE
     assert robotino_onboard.CAMERA_PORT == ports.ROBOTINO_CAMERA
     assert robotino_onboard.SOUND_PORT == ports.ROBOTINO_SOUND
-    assert pepper_sim.simulation.DEFAULT_PORT == ports.NAOQI
+    assert pepper_sim.simulation.DEFAULT_PORT == dial.DEFAULT_PORT == ports.NAOQI

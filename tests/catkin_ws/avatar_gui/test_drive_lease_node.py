@@ -172,6 +172,19 @@ def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, pr
     assert second.end() == 0
 
 
+def test_a_reset_waits_for_a_gate_that_is_starting_again(anna, graph, probe, until_true):
+    """It may remember the stop: a reset that nobody has heard would leave the robot stopped, and nobody knew why."""
+    probe.watch("/safety", "telepresence_msgs/SafetyState", ["state"])
+    first = graph.run(sys.executable, "-c", FORGETFUL_GATE)
+    until_true(lambda: probe.latest("/safety") == ["no command"], "it is there")
+    anna.ask("ask", "stop", "")
+    until_true(lambda: probe.latest("/safety") == ["stopped"], "and holds the stop")
+    first.process.kill()
+    told = len(anna.state("refused"))
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: "does not answer" in str(anna.state("refused")[told:]), "none comes: she is told")
+
+
 def test_a_red_stop_outlasts_the_lease(graph, lease, accounts, anna, probe, until_true):
     """The next one knows who has pressed it, and so do windows and keyboards."""
     probe.watch("/drive/state", "telepresence_msgs/DriveState", ["epoch", "stopped_by", "hold"])

@@ -59,6 +59,15 @@ def test_only_commands_that_are_given_from_now_on_count(ros_master, run_program)
     assert driver.stdout.readline() == "goal 2.0\n"
 
 
+def test_the_next_run_of_a_program_with_the_same_name_counts(ros_master, run_program):
+    driver = run_program(sys.executable, "-c", DRIVER, **WAITING)
+    for speed in (0.1, 0.2):
+        pilot = run_program(*velocity(speed), "__name:=pilot", **WAITING)
+        assert driver.stdout.readline() == f"velocity {speed}\n"
+        pilot.kill()
+        assert driver.stdout.readline() == "velocity 0.0\n", "the program that drove has ended"
+
+
 def test_a_restarted_simulation_does_not_walk_on(ros_master, run_program):
     assert "latching" in run_program(*movement(1), **WAITING).stdout.readline()
     walker = run_program(sys.executable, "-c", WALKER, stderr=subprocess.PIPE, **WAITING)

@@ -13,15 +13,15 @@ from telepresence.drive.pilots_requests import Done, PilotsRequests
 NEVER = 0.0
 
 
-def report(started: float | None, state: str = "no command") -> Report:
+def report(started: float | None, state: str = "no command", reason: str = "") -> Report:
     """Return a report of the server that began at this time [s]."""
-    return Report(9.0, 1, state, "", (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None, started)
+    return Report(9.0, 1, state, reason, (0.0, 0.0, 0.0), (), math.inf, -1, math.inf, False, None, started)
 
 
 @pytest.fixture
 def requests(wait_until):
     """Requests, and somebody who asks and gets the answer that a test gives."""
-    requests = PilotsRequests()
+    requests = PilotsRequests("anna@desk")
 
     def do(what: str) -> None:
         done: list[Done | None] = []
@@ -65,11 +65,19 @@ def test_a_server_that_began_later_is_asked_for_the_stop(requests):
     assert asked(requests) == ["stop"], "and so is the one after that"
 
 
-def test_a_stop_that_was_there_before_us_outlives_the_server_too(requests):
-    """The link that asked for it has died."""
-    requests.report(report(1.0, "stopped"))
+@pytest.mark.parametrize(
+    ("reason", "wanted"),
+    [
+        ("Stopped: anna@desk at 10.8.0.2 pressed stop. Reset to go on.", ["stop"]),
+        ("Stopped: ben@desk at 10.8.0.3 pressed stop. Reset to go on.", []),
+        ("Let go of the controls once.", []),
+    ],
+)
+def test_a_stop_that_this_pilot_had_asked_for_before_outlives_the_server_too(requests, reason, wanted):
+    """The link that asked for it has died; who else has pressed stop, or reset it, is asked by nobody else."""
+    requests.report(report(1.0, "stopped", reason))
     requests.report(report(2.0))
-    assert asked(requests) == ["stop"]
+    assert asked(requests) == wanted
 
 
 @pytest.mark.parametrize("state", ["no command", "clear", "limited"])

@@ -220,8 +220,11 @@ class MoveTo:
                 self._offer_distances()
 
     def _keep(self) -> None:
+        self._kept.keep(self._what_is_kept)
+
+    def _what_is_kept(self) -> dict[str, bool | str]:
         latched = self._gated.latched if self._gated is not None else Latched()
-        self._kept.keep(lambda: {"rests": self._base.awake is False, **latched._asdict()})
+        return {"rests": self._base.awake is False, **latched._asdict()}
 
     def _offer_distances(self) -> None:
         # Imported late, see `OFFER_AFTER`: with it come all messages of the package.

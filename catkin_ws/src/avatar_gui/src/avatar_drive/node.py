@@ -63,11 +63,12 @@ STATE_PERIOD = 0.2
 PARTING_TIME = 0.05
 """Seconds allowed for the last zero to be sent: rospy sends from a thread of its own."""
 STOP_PATIENCE = 2.0
-"""Seconds within which the safety gate's service must be found for a stop: it may be starting."""
+"""Seconds within which the safety gate's service must be found: it may be starting, and remember a stop."""
 STOP_AGAIN = 1.0
 """Seconds after which a gate that does not hold the red stop is asked for it again."""
-RESET_PATIENCE = 0.2
-"""Seconds, likewise, for a reset: a gate that is only starting holds nothing."""
+NO_GATE_PATIENCE = 0.2
+"""Seconds, likewise, for a reset while no gate was ever heard: there may be none."""
+SILENT_GATE = "The safety gate does not answer, so the robot stays stopped."
 GATE_ANSWER = 3.0
 """Seconds for which the safety gate's answer to a reset is waited for; a robot that is out of reach has 2 s for it."""
 ACCOUNTS_PERIOD = 0.25
@@ -259,10 +260,11 @@ class LeaseNode:
 
     def _gate_lets_go(self) -> Reply:
         """What the safety gate answers to a reset. Where there is no gate, nothing else holds the robot."""
+        patience = STOP_PATIENCE if self._gate else NO_GATE_PATIENCE
         try:
-            refusal = self._at_gate("reset_stop", RESET_PATIENCE).get(timeout=GATE_ANSWER)
+            refusal = self._at_gate("reset_stop", patience).get(timeout=GATE_ANSWER)
         except queue.Empty:
-            refusal = "The safety gate does not answer, so the robot stays stopped."
+            refusal = SILENT_GATE
         return Reply(not refusal, refusal)
 
     def _at_gate(self, service: str, patience: float, again: bool = False) -> queue.SimpleQueue[str]:
@@ -280,6 +282,7 @@ class LeaseNode:
                     answer = rospy.ServiceProxy(service, Trigger)()
                     refusal = "" if answer.success else answer.message or "The safety gate refuses."
             except (rospy.ROSException, rospy.ServiceException) as error:
+                refusal = SILENT_GATE if service == "reset_stop" and self._gate else ""
                 log("%s was not done by the safety gate: %s", service, error)
             if refusal:
                 log("%s was refused by the safety gate: %s", service, refusal)

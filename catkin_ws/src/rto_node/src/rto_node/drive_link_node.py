@@ -17,6 +17,7 @@ The careful scan, with its topic, service and parameters: `telepresence_ros.care
 
 from __future__ import annotations
 
+import threading
 import time
 from functools import partial
 
@@ -66,6 +67,7 @@ class DriveLinkNode:
         self._kept = KeptState()
         unavailable = LASER_SEES if rospy.get_param("~laser", False) else ""
         self._switch = CarefulSwitch(partial(setattr, self, "_careful"), self._kept, self._keep, unavailable)
+        self._switch.start()
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
         subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM)
         self._lost, self._patience = False, StartPatience()
@@ -78,10 +80,12 @@ class DriveLinkNode:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._kept.forget_after(self._node.run(self._report, self._keep_always))
+        threading.Thread(target=self._keep_always, name="kept", daemon=True).start()
+        return self._kept.forget_after(self._node.run(self._report))
 
     def _keep_always(self) -> None:
-        for _ in self._node.cycles(STATE_PERIOD):
+        """Beside the loop, which counts as frozen when it is late: the ROS master may keep us waiting."""
+        while not self._node.stop.wait(STATE_PERIOD):
             self._keep()
 
     def _keep(self) -> None:

@@ -57,6 +57,7 @@ class SafeDrive:
         if gate is not None:
             gate.gate.restore(self._kept.latched())
             self._careful = CarefulSwitch(partial(setattr, gate.gate, "careful"), self._kept, self._keep)
+            self._careful.start()
         self._topics = SafetyTopics(
             ROBOTINO,
             str(rospy.get_param("~base_frame_id", "base_link")),
@@ -75,7 +76,8 @@ class SafeDrive:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        return self._kept.forget_after(self._node.run(self._loop, self._keep_always))
+        threading.Thread(target=self._keep_always, name="kept", daemon=True).start()
+        return self._kept.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
         for now in self._node.cycles(PERIOD):
@@ -86,7 +88,8 @@ class SafeDrive:
         self._velocities.publish(Twist())
 
     def _keep_always(self) -> None:
-        for _ in self._node.cycles(KEEP_PERIOD):
+        """Beside the loops, which count as frozen when they are late: the ROS master may keep us waiting."""
+        while not self._node.stop.wait(KEEP_PERIOD):
             self._keep()
 
     def _keep(self) -> None:

@@ -25,7 +25,7 @@ SENTENCES = {
 
 
 class CarefulSwitch:
-    """Reads the parameters, serves the service, and reports the state.
+    """Reads the parameters, reports the state, and serves the service once it is started.
 
     Args:
         switch: Called with true or false, at once and whenever somebody switches, then on a thread of its own.
@@ -57,6 +57,9 @@ class CarefulSwitch:
             on = not unavailable and (not rospy.get_param("~laser", False) if by_default else bool(wanted))
         switch(on)
         self._report(f"unavailable: {unavailable}" if unavailable else _word(on) + " by default" * by_default)
+
+    def start(self) -> None:
+        """Let people switch from now on."""
         rospy.Service("set_careful", SetBool, self._on_set)
 
     @property

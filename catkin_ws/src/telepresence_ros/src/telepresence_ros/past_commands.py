@@ -12,33 +12,32 @@ from collections.abc import Callable
 from typing import Any
 
 import rospy
+from rospy.impl.registration import Registration
 
 MOST_SENDERS = 1000
-"""Names that are remembered: each `rostopic pub` has one of its own."""
+"""Programs that are remembered: each `rostopic pub` is a new one."""
 
 
 class PastCommands:
     """Tells the past commands of a topic from the present ones. Make one before subscribing to the topic.
 
-    Its first message is past when a sender's connection is latched, and the sender was there before us or had another
-    connection before. Whoever begins later means what he sends.
+    A message is past when it is the first one of a latched connection, and its sender was there before us or had
+    another connection before. Whoever begins later means what he sends. A sender that was there before us and sends its
+    first command later cannot be told from one that repeats an old command.
     """
 
     def __init__(self, topic: str) -> None:
         self._lock = threading.Lock()  # every connection has a thread
-        name = rospy.resolve_name(topic)
-        publishers = rospy.get_master().getSystemState()[2][0]
-        self._connections: dict[str, Any] = {
-            sender: None for published, senders in publishers if published == name for sender in senders
-        }
-        """Sender -> the header of its newest connection: rospy puts the same object on every message."""
+        self._topic = rospy.resolve_name(topic)
+        self._connections: dict[str, Any] = dict.fromkeys(self._publishers())
+        """URI of a sender's node -> the header of its newest connection: rospy puts the same object on each message."""
 
     def is_past(self, message: Any) -> bool:
         """Return whether this message was sent before its connection. Call it for every message of the topic."""
         header = message._connection_header
         if header.get("latching") != "1":
             return False
-        sender = header.get("callerid", "")
+        sender = self._sender_of(header)
         with self._lock:
             known = sender in self._connections
             newest = self._connections.pop(sender, None)
@@ -46,6 +45,18 @@ class PastCommands:
             if len(self._connections) > MOST_SENDERS:
                 del self._connections[next(iter(self._connections))]
         return known and newest is not header
+
+    def _publishers(self) -> list[str]:
+        """URIs of the nodes that publish the topic now: names say nothing, as a program's next run has the same."""
+        master = rospy.get_master()
+        names = [name for topic, names in master.getSystemState()[2][0] if topic == self._topic for name in names]
+        return [uri for name in names if (uri := master.lookupNode(name)[2])]
+
+    def _sender_of(self, header: Any) -> str:
+        # rospy's public interface does not say over which connection a message came.
+        topic = rospy.topics.get_topic_manager().get_impl(Registration.SUB, self._topic)
+        connections = (topic.connections if topic is not None else None) or ()
+        return next((link.endpoint_id for link in connections if link.header is header), "")
 
 
 def subscribe_commands(

@@ -30,6 +30,7 @@ class SenderWatch:
         topic, kind, callback, queue_size: As of `rospy.Subscriber`.
         on_end: Called, on a thread of its own, once the connection is closed over which the newest message came.
         matters: Whether the end of the sender of this message matters; by default always.
+        accepts: Whether this message counts at all; by default always.
     """
 
     def __init__(
@@ -40,14 +41,17 @@ class SenderWatch:
         on_end: Callable[[], None],
         queue_size: int = 1,
         matters: Callable[[Any], bool] = lambda _message: True,
+        accepts: Callable[[Any], bool] = lambda _message: True,
     ) -> None:
-        self._callback, self._on_end, self._matters = callback, on_end, matters
+        self._callback, self._on_end, self._matters, self._accepts = callback, on_end, matters, accepts
         self._lock = threading.Lock()  # protects _sender
         self._sender: object = None
         self._subscriber = rospy.Subscriber(topic, kind, self._on_message, queue_size=queue_size, tcp_nodelay=True)
         threading.Thread(target=self._watch, name=f"senders of {topic}", daemon=True).start()
 
     def _on_message(self, message: Any) -> None:
+        if not self._accepts(message):
+            return
         with self._lock:
             # rospy puts the header of its connection, the same object, on every message that it delivers.
             self._sender = message._connection_header if self._matters(message) else None
@@ -81,17 +85,17 @@ def subscribe_velocities(topic: str, callback: Callable[[Twist], None], queue_si
     """
     past = PastCommands(topic)
 
-    def take(twist: Twist) -> None:
-        if past.is_past(twist) and _moves(twist):
-            rospy.logwarn("%s: a velocity from before this program listened is not obeyed", rospy.resolve_name(topic))
-        else:
-            callback(twist)
+    def is_present(twist: Twist) -> bool:
+        if not (past.is_past(twist) and _moves(twist)):
+            return True
+        rospy.logwarn("%s: a velocity from before this program listened is not obeyed", rospy.resolve_name(topic))
+        return False
 
     def end() -> None:
         rospy.logwarn("the program that drove by %s has ended", rospy.resolve_name(topic))
         callback(Twist())
 
-    return SenderWatch(topic, Twist, take, end, queue_size, matters=_moves)
+    return SenderWatch(topic, Twist, callback, end, queue_size, matters=_moves, accepts=is_present)
 
 
 def _moves(twist: Twist) -> bool:
