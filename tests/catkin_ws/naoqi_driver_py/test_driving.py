@@ -6,6 +6,7 @@ Without the safety gate, which would slow down motion where no sensor points; se
 from __future__ import annotations
 
 import math
+import re
 import signal
 import time
 from pathlib import Path
@@ -271,14 +272,18 @@ def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station,
     station.cruise(until_true)
 
 
-def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(graph, until_true):
+def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(station, graph, until_true):
     node = graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false", "__name:=alone")
-    (own,) = until_true(
-        lambda: [pid for pid in processes.descendants(node.process.pid) if b"--qi-url" in command_line(pid)][-1:],
-        "it starts one",
-    )
-    node.wait_for("connected to the robot")
-    processes.send(own, signal.SIGKILL)
+    until_true(lambda: station.pilot.subscribers() == 2, "it listens to the pilot, too")
+
+    def servers() -> list[int]:
+        """The server, before the process that it forks to stop the robot in its place; neither is the shell."""
+        below = processes.descendants(node.process.pid)
+        return sorted(
+            pid for pid in below if re.match(rb"[^\0]*python[^\0]*\0[^\0]*drive_server.py", command_line(pid))
+        )
+
+    processes.send(until_true(servers, "it starts one")[0], signal.SIGKILL)
     assert node.process.wait(20) == 1, "so that roslaunch starts both again"
     assert "the drive server that this driver had started has ended" in node.output
 
