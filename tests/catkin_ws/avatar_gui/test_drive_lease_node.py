@@ -150,13 +150,19 @@ def test_who_lets_go_of_the_red_stop_hears_what_the_gate_answers(anna, graph, pr
     assert gate.end() == 0
 
 
-def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, probe, until_true):
-    """Else what drives past the lease would move a robot that its pilot has stopped."""
+def stopped_gate(anna, graph, probe, until_true):
+    """Start a gate, and stop the robot."""
     probe.watch("/safety", "telepresence_msgs/SafetyState", ["state"])
-    first = graph.run(sys.executable, "-c", FORGETFUL_GATE)
+    gate = graph.run(sys.executable, "-c", FORGETFUL_GATE)
     until_true(lambda: probe.latest("/safety") == ["no command"], "nothing is stopped")
     anna.ask("ask", "stop", "")
     until_true(lambda: probe.latest("/safety") == ["stopped"], "the gate holds it")
+    return gate
+
+
+def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, probe, until_true):
+    """Else what drives past the lease would move a robot that its pilot has stopped."""
+    first = stopped_gate(anna, graph, probe, until_true)
     first.process.kill()
     probe.forget("/safety")
     second = graph.run(sys.executable, "-c", FORGETFUL_GATE)
@@ -172,13 +178,9 @@ def test_a_gate_that_has_started_again_is_asked_for_the_red_stop(anna, graph, pr
     assert second.end() == 0
 
 
-def test_a_reset_waits_for_a_gate_that_is_starting_again(anna, graph, probe, until_true):
+def test_a_reset_that_no_gate_hears_is_told(anna, graph, probe, until_true):
     """It may remember the stop: a reset that nobody has heard would leave the robot stopped, and nobody knew why."""
-    probe.watch("/safety", "telepresence_msgs/SafetyState", ["state"])
-    first = graph.run(sys.executable, "-c", FORGETFUL_GATE)
-    until_true(lambda: probe.latest("/safety") == ["no command"], "it is there")
-    anna.ask("ask", "stop", "")
-    until_true(lambda: probe.latest("/safety") == ["stopped"], "and holds the stop")
+    first = stopped_gate(anna, graph, probe, until_true)
     first.process.kill()
     told = len(anna.state("refused"))
     anna.ask("ask", "reset_stop", "")
