@@ -23,8 +23,11 @@ from telepresence.station import processes
 
 # Containers run the tests as root; a station of a test must end with the test, whoever runs it.
 os.environ.setdefault("TELEPRESENCE_AS_ROOT", "1")
-# Tests that nohup has started ignore hang-ups, and so would every program that they start.
+# Tests that nohup has started ignore hang-ups, those in a script's background ignore Ctrl-C, and so would every program
+# that they start: each would take ten seconds to end.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # The vendor's library, the stranger of many tests, reads these when it is loaded: its log 1 is for fatal errors alone;
 # its threads stay, because it ends idle ones with an exception that aborts the process once a server has been closed.
 os.environ.setdefault("QI_LOG_LEVEL", "1")
