@@ -17,6 +17,7 @@ DRIVER = textwrap.dedent("""
     rospy.init_node("driver")
     subscribe_velocities("cmd_vel", lambda twist: print("velocity", twist.linear.x, flush=True))
     subscribe_commands("goal", PoseStamped, lambda goal: print("goal", goal.pose.position.x, flush=True))
+    print("listens", flush=True)
     rospy.spin()
 """)
 
@@ -30,7 +31,9 @@ WALKER = textwrap.dedent("""
             print(movement.name, flush=True)
 
     rospy.init_node("walker")
-    Movements("movement_command", Legs()).run(threading.Event())
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+    Movements("movement_command", Legs()).run(ended)
 """)
 WAITING = {"stdout": subprocess.PIPE, "text": True}
 
@@ -53,6 +56,7 @@ def test_only_commands_that_are_given_from_now_on_count(ros_master, run_program)
     driver = run_program(sys.executable, "-c", DRIVER, stderr=subprocess.PIPE, **WAITING)
     refused = [driver.stderr.readline(), driver.stderr.readline()]
     assert all("from before this program listened is not obeyed" in line for line in refused), refused
+    assert driver.stdout.readline() == "listens\n"
     run_program(*velocity(0.2))
     assert driver.stdout.readline() == "velocity 0.2\n"
     run_program(*goal(2.0))
@@ -61,6 +65,7 @@ def test_only_commands_that_are_given_from_now_on_count(ros_master, run_program)
 
 def test_the_next_run_of_a_program_with_the_same_name_counts(ros_master, run_program):
     driver = run_program(sys.executable, "-c", DRIVER, **WAITING)
+    assert driver.stdout.readline() == "listens\n"
     for speed in (0.1, 0.2):
         pilot = run_program(*velocity(speed), "__name:=pilot", **WAITING)
         assert driver.stdout.readline() == f"velocity {speed}\n"
