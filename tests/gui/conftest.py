@@ -40,8 +40,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Itera
 
 @pytest.fixture(scope="session")
 def qt() -> QApplication:
-    # What is there by now stays: looking through it after every test took a fifth of a second each time.
-    gc.freeze()
     return application()
 
 
@@ -50,6 +48,8 @@ def gc_on_qts_thread(qt: QApplication) -> Iterator[None]:
     """Collect garbage as gui.app.gc_on_qt_thread does: widgets of one test must not die on a thread of a later one,
     whatever file that is in; tests/conftest.py collects from now on."""
     gc.disable()
+    # What is there by now stays: late in a whole run, looking through it took most of a second after every test.
+    gc.freeze()
     yield
     QApplication.sendPostedEvents(None, QEvent.DeferredDelete)
     gc.collect()

@@ -1,6 +1,7 @@
 """Rules for the window's code as a whole: which part may import which, and files that can be read in one sitting."""
 
 import ast
+import functools
 import re
 from pathlib import Path
 
@@ -19,6 +20,7 @@ def name_of(file):
     return ".".join(["gui", *file.relative_to(FOLDER).with_suffix("").parts])
 
 
+@functools.cache
 def imported(file, with_types=True):
     """Full names of the modules that a file imports, and of what it imports from them; `with_types` counts imports for
     type annotations only, too."""
@@ -27,12 +29,13 @@ def imported(file, with_types=True):
         for node in ast.walk(tree):
             if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
                 node.body = []
+    found = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
+            found += [name.name for name in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{name.name}" for name in node.names)
+            found += [node.module, *(f"{node.module}.{name.name}" for name in node.names)]
+    return found
 
 
 def imports(file, package, **how):
