@@ -56,7 +56,14 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
         time.sleep(0.05)
 
 
-GROUPS = {"alone": "stations", "station": "stations", "browser": "browsers", "x11": "windows", "ros": ""}
+GROUPS = {
+    "alone": "stations",
+    "station": "stations",
+    "browser": "browsers",
+    "x11": "windows",
+    "one_robot": "robot",
+    "ros": "",
+}
 """Marker -> the group of files that one worker runs, in the order in which they begin; "" is a group for each file."""
 
 
@@ -68,9 +75,9 @@ def _marker(item: pytest.Item) -> str:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Share the tests out to workers by file.
 
-    One worker has every whole station, so that there is one at a time; one has the browsers, and one the other windows.
-    The others, and those that are through, take files with ROS nodes, which need the processors, and files that mostly
-    wait, in turn.
+    One worker has every whole station, so that there is one at a time; one has the browsers, one the other windows, and
+    one the simulated Pepper that most of its tests share. Those that are through take files with ROS nodes, which need
+    the processors, and files that mostly wait, in turn.
     """
     order = [*GROUPS, ""]
     files: dict[Path, str] = {}
@@ -135,9 +142,25 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.line(content.rstrip()[-EVIDENCE:])
 
 
+class FailuresAtOnce:
+    """Names each failure when it happens: a run that is cut off has no summary."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.outcome in ("failed", "rerun"):
+            terminal = self._config.pluginmanager.get_plugin("terminalreporter")
+            crash = getattr(report.longrepr, "reprcrash", None)
+            reason = (crash.message if crash else report.longreprtext).partition("\n")[0]
+            terminal.write_line(f"\n{report.nodeid} {report.outcome} in its {report.when}: {reason}")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(vendors_qi)
-    if hasattr(config, "workerinput"):
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(FailuresAtOnce(config))
+    else:
         config.stash[TURNS] = Turns()
         if config.workerinput["workerid"] != FIRST_WORKER:
             os.nice(BEHIND)

@@ -7,6 +7,7 @@ A module that is to run with both is marked `naoqi_clients.with_both_clients`.
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import subprocess
 import sys
@@ -22,7 +23,8 @@ from naoqi_clients import client_library, connected
 from pepper_sim import robot_python
 from pepper_sim.simulation import Simulation
 
-PROGRAMS = Path(__file__).parent / "programs"
+FOLDER = Path(__file__).parent
+PROGRAMS = FOLDER / "programs"
 """Complete programs as people write them for a real Pepper."""
 
 
@@ -41,10 +43,29 @@ class Naoqi:
         return self.simulation.robot
 
 
-@pytest.fixture(scope="session")
-def simulation() -> Iterator[Simulation]:
-    with Simulation(scene="empty", port=0) as running:
-        yield running
+@functools.cache
+def _shared() -> Simulation:
+    return Simulation(scene="empty", port=0)
+
+
+@pytest.hookimpl(tryfirst=True)  # before the tests are shared out
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if FOLDER in item.path.parents and "simulation" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.one_robot)
+
+
+@pytest.hookimpl(trylast=True)  # after everything that the test used
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """The shared robot ends with the last of its tests: it would go on taking the processor from others."""
+    if (nextitem is None or FOLDER not in nextitem.path.parents) and _shared.cache_info().currsize:
+        _shared().close()
+        _shared.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def simulation() -> Simulation:
+    return _shared()
 
 
 @pytest.fixture(scope="session")
@@ -52,7 +73,7 @@ def qi(request: pytest.FixtureRequest) -> ModuleType:
     return client_library(getattr(request, "param", request.config.getoption("--naoqi-client")))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
     with connected(qi, simulation.url) as client:
         yield client

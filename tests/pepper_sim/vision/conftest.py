@@ -41,7 +41,7 @@ def picture() -> np.ndarray:
     return pixels
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def simulation(
     tmp_path_factory: pytest.TempPathFactory, picture: np.ndarray, marks: dict, code: str
 ) -> Iterator[Simulation]:
@@ -57,7 +57,7 @@ def simulation(
         yield running
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
     with connected(qi, simulation.url) as client:
         yield client
