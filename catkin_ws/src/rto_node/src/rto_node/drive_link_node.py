@@ -17,7 +17,6 @@ The careful scan, with its topic, service and parameters: `telepresence_ros.care
 
 from __future__ import annotations
 
-import threading
 import time
 from functools import partial
 
@@ -80,13 +79,8 @@ class DriveLinkNode:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        threading.Thread(target=self._keep_always, name="kept", daemon=True).start()
+        self._kept.keep_always(self._keep, self._node.stop, STATE_PERIOD)
         return self._kept.forget_after(self._node.run(self._report))
-
-    def _keep_always(self) -> None:
-        """Beside the loop, which counts as frozen when it is late: the ROS master may keep us waiting."""
-        while not self._node.stop.wait(STATE_PERIOD):
-            self._keep()
 
     def _keep(self) -> None:
         self._kept.keep(lambda: self._switch.kept)

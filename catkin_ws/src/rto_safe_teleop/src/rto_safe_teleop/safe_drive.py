@@ -76,7 +76,7 @@ class SafeDrive:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        threading.Thread(target=self._keep_always, name="kept", daemon=True).start()
+        self._kept.keep_always(self._keep, self._node.stop, KEEP_PERIOD)
         return self._kept.forget_after(self._node.run(self._loop))
 
     def _loop(self) -> None:
@@ -86,11 +86,6 @@ class SafeDrive:
             if answer is not None:
                 self._give(answer, now)
         self._velocities.publish(Twist())
-
-    def _keep_always(self) -> None:
-        """Beside the loops, which count as frozen when they are late: the ROS master may keep us waiting."""
-        while not self._node.stop.wait(KEEP_PERIOD):
-            self._keep()
 
     def _keep(self) -> None:
         if isinstance(self._gate, RobotGate):

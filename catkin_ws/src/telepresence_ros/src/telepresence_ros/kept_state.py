@@ -80,6 +80,16 @@ class KeptState:
             else:
                 self._kept, self._due = newest, now + REPEAT
 
+    def keep_always(self, keep: Callable[[], None], stop: threading.Event, period: float) -> None:
+        """Call `keep` every `period` seconds until `stop` is set, beside the node's loops: these count as frozen when
+        they are late, and the ROS master may keep us waiting."""
+
+        def run() -> None:
+            while not stop.wait(period):
+                keep()
+
+        threading.Thread(target=run, name="kept", daemon=True).start()
+
     def forget_after(self, code: int) -> int:
         """Keep nothing any more if the node has ended in order; return its exit code. A master that has gone keeps
         nothing either."""
