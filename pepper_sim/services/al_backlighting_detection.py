@@ -32,7 +32,7 @@ class ALBacklightingDetection(AdjustableExtractor):
         self._value = NONE
         memory.declare((VALUE,), self.name)
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         value = backlighting(cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY))
         self.memory.store(VALUE, value)
         before, self._value = self._value, value

@@ -25,7 +25,7 @@ class ALBarcodeReader(AdjustableExtractor):
         self._resolution = _VGA
         self._detector = cv2.QRCodeDetectorAruco()
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         grey = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY)
         found, texts, corners, _ = self._detector.detectAndDecodeMulti(grey)
         # OpenCV's corners run clockwise from the one opposite to the corner without a square; NAOqi's the other way.

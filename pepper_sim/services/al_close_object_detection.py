@@ -34,7 +34,7 @@ class ALCloseObjectDetection(PictureExtractor):
     def active(self) -> bool:
         return super().active and _has_infrared(self._video)
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         saturated = (picture.pixels >= INFRARED_SATURATED).astype(np.uint8)
         _, _, boxes, centres = cv2.connectedComponentsWithStats(saturated, connectivity=8)
         label = int(np.argmax(boxes[1:, cv2.CC_STAT_AREA])) + 1 if len(boxes) > 1 else 0

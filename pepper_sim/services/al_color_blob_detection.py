@@ -65,7 +65,7 @@ class ALColorBlobDetection(PictureExtractor):
         """Lets the camera choose the exposure, or not."""
         self._video.settings.setParameter(self.camera, _AUTO_EXPOSURE, int(mode))
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         blob = self._find(picture.pixels)
         if blob is None:
             self._circle = []

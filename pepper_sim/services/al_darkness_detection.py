@@ -36,7 +36,7 @@ class ALDarknessDetection(AdjustableExtractor):
         """Sets the darkness from which the event is raised; brought into 0 to 100."""
         self._threshold = min(max(threshold, 0), 100)
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         value = round(100.0 * (1.0 - float(cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY).mean()) / 255.0))
         self.memory.store(VALUE, value)
         was_dark, self._dark = self._dark, value > self._threshold

@@ -24,7 +24,7 @@ class ALLandMarkDetection(PictureExtractor):
     events = (EVENT,)
     _seen = False
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         grey = cv2.cvtColor(picture.pixels, cv2.COLOR_RGB2GRAY)
         height, width = grey.shape
         per_pixel = picture.extent(width / 2.0, height / 2.0, 1.0, 1.0)[0]

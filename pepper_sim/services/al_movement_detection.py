@@ -71,7 +71,7 @@ class ALMovementDetection(AdjustableExtractor):
     def space(self) -> int:  # type: ignore[override]  # it follows the camera
         return DEPTH if self.getActiveCamera() == _DEPTH_CAMERA else RGB
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         if self._moves():
             self._before = None
             return

@@ -21,7 +21,7 @@ class ALRedBallDetection(PictureExtractor):
     events = (EVENT,)
     resolution = 1
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         ball = largest(red(picture.pixels), _LEAST_SIZE, ROUND)
         if ball is not None:
             self.memory.announce(EVENT, [picture.time_stamp, _ball_info(picture, ball), *picture.origin])

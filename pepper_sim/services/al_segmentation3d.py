@@ -117,7 +117,7 @@ class ALSegmentation3D(AdjustableExtractor):
         seen = picture.poses[frame] @ (ahead, ahead * math.tan(yaw), -ahead * math.tan(pitch), 1.0)
         return [*map(float, seen[:3])]
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         blobs = self._blobs(picture)
         infos = [_info(picture, blob) for blob in blobs]
         self.memory.store(BLOBS, [picture.time_stamp, infos, *picture.origin])

@@ -141,9 +141,9 @@ class ALVisionRecognition(PictureExtractor):
         if pixels is None:
             raise ServiceError(f"filename: there is no picture {shown(filename)}")
         camera = self._video.settings.cameras[self.camera]
-        self.look(Picture(camera, pixels, path.stat().st_mtime, {}))
+        self.detect(Picture(camera, pixels, path.stat().st_mtime, {}))
 
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         with self._lock:
             known = list(self._objects)
         if not known:

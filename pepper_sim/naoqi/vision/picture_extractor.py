@@ -44,7 +44,7 @@ class PictureExtractor(Extractor, ABC):
         self._ending = False
 
     @abstractmethod
-    def look(self, picture: Picture) -> None:
+    def detect(self, picture: Picture) -> None:
         """Find something in a picture; called on the extractor's own thread."""
 
     def nobody_looks(self) -> None:
@@ -79,7 +79,7 @@ class PictureExtractor(Extractor, ABC):
                 period = max(period, _SHORTEST_PERIOD)
                 picture = self._video.picture(camera, resolution, self.space, 1.0 / period, cursor)
                 if picture is not None:
-                    self.look(picture)
+                    self.detect(picture)
                 self._awake.wait(max(0.0, began + period - time.monotonic()))
         except Exception:  # top of a thread; the next subscription starts another one
             log.exception("%s looks no longer", self.name)

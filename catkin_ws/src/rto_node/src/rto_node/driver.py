@@ -138,7 +138,7 @@ class Driver:
         if state != self._state or now >= self._state_due:
             self._state, self._state_due = state, now + STATE_PERIOD
             self._publishers["drive_state"].publish(state)
-        level = ERROR if state.startswith("robot") else OK
+        level = ERROR if state.startswith(UNREACHABLE) else OK
         self._drive_diagnostics.report(now, level, state, {"refused commands": self._watchdog.refused})
 
     # --- from the robot ----------------------------------------------------------------------------------------------
