@@ -25,10 +25,10 @@ from PyQt5.QtWidgets import (
 
 from gui import theme
 from gui.driving.drive_pad import DrivePad
+from gui.driving.key_legend import KeyPicture
 from gui.theme import style_sheet, themes
 from gui.widgets.body_panel import BodyPanel
 from gui.widgets.gate_banner import GateBanner
-from gui.widgets.key_legend import KeyPicture
 from gui.widgets.label import Label
 from gui.widgets.link_health import LinkHealth
 from gui.widgets.robot_panel import RobotPanel

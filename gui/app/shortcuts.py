@@ -9,7 +9,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QMainWindow, QShortcut
 
-from gui.widgets.help_overlay import HelpOverlay, Section, sections
+from gui.driving.help_overlay import HelpOverlay, Section, sections
 
 if TYPE_CHECKING:
     from gui.app.robot_tab import RobotTab

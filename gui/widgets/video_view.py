@@ -12,9 +12,9 @@ from PyQt5.QtGui import QColor, QFont, QImage, QMouseEvent, QPainter, QPaintEven
 from PyQt5.QtWidgets import QFrame, QWidget
 
 from gui import theme
-from gui.driving.picture_patience import PicturePatience
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.picture import Picture, as_qimage
+from gui.widgets.picture_patience import PicturePatience
 
 STALE_AFTER = 1.0
 """[s] without a new picture after which the last one is greyed out."""
@@ -35,7 +35,7 @@ class VideoView(QFrame):
     first_picture = pyqtSignal()
     """The first picture after `clear` has been painted."""
     late_changed = pyqtSignal(bool)
-    """Whether the next picture takes too long to drive by the last one has changed (`gui.driving.picture_patience`)."""
+    """Whether the next picture takes too long to drive by the last one has changed (`gui.widgets.picture_patience`)."""
     stale_changed = pyqtSignal(bool)
     """Whether the picture counts as lost, and is greyed out, has changed."""
     status = pyqtSignal(str)

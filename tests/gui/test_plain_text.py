@@ -20,10 +20,10 @@ import gui
 from gui.app.controller import Controller
 from gui.app.sign_in import SignInPage
 from gui.app.tabs import RobotTabs
+from gui.driving.help_overlay import HelpOverlay
+from gui.driving.key_legend import KeyLegend
 from gui.robots import ROBOTS
 from gui.ros.channels import Answer
-from gui.widgets.help_overlay import HelpOverlay
-from gui.widgets.key_legend import KeyLegend
 from gui.window import OperatorWindow, style_sheet
 from telepresence.security.outside_text import LONGEST, clean
 from telepresence.teleop.drive_lease import PILOT, Account

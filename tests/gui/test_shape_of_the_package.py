@@ -65,6 +65,7 @@ def test_widgets_import_neither_ros_nor_what_joins_them(file):
         "gui.ros.node",
         "gui.robots",
         "gui.app",
+        "gui.driving",
         "gui.window",
     ):
         assert not imports(file, package), package

@@ -12,11 +12,11 @@ from PyQt5.QtWidgets import QLabel, QPushButton
 from gui.app.controller import Attach, Controller
 from gui.app.conversation import PERIOD
 from gui.driving.drive_coordinator import STOP_REPEATS
-from gui.driving.picture_patience import MOST_PATIENCE
+from gui.driving.key_legend import IN_WINDOW
 from gui.ros.picture import Picture
 from gui.ros.readings import DriveState
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
-from gui.widgets.key_legend import IN_WINDOW
+from gui.widgets.picture_patience import MOST_PATIENCE
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
 

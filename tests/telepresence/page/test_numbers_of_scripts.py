@@ -6,8 +6,8 @@ import re
 import pytest
 
 from gui.app import views
-from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around, picture_patience
-from gui.widgets import video_view
+from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around
+from gui.widgets import picture_patience, video_view
 from telepresence.page.app import STATIC
 from telepresence.teleop import command_timeout, floor_goal, gaze, hand_speeds, joystick_mapping, lease_client
 from telepresence.teleop.joystick_layouts import DEFAULT

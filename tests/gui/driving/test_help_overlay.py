@@ -7,7 +7,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QLabel, QWidget
 
-from gui.widgets.help_overlay import HelpOverlay, sections
+from gui.driving.help_overlay import HelpOverlay, sections
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gui.driving.picture_patience import FEWEST, LEAST_PATIENCE, MOST_PATIENCE, PERIODS, REMEMBERED, PicturePatience
+from gui.widgets.picture_patience import FEWEST, LEAST_PATIENCE, MOST_PATIENCE, PERIODS, REMEMBERED, PicturePatience
 
 
 def noted(*periods):

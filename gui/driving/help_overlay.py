@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QVBoxLayout, QWidg
 
 from gui import theme
 from gui.driving.drive_pad import WANTS_LETTERS
-from gui.widgets.key_legend import KeyLegend
+from gui.driving.key_legend import KeyLegend
 from gui.widgets.label import Label
 
 Section = tuple[str, tuple[tuple[str, str], ...]]
