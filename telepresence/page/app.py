@@ -36,12 +36,12 @@ from telepresence.page.browser_messages import StationEnd
 from telepresence.page.browser_socket import BrowserSocket
 from telepresence.page.browser_window import BrowserWindow
 from telepresence.page.commands import AskMessage
-from telepresence.page.entering import Entering, read_fields, refuse
 from telepresence.page.people import PeopleReport, people_of
 from telepresence.page.pictures import Pictures
 from telepresence.page.proxy import Proxy
-from telepresence.page.published import published_ports
+from telepresence.page.published_ports import published_ports
 from telepresence.page.relays import Relays
+from telepresence.page.sign_in_routes import Entering, read_fields, refuse
 from telepresence.page.sign_ins import SignIn, SignIns
 from telepresence.page.station import Station, Stations
 from telepresence.teleop.accounts import is_guest_name

@@ -21,7 +21,7 @@ from telepresence.page.browser_conversation import ACTIONS, RobotConversation
 from telepresence.page.browser_messages import STATE_PERIOD, BrowserMessages, StationEnd
 from telepresence.page.pictures import Pictures
 from telepresence.page.prompt_video import show_at_once
-from telepresence.page.published import host_address, with_host
+from telepresence.page.published_ports import host_address, with_host
 from telepresence.page.relays import Relays
 from telepresence.page.shared_video import ViewerTrack, rtp_time
 from telepresence.page.stream_choice import StreamChoice

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from telepresence.page.certificate import fingerprint
 from telepresence.security.private_files import restrict_new_files
-from telepresence.site.running import banner, certificate_files, run, write_caddyfile
 from telepresence.site.site_file import Site, read_site
+from telepresence.site.supervisor import banner, certificate_files, run, write_caddyfile
 from telepresence.site.unit import require_ports
 from telepresence.station import processes, start_conditions, station_folder
 from telepresence.station.station_folder import StationFolder

@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))  # this file is run by its path
 from telepresence.ports import NAOQI, PILOT_PAGE, TABLET_PAGE  # noqa: E402
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
 from telepresence.security.outside_text import LONGEST_LOG, clean  # noqa: E402
-from telepresence.station.image import in_image  # noqa: E402
+from telepresence.station.container_image import in_image  # noqa: E402
 
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""

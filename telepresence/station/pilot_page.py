@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from telepresence import ports
-from telepresence.station.image import page_host
+from telepresence.station.container_image import page_host
 from telepresence.switch import is_on
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.invitations import InvitationError, Invitations, beside

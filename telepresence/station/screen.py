@@ -9,7 +9,7 @@ import sys
 from functools import partial
 
 from telepresence import ports
-from telepresence.station import image, processes
+from telepresence.station import container_image, processes
 from telepresence.station.kept_program import KeptProgram, Report
 from telepresence.station.launch_settings import port_setting, require_free
 from telepresence.station.program_on_demand import ProgramOnDemand
@@ -38,7 +38,7 @@ class Screen:
 
     def __init__(self, settings: dict[str, str], report: Report) -> None:
         self._port = port_setting(settings, "screen_port", ports.SCREEN_PAGE)
-        address = image.own_address() if image.in_image() else "127.0.0.1"
+        address = container_image.own_address() if container_image.in_image() else "127.0.0.1"
         require_free(self._port, "screen_port", "the picture of the window", address=address)
         self._display = VirtualDisplay(opengl=False)  # the window uses none
         self.name = self._display.name

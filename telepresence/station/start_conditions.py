@@ -20,7 +20,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from telepresence.station import firewall
-from telepresence.station.listening import listening
+from telepresence.station.listening_sockets import listening
 from telepresence.station.ros_master import master_answers, master_proxy
 
 LEAST_ROOM = 64 * 1024 * 1024

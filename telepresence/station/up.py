@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from telepresence import ports, start_patience
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import health, heartbeat, image, processes, start_conditions, station_folder, vitals
+from telepresence.station import container_image, health, heartbeat, processes, start_conditions, station_folder, vitals
 from telepresence.station.announcement import (
     FIRST_PICTURE,
     NO_SOUND,
@@ -162,10 +162,10 @@ def prepare(arguments: argparse.Namespace) -> Plan:
         RuntimeError: A port is taken, or something else is missing; the text says which and what to do.
     """
     robot, settings = arguments.robot, arguments.settings
-    if image.in_image():
-        image.make_x_sockets()
+    if container_image.in_image():
+        container_image.make_x_sockets()
         if "page" in launch_arguments(robot):
-            settings = image.page_settings(settings)
+            settings = container_image.page_settings(settings)
     simulated = is_on(settings, "sim")
     require_known(robot, settings)
     set_ros_address()

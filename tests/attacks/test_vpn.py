@@ -139,7 +139,7 @@ def test_a_station_in_a_vpn_listens_where_nobody_expects_it(network):
     """The table of docs/security.md names every socket: loopback or ROS_IP, never all addresses."""
     import socket_table  # here, so that the other attacks of this file can be tried on versions without such a table
 
-    from telepresence.station.listening import listening_of
+    from telepresence.station.listening_sockets import listening_of
 
     pid = network.station.pid
     assert socket_table.compare(processes.descendants(pid), "VPN", {}, VPN) == []

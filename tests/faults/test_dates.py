@@ -20,7 +20,7 @@ COMPARED = {
     "gui/app/fault_watch.py": "a fault from before the window began; 5 s later it is not news",
     "telepresence/page/browser_link.py": "the age of a picture, which is shown and nothing else",
     "telepresence/page/browser_socket.py": "likewise",
-    "telepresence/page/entering.py": "how long a link lasts, which is shown and nothing else",
+    "telepresence/page/sign_in_routes.py": "how long a link lasts, which is shown and nothing else",
     "telepresence/page/floor.py": "the age of a picture: a place on the floor is refused until one is of now",
     "telepresence/teleop/invitations.py": "links end at a date; a clock that is set makes them end sooner or later",
     "catkin_ws/src/pilot_page/src/pilot_page/health.py": "a report that is not of now is not shown",

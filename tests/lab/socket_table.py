@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from telepresence.station import processes
-from telepresence.station.listening import Listening, listening_of
+from telepresence.station.listening_sockets import Listening, listening_of
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "security.md"
 NODES = "every ROS node"

@@ -9,7 +9,7 @@ import pytest
 from page_server import ANNA, serve
 
 from telepresence.page import app as page_app
-from telepresence.page import browser_messages, entering
+from telepresence.page import browser_messages, sign_in_routes
 from telepresence.page.app import MOST_BODY
 from telepresence.page.sign_ins import COOKIE, MOST_OF_ONE
 
@@ -257,7 +257,7 @@ def test_a_body_has_an_end(on_page):
 
 
 def test_passwords_are_checked_few_at_a_time(on_page, monkeypatch):
-    monkeypatch.setattr(entering, "MOST_WAITING", 2)
+    monkeypatch.setattr(sign_in_routes, "MOST_WAITING", 2)
 
     async def scenario(client):
         statuses = await asyncio.gather(*(client.status("POST", "/enter", ANNA) for _ in range(12)))

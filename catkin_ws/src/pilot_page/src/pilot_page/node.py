@@ -32,7 +32,7 @@ from telepresence.page.certificate import fingerprint, names_of, own_context, se
 from telepresence.page.entrance import Entrance
 from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
-from telepresence.station.image import page_host
+from telepresence.station.container_image import page_host
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
 from telepresence.switch import switch
 from telepresence.teleop.accounts import Users

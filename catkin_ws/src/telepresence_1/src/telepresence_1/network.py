@@ -6,7 +6,7 @@ import ipaddress
 import socket
 import urllib.parse
 
-from telepresence.station.image import in_image
+from telepresence.station.container_image import in_image
 
 
 class NoRoute(RuntimeError):

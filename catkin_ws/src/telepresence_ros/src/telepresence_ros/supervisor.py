@@ -23,7 +23,7 @@ import roslaunch.parent
 import roslaunch.pmon
 from rosgraph.names import ns_join
 
-from telepresence.station import heartbeat, running
+from telepresence.station import heartbeat, program_registry
 from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.node_monitor import FAULTS, NodeMonitor
@@ -52,7 +52,7 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
         """Start as the base class does; then end left-over programs that no node of the launch file continues."""
         super().start(auto_terminate)
         names = {ns_join(node.namespace, node.name) for node in self.config.nodes}
-        for left in running.everything(self.folder):
+        for left in program_registry.everything(self.folder):
             if left.name not in names and left.lives:
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(os.getpgid(left.pid), signal.SIGKILL)

@@ -12,8 +12,8 @@ from roslaunch.core import printerrlog, printlog_bold
 from roslaunch.nodeprocess import LocalProcess
 from roslaunch.pmon import Process
 
-from telepresence.station import running, vitals
-from telepresence.station.running import Running
+from telepresence.station import program_registry, vitals
+from telepresence.station.program_registry import Running
 from telepresence.station.vitals import Beats, Vitals
 from telepresence_ros.forked_process import UNKNOWN, ForkedProcess, is_readable
 
@@ -72,7 +72,7 @@ class WatchedNode(LocalProcess):
         self._folder = folder
         self._beats: Beats | None = None
         try:
-            self._beats = Beats(running.file_of(folder, node, "beats"))
+            self._beats = Beats(program_registry.file_of(folder, node, "beats"))
             self.env["NOTIFY_SOCKET"] = str(self._beats.path)
         except OSError as error:
             printerrlog(f"[{self.name}] its beats cannot be listened for, freezing is not noticed: {error}")
@@ -84,7 +84,7 @@ class WatchedNode(LocalProcess):
 
     def start(self) -> bool:
         """Start the process, or go on with the one that an earlier roslaunch has started."""
-        known = None if self.spawn_count else running.recall(self._folder, self.node)
+        known = None if self.spawn_count else program_registry.recall(self._folder, self.node)
         if known is not None and self._adopt(known):
             return True
         self._beater = 0
@@ -102,7 +102,7 @@ class WatchedNode(LocalProcess):
         froze = self._vitals.froze(elapsed)
         if self._vitals.beater != self._beater:  # now it is known to beat: whoever adopts it must know that, too
             self._beater = self._vitals.beater
-            running.remember(self._folder, self._running(self._vitals.pid))
+            program_registry.remember(self._folder, self._running(self._vitals.pid))
         return froze
 
     def kill_frozen(self) -> None:
@@ -164,7 +164,7 @@ class WatchedNode(LocalProcess):
         with contextlib.suppress(ProcessLookupError):  # a child stays until we have asked for its exit code; others not
             self.descriptor = os.pidfd_open(known.pid)
         self._vitals = Vitals(known.pid, self._beats, known.beater)
-        running.remember(self._folder, known)
+        program_registry.remember(self._folder, known)
 
     def _running(self, pid: int) -> Running:
         return Running(self.node, pid, vitals.start_time(pid), self._own_arguments(), self._beater)

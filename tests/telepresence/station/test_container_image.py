@@ -6,18 +6,18 @@ import socket
 
 import pytest
 
-from telepresence.station import image
+from telepresence.station import container_image
 from telepresence.station.pilot_page import OwnPage
 
 
 def test_the_page_is_where_published_ports_lead():
-    address = image.page_settings({"gui": "false"})["page"]
+    address = container_image.page_settings({"gui": "false"})["page"]
     with socket.socket() as probe:
         probe.bind((address, 0))
 
 
 def test_who_says_where_the_page_is_is_obeyed():
-    assert image.page_settings({"page": "false"}) == {"page": "false"}
+    assert container_image.page_settings({"page": "false"}) == {"page": "false"}
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_who_says_where_the_page_is_is_obeyed():
     [("localhost", "localhost:8443"), ("robots.example:443", "robots.example:443"), ("", "127.0.0.1:8443")],
 )
 def test_links_have_the_name_by_which_people_reach_the_page(monkeypatch: pytest.MonkeyPatch, host: str, link: str):
-    monkeypatch.setenv(image.PAGE_HOST, host)
+    monkeypatch.setenv(container_image.PAGE_HOST, host)
     page = OwnPage({"page": "127.0.0.1", "sign_in": "false"}, simulated=True)
     assert page.open().startswith(f"https://{link}/#k=")
     assert page.url == "https://127.0.0.1:8443/", "what this machine itself opens"
@@ -33,4 +33,4 @@ def test_links_have_the_name_by_which_people_reach_the_page(monkeypatch: pytest.
 
 
 def test_a_checkout_is_no_image():
-    assert not image.in_image()
+    assert not container_image.in_image()

@@ -8,7 +8,7 @@ import sys
 import pytest
 import socket_table
 
-from telepresence.station.listening import Listening, listening_of
+from telepresence.station.listening_sockets import Listening, listening_of
 
 
 def test_sockets_that_others_can_send_to_are_found_and_no_others():

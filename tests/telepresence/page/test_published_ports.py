@@ -9,7 +9,7 @@ import pytest
 from aiortc import RTCPeerConnection
 from page_server import NoConversation
 
-from telepresence.page import published
+from telepresence.page import published_ports
 from telepresence.page.browser_conversation import RobotConversation
 from telepresence.page.browser_link import BrowserLink
 from telepresence.page.browser_messages import StationEnd
@@ -67,25 +67,29 @@ def test_each_browser_gets_a_published_port_and_the_hosts_name_for_it():
 
 def test_an_answer_of_a_checkout_stays_as_it_is():
     answer = f"a=candidate:{'0' * 32} 1 udp 2130706431 {OWN} 8444 typ host\r\n"
-    assert published.with_host(answer, HOST, range(0)) == published.with_host(answer, "", range(8444, 8445)) == answer
-    both = published.with_host(answer, HOST, range(8444, 8445)).splitlines()
+    assert (
+        published_ports.with_host(answer, HOST, range(0))
+        == published_ports.with_host(answer, "", range(8444, 8445))
+        == answer
+    )
+    both = published_ports.with_host(answer, HOST, range(8444, 8445)).splitlines()
     assert both[0] == answer.strip()
     assert both[1] == f"a=candidate:{'0' * 31}h 1 udp 2130706430 {HOST} 8444 typ host"
 
 
 @pytest.mark.parametrize("text, ports", [("", range(0)), ("8444-8459", range(8444, 8460)), ("8444", range(8444, 8445))])
 def test_ports_are_the_environments(monkeypatch: pytest.MonkeyPatch, text: str, ports: range):
-    monkeypatch.setenv(published.VARIABLE, text)
-    assert published.published_ports() == ports
+    monkeypatch.setenv(published_ports.VARIABLE, text)
+    assert published_ports.published_ports() == ports
 
 
 @pytest.mark.parametrize("text", ["many", "8459-8444", "0-5", "8444-70000", "-"])
 def test_what_are_no_ports_is_said(monkeypatch: pytest.MonkeyPatch, text: str):
-    monkeypatch.setenv(published.VARIABLE, text)
-    with pytest.raises(ValueError, match=published.VARIABLE):
-        published.published_ports()
+    monkeypatch.setenv(published_ports.VARIABLE, text)
+    with pytest.raises(ValueError, match=published_ports.VARIABLE):
+        published_ports.published_ports()
 
 
 @pytest.mark.parametrize("host, address", [("localhost:8443", OWN), ("192.0.2.7:8443", "192.0.2.7"), ("x.invalid", "")])
 def test_the_host_is_who_the_browser_asked(host: str, address: str):
-    assert asyncio.run(published.host_address(host)) == address
+    assert asyncio.run(published_ports.host_address(host)) == address

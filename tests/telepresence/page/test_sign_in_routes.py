@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 from page_server import ANNA, WILL, serve
 
-from telepresence.page import entering
+from telepresence.page import sign_in_routes
 from telepresence.page.attempts import MOST
 from telepresence.page.sign_ins import COOKIE
 
@@ -17,7 +17,7 @@ GUEST = "Lena (guest)"
 
 @pytest.fixture
 def on_page(tmp_path, monkeypatch):
-    monkeypatch.setattr(entering, "REVISED", 0.02)
+    monkeypatch.setattr(sign_in_routes, "REVISED", 0.02)
     return partial(serve, tmp_path)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.station import service
+from telepresence.site import service
 from telepresence.station.heartbeat import PERIOD
 
 SITE = Path(__file__).resolve().parents[3] / "docs" / "site.toml"

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.site import running
-from telepresence.site.running import CADDY, OUTPUT, RunningSite
+from telepresence.site import supervisor
 from telepresence.site.site_file import SiteError, parse_site
+from telepresence.site.supervisor import CADDY, OUTPUT, RunningSite
 from telepresence.station import processes, vitals
 
 pytestmark = pytest.mark.slow
@@ -35,11 +35,12 @@ while True:
 SITE = """
 import sys, time
 from pathlib import Path
-from telepresence.site import running
+from telepresence.site import supervisor
 from telepresence.site.site_file import read_site
 file, unit = sys.argv[1:]
-running.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(running.page_socket(robot, folder))]
-site = running.RunningSite(read_site(Path(file)), Path(file).parent, lambda text: None)
+page_socket = supervisor.page_socket
+supervisor.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(page_socket(robot, folder))]
+site = supervisor.RunningSite(read_site(Path(file)), Path(file).parent, lambda text: None)
 while len(site._up) < 1:
     site.poll(0.05)
     time.sleep(0.05)
@@ -64,9 +65,9 @@ def started(monkeypatch, free_port):
 
         def start(**programs: str):
             def command(unit, site, folder):
-                return [sys.executable, "-c", programs[unit.name], str(running.page_socket(unit, folder))]
+                return [sys.executable, "-c", programs[unit.name], str(supervisor.page_socket(unit, folder))]
 
-            monkeypatch.setattr(running, "command", command)
+            monkeypatch.setattr(supervisor, "command", command)
             robots = "".join(f"[robot.{robot}]\n" for robot in programs)
             site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
             sites.append(RunningSite(site, folder, said.append))
@@ -143,9 +144,9 @@ def lives(pid: int) -> bool:
 def test_the_link_lets_in_whoever_has_no_account(started, monkeypatch):
     site, file, _ = started(anna=UNIT)
     assert site.open().startswith(f"{file.url}#k=")
-    monkeypatch.setattr(running, "signs_in", lambda unit, site: True)
+    monkeypatch.setattr(supervisor, "signs_in", lambda unit, site: True)
     assert site.open().startswith(f"{file.url}#i=")
-    running.Users().add("anna", "correct horse", "pilot")
+    supervisor.Users().add("anna", "correct horse", "pilot")
     assert site.open() == file.url
 
 
@@ -153,4 +154,4 @@ def test_a_certificate_that_is_none_is_named(started, tmp_path):
     (tmp_path / "own.crt").write_text("x")
     site = parse_site("certificate = 'own.crt'\n[robot.anna]", tmp_path)
     with pytest.raises(SiteError, match=r"own\.crt .* are no certificate and key"):
-        running.certificate_files(site, tmp_path)
+        supervisor.certificate_files(site, tmp_path)
