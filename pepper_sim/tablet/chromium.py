@@ -52,6 +52,8 @@ _BINDING = "raiseRobotEvent"
 _PAGE_OBJECTS = f"window.ALTabletBinding = {{raiseEvent: text => window.{_BINDING}(String(text))}};"
 """What a page finds on Pepper's tablet (NAOqi 2.8 documentation, ALTabletService, onJSEvent)."""
 _LONGEST_TEXT = 100_000
+BEHIND_PHYSICS = 10
+"""Niceness: on a busy machine the tablet may be late, physics and cameras may not."""
 
 
 class Chromium:
@@ -116,7 +118,7 @@ class Chromium:
             return self._tools
 
     def _start(self) -> DevTools:
-        tools = DevTools(self._handle)
+        tools = DevTools(self._handle, niceness=BEHIND_PHYSICS)
         size = {"width": TABLET_WIDTH, "height": TABLET_HEIGHT}
         tools.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
         tools.call("Emulation.setUserAgentOverride", userAgent=USER_AGENT)

@@ -52,12 +52,16 @@ class DevTools:
     Args:
         on_event: Called on the reader's thread with an event's method and parameters.
         flags: Further words of Chromium's command line.
+        niceness: How far it stands behind other programs.
     Raises:
         BrowserError: There is no Chromium, or it does not start.
     """
 
     def __init__(
-        self, on_event: Callable[[str, dict[str, Any]], None] = lambda method, params: None, flags: Sequence[str] = ()
+        self,
+        on_event: Callable[[str, dict[str, Any]], None] = lambda method, params: None,
+        flags: Sequence[str] = (),
+        niceness: int = 0,
     ) -> None:
         program = shutil.which("chromium")
         if program is None:
@@ -71,9 +75,9 @@ class DevTools:
         profile = f"--user-data-dir={self._profile.path}"
         from_us, self._requests = _pipe()
         self._answers, to_us = _pipe()
-        # The shell gives the pipes the numbers that Chromium expects, and Chromium a lower priority than physics and
-        # cameras: the tablet may be late on a busy machine. The process group is its own: Chromium has many children.
-        shell = f'exec nice -n 10 "$@" 3<&{from_us} 4>&{to_us}'
+        # The shell gives the pipes the numbers that Chromium expects. The process group is its own: Chromium has many
+        # children.
+        shell = f'exec nice -n {niceness} "$@" 3<&{from_us} 4>&{to_us}'
         self._process = subprocess.Popen(
             ["bash", "-c", shell, "bash", program, *_FLAGS, *flags, profile, "about:blank"],
             stdin=subprocess.DEVNULL,

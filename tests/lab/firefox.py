@@ -55,7 +55,7 @@ class Firefox:
         assert program, "there is no firefox-esr; Debian's package of that name has it"
         words = ["--headless", "--no-remote", "--profile", self._folder.name, "--remote-debugging-port", "0"]
         self._process = subprocess.Popen(
-            ["nice", "-n", "10", program, *words, "about:blank"],
+            [program, *words, "about:blank"],
             env=os.environ | {"HOME": self._folder.name},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

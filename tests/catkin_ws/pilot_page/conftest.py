@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Sequence
 
@@ -57,5 +58,5 @@ def open_page(running):
 def anna(running, until_true):
     """The page of somebody who has come in."""
     browser = Browser(running[1])
-    yield enter(browser, until_true)
-    browser.tools.close()
+    with contextlib.closing(browser.tools):
+        yield enter(browser, until_true)

@@ -3,6 +3,7 @@ and `com_cam`, and the simulated Pepper, whose loudspeaker and tablet are looked
 
 from __future__ import annotations
 
+import contextlib
 import time
 from pathlib import Path
 
@@ -55,8 +56,8 @@ def robot(graph):
 @pytest.fixture(scope="module")
 def driver(running, robot, spoken, face, until_true):
     browser = Browser(running[1], SETTLED, devices(spoken[1], face))
-    yield enter(browser, until_true)
-    browser.tools.close()
+    with contextlib.closing(browser.tools):
+        yield enter(browser, until_true)
 
 
 def press(browser: Browser, name: str) -> None:

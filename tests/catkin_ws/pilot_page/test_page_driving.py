@@ -3,6 +3,7 @@ drive_lease; the robot is its topics: it moves as it is told, and its head turns
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import time
@@ -108,9 +109,9 @@ def robot(graph, probe):
 @pytest.fixture(scope="module")
 def browser(running, robot, until_true):
     browser = Browser(running[1])
-    yield enter(browser, until_true)
-    assert browser.errors == []
-    browser.tools.close()
+    with contextlib.closing(browser.tools):
+        yield enter(browser, until_true)
+        assert browser.errors == []
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import time
@@ -34,10 +35,10 @@ def looks(graph, running):
 @pytest.fixture(scope="module")
 def anna(running, looks, until_true):
     browser = Browser(running[1])
-    enter(browser, until_true)
-    until_true(lambda: browser.evaluate("!document.getElementById('lookPad').hidden"), "the robot has a head")
-    yield browser
-    browser.tools.close()
+    with contextlib.closing(browser.tools):
+        enter(browser, until_true)
+        until_true(lambda: browser.evaluate("!document.getElementById('lookPad').hidden"), "the robot has a head")
+        yield browser
 
 
 def heard(probe):
