@@ -132,7 +132,7 @@ def test_w_drives_and_its_release_stops(station, until_true):
     try:
         until_true(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
         assert station.safety() in ("clear", "limited")
-        assert station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body"
+        until_true(lambda: station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body")
         station.xdotool("mousemove", *CAREFUL, "click", "1")
         until_true(lambda: station.probe.newest("/rto3/careful") == ["off"], "the window switches the careful scan off")
         until_true(lambda: not station.probe.newest("/rto3/safety")[4], "the body sways no more")
