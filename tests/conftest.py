@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import fcntl
+import contextlib
 import gc
-import itertools
 import os
 import signal
 import subprocess
@@ -12,9 +11,11 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import forked_programs
 import naoqi_clients
 import pytest
 import vendors_qi
+import work_sharing
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
 from private_master import start_master
@@ -56,69 +57,6 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = DEAD
         time.sleep(0.05)
 
 
-GROUPS = {
-    "alone": "stations",
-    "station": "stations",
-    "browser": "browsers",
-    "x11": "windows",
-    "one_robot": "robot",
-    "ros": "",
-}
-"""Marker -> the group of files that one worker runs, in the order in which they begin; "" is a group for each file."""
-
-
-def _marker(item: pytest.Item) -> str:
-    return next((name for name in GROUPS if item.get_closest_marker(name)), "")
-
-
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Share the tests out to workers by file.
-
-    One worker has every whole station, so that there is one at a time; one has the browsers, one the other windows, and
-    one the simulated Pepper that most of its tests share. Those that are through take files with ROS nodes, which need
-    the processors, and files that mostly wait, in turn.
-    """
-    order = [*GROUPS, ""]
-    files: dict[Path, str] = {}
-    for item in items:
-        files[item.path] = min(files.get(item.path, ""), _marker(item), key=order.index)
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(GROUPS.get(files[item.path]) or str(item.path)))
-    if hasattr(config, "workerinput"):
-        grouped = sorted((file for file in files if GROUPS.get(files[file])), key=lambda file: order.index(files[file]))
-        nodes, others = ([file for file in files if files[file] == kind] for kind in ("ros", ""))
-        turns = [file for pair in itertools.zip_longest(nodes, others) for file in pair if file]
-        place = {file: number for number, file in enumerate([*grouped, *turns])}
-        items.sort(key=lambda item: place[item.path])
-
-
-class Turns:
-    """Workers run tests side by side, but for a file that is marked `alone`: nothing else runs with that.
-
-    Two locks, on files that all workers have: the queue, where everybody waits, and the machine. Whoever is to be
-    alone holds the queue until the others have left the machine, so nobody waits for ever.
-    """
-
-    def __init__(self) -> None:
-        self._queue, self._machine = os.open(__file__, os.O_RDONLY), os.open(Path(__file__).parent, os.O_RDONLY)
-        self.alone = False
-
-    def enter(self, alone: bool) -> None:
-        fcntl.flock(self._queue, fcntl.LOCK_EX)
-        fcntl.flock(self._machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
-        fcntl.flock(self._queue, fcntl.LOCK_UN)
-        self.alone = alone
-
-    def leave(self) -> None:
-        fcntl.flock(self._machine, fcntl.LOCK_UN)
-        self.alone = False
-
-
-TURNS = pytest.StashKey[Turns]()
-FIRST_WORKER, BEHIND = "gw0", 5
-"""The worker that has the stations, and the niceness of the others. Stations run in real time, so the sooner this
-worker gets the processors, the less they cost."""
 EVIDENCE = 4000
 """Characters, the last ones, of what is printed of each thing that a test which was run again had captured or noted."""
 
@@ -142,11 +80,22 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.line(content.rstrip()[-EVIDENCE:])
 
 
-class FailuresAtOnce:
-    """Names each failure when it happens: a run that is cut off has no summary."""
+class CutOff:
+    """What is to come of a run that is cut off: each failure is named when it happens, because there is no summary, and
+    no program is left that a worker had started; these have sessions of their own, which Ctrl-C does not reach."""
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
+
+    def pytest_unconfigure(self) -> None:
+        workers = self._config.pluginmanager.get_plugin("dsession")
+        if workers is None:
+            return
+        mark = f"PYTEST_XDIST_TESTRUNUID={workers.nodemanager.testrunuid}".encode()
+        for environment in Path("/proc").glob("[0-9]*/environ"):
+            with contextlib.suppress(OSError):  # it has ended, or is somebody else's
+                if mark in environment.read_bytes().split(b"\0"):
+                    processes.send(int(environment.parent.name), signal.SIGKILL)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.outcome in ("failed", "rerun"):
@@ -158,28 +107,9 @@ class FailuresAtOnce:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(vendors_qi)
+    config.pluginmanager.register(work_sharing)
     if not hasattr(config, "workerinput"):
-        config.pluginmanager.register(FailuresAtOnce(config))
-    else:
-        config.stash[TURNS] = Turns()
-        if config.workerinput["workerid"] != FIRST_WORKER:
-            os.nice(BEHIND)
-
-
-@pytest.hookimpl(wrapper=True, tryfirst=True)  # around the time limit and the second try
-def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
-    turns = item.config.stash.get(TURNS, None)
-    if turns is None:
-        return (yield)
-    alone = item.get_closest_marker("alone") is not None
-    if not turns.alone:
-        turns.enter(alone)
-    try:
-        return (yield)
-    finally:
-        # One after the other, without waiting for a turn again.
-        if not (alone and nextitem is not None and nextitem.get_closest_marker("alone")):
-            turns.leave()
+        config.pluginmanager.register(CutOff(config))
 
 
 def pytest_runtest_logfinish() -> None:
@@ -209,6 +139,7 @@ def nothing_left_behind() -> Iterator[None]:
     """After the last test no descendant of ours may live, orphans included."""
     processes.adopt_orphans()
     yield
+    forked_programs.end()
     left = {pid: _command(pid) for pid in processes.descendants()}
     processes.end_descendants()
     assert not left, f"still running after the tests: {left}"
@@ -227,7 +158,7 @@ def run_program() -> Iterator[Callable[..., subprocess.Popen]]:
     started: list[subprocess.Popen] = []
 
     def run(*argv: str, **popen) -> subprocess.Popen:
-        process = processes.start([str(word) for word in argv], **popen)
+        process = forked_programs.start([str(word) for word in argv], **popen)
         started.append(process)
         return process
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import forked_programs
 import pytest
 from endings import end_together
 from free_ports import free_port
@@ -147,7 +148,7 @@ class Program:
     def __init__(self, argv: list[str], environment: dict[str, str], log: Path) -> None:
         self._log = log
         with log.open("w") as output:
-            self.process = processes.start(
+            self.process = forked_programs.start(
                 argv, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
             )
 

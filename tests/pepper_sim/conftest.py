@@ -7,7 +7,6 @@ A module that is to run with both is marked `naoqi_clients.with_both_clients`.
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 import subprocess
 import sys
@@ -43,29 +42,32 @@ class Naoqi:
         return self.simulation.robot
 
 
-@functools.cache
-def _shared() -> Simulation:
-    return Simulation(scene="empty", port=0)
+STANDSTILL = contextlib.ExitStack()
+ROBOTS: list[Simulation] = []
+"""The shared one, once there is one."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before the tests are shared out
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        if FOLDER in item.path.parents and "simulation" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.one_robot)
+@pytest.hookimpl(tryfirst=True)  # before anything that the test uses
+def pytest_runtest_setup() -> None:
+    STANDSTILL.close()
 
 
 @pytest.hookimpl(trylast=True)  # after everything that the test used
 def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
-    """The shared robot ends with the last of its tests: it would go on taking the processor from others."""
-    if (nextitem is None or FOLDER not in nextitem.path.parents) and _shared.cache_info().currsize:
-        _shared().close()
-        _shared.cache_clear()
+    """The shared robot's world stands still while tests of other folders run: it would take the processor from them."""
+    if nextitem is not None and FOLDER not in nextitem.path.parents:
+        for simulation in ROBOTS:
+            STANDSTILL.enter_context(simulation.world.locked())
 
 
-@pytest.fixture(scope="module")
-def simulation() -> Simulation:
-    return _shared()
+@pytest.fixture(scope="session")
+def simulation() -> Iterator[Simulation]:
+    STANDSTILL.close()
+    with Simulation(scene="empty", port=0) as running:
+        ROBOTS.append(running)
+        yield running
+        STANDSTILL.close()
+        ROBOTS.clear()
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +75,7 @@ def qi(request: pytest.FixtureRequest) -> ModuleType:
     return client_library(getattr(request, "param", request.config.getoption("--naoqi-client")))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def session(simulation: Simulation, qi: ModuleType) -> Iterator[Any]:
     with connected(qi, simulation.url) as client:
         yield client
