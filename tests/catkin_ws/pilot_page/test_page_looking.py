@@ -19,6 +19,8 @@ FOCAL = 145.0
 """Focal length of the camera [px]."""
 REST = 0.5
 """Seconds within which a head stands that nobody turns."""
+AGAIN = 5.0
+"""[s] from one drag to the next."""
 QUIET = 0.3
 """Seconds without a look after which no page sends any."""
 
@@ -85,13 +87,24 @@ def centre(browser, looks, until_true):
 
 
 def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
-    centre(anna, looks, until_true)
-    mouse(anna, "mousePressed", 0.5, 0.5)
-    for step in range(1, 6):
-        mouse(anna, "mouseMoved", 0.5 + 0.05 * step, 0.5 + 0.02 * step)
-    mouse(anna, "mouseReleased", 0.75, 0.6)
     wanted = [math.atan2(40, FOCAL), 0.15 - math.atan2(12, FOCAL)]  # the camera's pixels
-    until_true(lambda: where(looks) == pytest.approx(wanted, abs=0.01), "the head has followed")
+    dragged = -math.inf
+
+    def follows() -> bool:
+        """A page whose picture is late, on a busy machine, lets go of what is dragged: it is dragged again."""
+        nonlocal dragged
+        if where(looks) == pytest.approx(wanted, abs=0.01):
+            return True
+        if time.monotonic() - dragged > AGAIN:
+            centre(anna, looks, until_true)
+            mouse(anna, "mousePressed", 0.5, 0.5)
+            for step in range(1, 6):
+                mouse(anna, "mouseMoved", 0.5 + 0.05 * step, 0.5 + 0.02 * step)
+            mouse(anna, "mouseReleased", 0.75, 0.6)
+            dragged = time.monotonic()
+        return False
+
+    until_true(follows, "the head has followed")
     assert {manner for manner, _, _ in heard(looks)} == {GOAL}
     mark = "parseFloat(document.getElementById('aheadMark').style.left)"
     until_true(lambda: anna.evaluate(mark) == pytest.approx(75, abs=1), "the mark is where the middle was [%]")
