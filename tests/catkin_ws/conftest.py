@@ -170,7 +170,12 @@ class Program:
                 pytest.fail(f"{self._log.stem} ended with {self.process.returncode}:\n{self.output}")
             return re.search(pattern, self.output)
 
-        return until(match, f"{self._log.stem} prints {pattern!r}")
+        try:
+            return until(match, f"{self._log.stem} prints {pattern!r}")
+        except pytest.fail.Exception as error:
+            if self.process.poll() is None:
+                pytest.fail(f"{error}; so far:\n{self.output}")
+            raise
 
     def signal(self, number: signal.Signals) -> None:
         self.process.send_signal(number)
