@@ -41,7 +41,7 @@ from telepresence.page.pictures import Pictures
 from telepresence.page.proxy import Proxy
 from telepresence.page.published_ports import published_ports
 from telepresence.page.relays import Relays
-from telepresence.page.sign_in_routes import Entering, read_fields, refuse
+from telepresence.page.sign_in_routes import SignInRoutes, read_fields, refuse
 from telepresence.page.sign_ins import SignIn, SignIns
 from telepresence.page.station import Station, Stations
 from telepresence.teleop.accounts import is_guest_name
@@ -160,7 +160,9 @@ class PilotPage:
         self._robots = {name: RobotOnPage(station) for name, station in stations.robots.items()}
         self._audit = Audit(folder / "audit.log" if folder else None)
         sign_ins = SignIns(folder / "sign_ins" if folder else None)
-        self._entering = Entering(stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left, proxy)
+        self._sign_in_routes = SignInRoutes(
+            stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left, proxy
+        )
         self._tabs: dict[tuple[SignIn, str], Tab] = {}
         self._links: dict[Tab, BrowserLink | BrowserSocket] = {}
         self._dials, self._new_tabs = Attempts(*DIALS), Attempts(*NEW_TABS)
@@ -173,7 +175,7 @@ class PilotPage:
             [
                 web.get("/", self._page),
                 web.get(r"/static/{name:[a-z_]{1,40}\.(js|css|svg|json)}", self._static),
-                *self._entering.routes(),
+                *self._sign_in_routes.routes(),
                 web.get("/servers", self._servers),
                 web.post("/offer", self._offer),
                 web.get("/ws", self._websocket),
@@ -199,7 +201,7 @@ class PilotPage:
             self._audit.note("stop" if state.stopped_by else "stop is over", robot=robot, name=state.stopped_by)
 
     async def _running(self, _application: web.Application):
-        checks = [asyncio.ensure_future(task) for task in (self._check(), self._entering.revise())]
+        checks = [asyncio.ensure_future(task) for task in (self._check(), self._sign_in_routes.revise())]
         yield
         for check in checks:
             check.cancel()
@@ -207,7 +209,7 @@ class PilotPage:
         for robot in self._robots.values():
             for tab in list(robot.windows):
                 robot.leave(tab)
-        self._entering.close()
+        self._sign_in_routes.close()
 
     async def _check(self) -> None:
         while True:
@@ -237,7 +239,7 @@ class PilotPage:
         reason = foreign(headers, self._names, scheme="https")
         try:
             if not reason:
-                await self._entering.recognize(request)
+                await self._sign_in_routes.recognize(request)
             response = refuse(403, reason) if reason else await handler(request)
         except web.HTTPException as error:
             response = refuse(error.status, error.reason)
@@ -327,12 +329,12 @@ class PilotPage:
             await self._forget(tab)
 
     def _who(self, request: web.Request) -> SignIn:
-        return self._entering.who(request)
+        return self._sign_in_routes.who(request)
 
     async def _tab(self, sign_in: SignIn, number: str) -> Tab:
         if not _TAB.fullmatch(number):
             raise web.HTTPBadRequest(reason="A page's name has 16 hexadecimal digits.")
-        if not self._entering.holds(sign_in):  # it has ended while the body came
+        if not self._sign_in_routes.holds(sign_in):  # it has ended while the body came
             raise web.HTTPUnauthorized(reason="Sign in first.")
         now = time.monotonic()
         if (sign_in, number) not in self._tabs:

@@ -46,7 +46,7 @@ REVISED = 0.5
 _COOKIE = {"secure": True, "httponly": True, "samesite": "Strict"}
 
 
-class Entering:
+class SignInRoutes:
     """Who is in. Belongs to one event loop.
 
     Args:

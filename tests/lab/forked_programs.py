@@ -17,16 +17,16 @@ from telepresence_ros.forked_process import ForkedProcess, ForkServer, can_be_fo
 
 from telepresence.station import processes
 
-ALSO = ("rosmaster",)
-"""Programs that are scripts for another interpreter, and do as well with ours."""
+FOR_ANY_PYTHON = ("rosmaster",)
+"""Programs of Debian whose first line names another interpreter, and that ours runs as well."""
 
 
-def _network() -> int:
-    """The network namespace of this thread; what is forked has that of the process which forks."""
+def _network_namespace() -> int:
     return os.stat("/proc/thread-self/ns/net").st_ino
 
 
-HOME = _network()
+OURS = _network_namespace()
+"""What is forked is in this one, wherever the thread is that asks for it."""
 
 
 class ForkedProgram(ForkedProcess):
@@ -57,9 +57,9 @@ def start(argv: Sequence[str], **popen: Any) -> subprocess.Popen | ForkedProgram
     """Do what `processes.start` does, by a fork where that can be: a node of the workspace, or a ROS master, without
     pipes."""
     environment, output, errors = popen.get("env") or dict(os.environ), popen.get("stdout"), popen.get("stderr")
-    words = [(argv[0] in ALSO and shutil.which(argv[0])) or argv[0], *argv[1:]]
+    words = [(argv[0] in FOR_ANY_PYTHON and shutil.which(argv[0])) or argv[0], *argv[1:]]
     plain = popen.keys() <= {"env", "stdin", "stdout", "stderr"} and popen.get("stdin") in (None, subprocess.DEVNULL)
-    if plain and _network() == HOME and (argv[0] in ALSO or can_be_forked(words, environment)):
+    if plain and _network_namespace() == OURS and (argv[0] in FOR_ANY_PYTHON or can_be_forked(words, environment)):
         targets = [output, output if errors == subprocess.STDOUT else errors]
         if all(target == subprocess.DEVNULL or not isinstance(target, int | None) for target in targets):
             return _fork(words, environment, targets)

@@ -20,12 +20,12 @@ def free_port() -> int:
     """A loopback port, tcp and udp, that nobody uses, and that this process has not given anybody for a long time. It
     is below those that the kernel hands out by itself, as it does to every ROS node and every connection, so that none
     of them takes it before its user does."""
-    for port in _ports():
+    while True:
+        port = next(_ports())
         with socket.socket() as tcp, socket.socket(type=socket.SOCK_DGRAM) as udp, contextlib.suppress(OSError):
             tcp.bind(("127.0.0.1", port))
             udp.bind(("127.0.0.1", port))
             return port
-    raise AssertionError("a cycle has no end")
 
 
 @functools.cache

@@ -77,7 +77,8 @@ def test_the_pilot_turns_the_head_and_its_limits_follow(anna, head, until_true):
 
 def test_the_head_stands_soon_after_the_last_look(anna, head, until_true):
     _, angles = head
-    anna.ask("look", Manner.RATE, 0.5, 0.0)
+    rate = 0.5  # [rad/s]
+    anna.ask("look", Manner.RATE, rate, 0.0)
     until_true(lambda: angles()[0] > 0.1, "the head turns")
     began = angles()[0]
     anna.ask("look")
@@ -89,7 +90,7 @@ def test_the_head_stands_soon_after_the_last_look(anna, head, until_true):
 
     until_true(stands, "the head stands")
     # As far as it turns in that time; what was on its way on a busy machine may take as long again.
-    assert abs(angles()[0] - began) < 2 * REST * 0.5
+    assert abs(angles()[0] - began) < 2 * REST * rate
 
 
 def test_nobody_else_turns_it_nor_anybody_while_the_red_stop_is_pressed(graph, station, anna, head, until_true):
