@@ -89,7 +89,7 @@ class CutOff:
 
     def pytest_unconfigure(self) -> None:
         workers = self._config.pluginmanager.get_plugin("dsession")
-        if workers is None:
+        if workers is None or workers.nodemanager is None:  # there were no workers
             return
         mark = f"PYTEST_XDIST_TESTRUNUID={workers.nodemanager.testrunuid}".encode()
         for environment in Path("/proc").glob("[0-9]*/environ"):
