@@ -93,22 +93,29 @@ def heard(probe) -> list[list[float]]:
     return [fields for _, fields in probe.seen("/cmd_vel")]
 
 
-def drives(probe, until_true: Callable, browser: OpenPage) -> None:
-    """Hold W until the robot drives. A page that was not run for half a second, on a busy machine, lets go of it."""
+def hold_until(
+    browser: OpenPage, until_true: Callable, condition: Callable[[], bool], what: str, code: str = "KeyW"
+) -> None:
+    """Hold a key until something is so. A page that was not run for half a second, on a busy machine, lets go of it."""
     pressed = -math.inf
 
-    def press() -> bool:
+    def tried() -> bool:
         nonlocal pressed
-        if heard(probe)[-5:] == [FORWARD] * 5:
+        if condition():
             return True
         if time.monotonic() - pressed > PATIENCE:
             pressed = time.monotonic()
-            browser.key("KeyW", False)
-            browser.key("KeyW", True)
+            browser.key(code, False)
+            browser.key(code, True)
         return False
 
+    until_true(tried, what)
+
+
+def drives(probe, until_true: Callable, browser: OpenPage) -> None:
+    """Hold W until the robot drives."""
     probe.forget("/cmd_vel")
-    until_true(press, "the key drives")
+    hold_until(browser, until_true, lambda: heard(probe)[-5:] == [FORWARD] * 5, "the key drives")
 
 
 def let_go_of_the_stop(browser: OpenPage, until_true: Callable) -> None:

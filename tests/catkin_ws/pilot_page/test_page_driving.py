@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, let_go_of_the_stop
+from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, hold_until, let_go_of_the_stop
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
@@ -453,13 +453,7 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     press = lambda browser, part: browser.evaluate(f"document.getElementById('{part}').click()")  # noqa: E731
     until_true(lambda: ben.text("take") == "Ask to drive" and ben.width(), "ben sees, and that somebody drives")
     until_true(lambda: "anna drives" in ben.text("status"), "and who that is")
-
-    def told():
-        ben.key("KeyW", False)
-        ben.key("KeyW", True)
-        return "anna drives" in alert(ben)
-
-    until_true(told, "he is told why nothing drives")
+    hold_until(ben, until_true, lambda: "anna drives" in alert(ben), "he is told why nothing drives")
     press(ben, "take")
     until_true(lambda: not hidden(anna, "keep") and "ben asks" in alert(anna), "anna is asked")
     press(anna, "keep")
@@ -470,11 +464,10 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     press(anna, "give")
     until_true(lambda: hidden(ben, "take") and not hidden(anna, "take"), "ben has it")
     assert not [fields for fields in heard(probe) if any(fields)], "what he held before drives nothing"
-    ben.key("KeyW", False)
-    ben.key("KeyW", True)
-    until_true(lambda: [0.1, 0.0, 0.0] in heard(probe), "by a slow connection he drives at half speed")
+    slowly = [0.1, 0.0, 0.0]
+    hold_until(ben, until_true, lambda: slowly in heard(probe), "by a slow connection he drives at half speed")
     ben.evaluate("globalThis.late = 0")
-    until_true(lambda: heard(probe)[-1] == FORWARD, "by a quick one at full speed")
+    hold_until(ben, until_true, lambda: heard(probe)[-1] == FORWARD, "by a quick one at full speed")
     ben.evaluate("globalThis.late = 1500")
     until_true(lambda: "more than a second late" in alert(ben), "by one that is too slow he is told so")
     assert heard(probe)[-1] == ZERO

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from page_browser import Browser, enter
+from page_browser import Browser, enter, hold_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
@@ -20,7 +20,7 @@ FOCAL = 145.0
 REST = 0.5
 """Seconds within which a head stands that nobody turns."""
 AGAIN = 5.0
-"""[s] from one drag to the next."""
+"""[s] from one gesture to the next."""
 QUIET = 0.3
 """Seconds without a look after which no page sends any."""
 
@@ -63,22 +63,9 @@ def mouse(browser, kind, x, y):
     )  # fmt: skip
 
 
-def press(browser, code, until_true, condition, what):
-    """Hold a key until something is so; again if a picture that came late, on a busy machine, made the page let go."""
-
-    def tried():
-        browser.key(code, False)
-        browser.key(code, True)
-        deadline = time.monotonic() + 2.0
-        while not condition() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        return condition()
-
-    until_true(tried, what)
-
-
 def centre(browser, looks, until_true):
-    press(browser, "KeyH", until_true, lambda: where(looks) == pytest.approx([0.0, 0.15], abs=1e-3), "straight ahead")
+    ahead = lambda: where(looks) == pytest.approx([0.0, 0.15], abs=1e-3)  # noqa: E731
+    hold_until(browser, until_true, ahead, "straight ahead", "KeyH")
     browser.key("KeyH", False)
     until_true(
         lambda: all(time.time() - when > QUIET for when, _ in looks.seen("/head/look")[-1:]), "and nothing turns it"
@@ -86,25 +73,34 @@ def centre(browser, looks, until_true):
     looks.forget("/head/look")
 
 
-def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
-    wanted = [math.atan2(40, FOCAL), 0.15 - math.atan2(12, FOCAL)]  # the camera's pixels
-    dragged = -math.inf
+def turn_to(browser, looks, until_true, gesture, wanted, what):
+    """Turn the head from straight ahead to `wanted`: yaw and pitch [rad]. A page whose picture is late, on a busy
+    machine, takes no gesture and ends one: then it is made again."""
+    made = -math.inf
 
-    def follows() -> bool:
-        """A page whose picture is late, on a busy machine, lets go of what is dragged: it is dragged again."""
-        nonlocal dragged
+    def turned() -> bool:
+        nonlocal made
         if where(looks) == pytest.approx(wanted, abs=0.01):
             return True
-        if time.monotonic() - dragged > AGAIN:
-            centre(anna, looks, until_true)
-            mouse(anna, "mousePressed", 0.5, 0.5)
-            for step in range(1, 6):
-                mouse(anna, "mouseMoved", 0.5 + 0.05 * step, 0.5 + 0.02 * step)
-            mouse(anna, "mouseReleased", 0.75, 0.6)
-            dragged = time.monotonic()
+        if time.monotonic() - made > AGAIN:
+            centre(browser, looks, until_true)
+            gesture()
+            made = time.monotonic()
         return False
 
-    until_true(follows, "the head has followed")
+    until_true(turned, what)
+
+
+def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
+    def drag() -> None:
+        mouse(anna, "mousePressed", 0.5, 0.5)
+        for step in range(1, 6):
+            mouse(anna, "mouseMoved", 0.5 + 0.05 * step, 0.5 + 0.02 * step)
+        mouse(anna, "mouseReleased", 0.75, 0.6)
+
+    pixels = 40, 12  # of the camera
+    wanted = [math.atan2(pixels[0], FOCAL), 0.15 - math.atan2(pixels[1], FOCAL)]
+    turn_to(anna, looks, until_true, drag, wanted, "the head has followed")
     assert {manner for manner, _, _ in heard(looks)} == {GOAL}
     mark = "parseFloat(document.getElementById('aheadMark').style.left)"
     until_true(lambda: anna.evaluate(mark) == pytest.approx(75, abs=1), "the mark is where the middle was [%]")
@@ -114,15 +110,14 @@ def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
 def test_a_key_turns_the_head_while_it_is_held(anna, looks, until_true):
     centre(anna, looks, until_true)
     right = lambda: len([1 for manner, yaw, _ in heard(looks) if manner == RATE and yaw < 0]) > 5  # noqa: E731
-    press(anna, "KeyL", until_true, right, "it turns right")
+    hold_until(anna, until_true, right, "it turns right", "KeyL")
     anna.key("KeyL", False)
     until_true(lambda: heard(looks)[-2:] == [[RATE, 0.0, 0.0]] * 2, "the release stops it, more than once")
 
 
 def test_a_press_without_a_pointer_turns_by_one_step(anna, looks, until_true):
-    centre(anna, looks, until_true)
-    anna.evaluate("document.querySelector('[data-look=look_left]').click()")
-    until_true(lambda: where(looks)[0] == pytest.approx(0.26, abs=0.01), "one step to the left")
+    click = lambda: anna.evaluate("document.querySelector('[data-look=look_left]').click()")  # noqa: E731
+    turn_to(anna, looks, until_true, click, [0.26, 0.15], "one step to the left")
 
 
 def test_looking_where_i_drive_is_repeated_until_something_else_turns_the_head(anna, looks, until_true):
@@ -130,7 +125,7 @@ def test_looking_where_i_drive_is_repeated_until_something_else_turns_the_head(a
     anna.evaluate("document.querySelector('[data-look=way]').click()")
     until_true(lambda: heard(looks)[-5:] == [[WAY, 0.0, 0.0]] * 5, "it is said again and again")
     assert anna.evaluate("document.querySelector('[data-look=way]').getAttribute('aria-pressed')") == "true"
-    press(anna, "KeyJ", until_true, lambda: heard(looks)[-1][0] == RATE, "a key takes over")
+    hold_until(anna, until_true, lambda: heard(looks)[-1][0] == RATE, "a key takes over", "KeyJ")
     anna.key("KeyJ", False)
     until_true(lambda: heard(looks)[-1] == [RATE, 0.0, 0.0], "and stays in charge")
 
@@ -152,7 +147,7 @@ def test_the_right_stick_turns_the_head_with_its_modifier_only(anna, looks, unti
 
 def test_a_page_that_is_not_looked_at_turns_nothing(anna, looks, until_true):
     centre(anna, looks, until_true)
-    press(anna, "KeyJ", until_true, lambda: len(heard(looks)) > 3, "it turns")
+    hold_until(anna, until_true, lambda: len(heard(looks)) > 3, "it turns", "KeyJ")
     anna.evaluate(
         "Object.defineProperty(document, 'hidden', { configurable: true, get: () => true });"
         "document.dispatchEvent(new Event('visibilitychange'))"
