@@ -1,11 +1,16 @@
 """Who may sign in:  python -m gui.users add NAME --role pilot
 
-The command line that people type; the accounts themselves are `telepresence.teleop.accounts`.
+The command line that people type; the accounts themselves are `telepresence.teleop.accounts`. Root goes on as the user
+who runs the station, whose accounts they are; with --file it stays root.
 """
 
 import sys
 
+from telepresence.station.unprivileged import must_leave_root, replace_by
 from telepresence.teleop.accounts import main
 
 if __name__ == "__main__":
+    words = sys.argv[1:]
+    if must_leave_root() and not any(word.startswith("--file") for word in words):
+        sys.exit(replace_by([sys.executable, "-m", "gui.users", *words]))
     sys.exit(main())

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from telepresence.security import robot_key
 from telepresence.station.doctor import ROOT, Finding, protection
+from telepresence.teleop.accounts import default_path
 
 JUDGED = "November 2026"
 """When the table below was last compared with its sources."""
@@ -241,7 +242,7 @@ def _inodes(process: Path) -> Iterator[str]:
 def personal() -> Iterator[Path]:
     """Yield the files and folders that are for their owner's eyes only."""
     keys = robot_key.store_folder()
-    accounts = Path(os.environ.get("TELEPRESENCE_USERS") or ROOT / "gui" / "users.db")
+    accounts = default_path()
     recordings = Path(os.environ.get("TELEPRESENCE_FOLDER") or Path.home() / "telepresence")
     yield from accounts.parent.glob(f"{accounts.name}*")
     for folder in (keys, recordings):

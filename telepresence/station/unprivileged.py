@@ -88,9 +88,9 @@ def environment_for(user: pwd.struct_passwd, environment: Mapping[str, str]) -> 
     return made
 
 
-def main() -> int:
-    """Replace this process by the command; return an exit code if that cannot be done."""
-    command, environment = sys.argv[1:], dict(os.environ)
+def replace_by(command: list[str]) -> int:
+    """Replace this process by the command, without root; return an exit code if that cannot be done."""
+    environment = dict(os.environ)
     if must_leave_root():
         try:
             user = choose_user()
@@ -167,4 +167,4 @@ def _switch(user: pwd.struct_passwd) -> list[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(replace_by(sys.argv[1:]))

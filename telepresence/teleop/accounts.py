@@ -1,9 +1,8 @@
 """The accounts with which people sign in:  python -m gui.users add NAME --role pilot
 
-They are stored in an SQLite file that is created empty at first use: gui/users.db, or the file that TELEPRESENCE_USERS
-names. Of a password only a public key is kept (`password_key`): with what stands in the file nobody can sign in, and no
-window can drive. Wrong tries are counted there too, so that restarting the window gives no new ones. An unknown name is
-answered as slowly as any other.
+They are stored in an SQLite file that is created empty at first use, see `default_path`. Of a password only a public
+key is kept (`password_key`): with what stands in the file nobody can sign in, and no window can drive. Wrong tries are
+counted there too, so that restarting the window gives no new ones. An unknown name is answered as slowly as any other.
 """
 
 from __future__ import annotations
@@ -65,8 +64,12 @@ def is_guest_name(name: str) -> bool:
 
 
 def default_path() -> Path:
-    """Return the path of the accounts: TELEPRESENCE_USERS, else gui/users.db."""
-    return Path(os.environ.get("TELEPRESENCE_USERS") or Path(__file__).resolve().parents[2] / "gui" / "users.db")
+    """Return the path of the accounts: TELEPRESENCE_USERS, else gui/users.db; of a user who may not write into the
+    checkout, ~/telepresence/users.db."""
+    if named := os.environ.get("TELEPRESENCE_USERS"):
+        return Path(named)
+    folder = Path(__file__).resolve().parents[2] / "gui"
+    return (folder if os.access(folder, os.W_OK) else Path.home() / "telepresence") / "users.db"
 
 
 class Users:

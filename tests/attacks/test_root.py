@@ -56,6 +56,24 @@ def test_the_station_is_started_as_root_without_the_command(tmp_path):
     assert ("./stack up" if os.geteuid() == 0 else "nonsense") in done.stderr
 
 
+def test_accounts_that_root_makes_are_those_of_the_station(tmp_path):
+    """No attack: whom root lets in gets in, though the station is not root's."""
+    environment, before = {"HOME": "/root", "SUDO_UID": ""}, ""
+    if os.geteuid() != 0:
+        environment = {"TELEPRESENCE_USERS": str(tmp_path / "users.db")}
+    elif ROOT.owner() != "root":  # whose accounts are in the checkout, and not for tests
+        before = f"install -d -m 700 -o {ROOT.owner()} /var/lib/accounts; "
+        environment["TELEPRESENCE_USERS"] = "/var/lib/accounts/users.db"
+    users = f"{sys.executable} -m gui.users"
+    add = f"echo a long password | {users} add anna --role pilot --password-stdin"
+    station = f"{sys.executable} -m telepresence.station.unprivileged {users} list"
+    done = run(tmp_path, f"{before}{add}; {station}", **environment)
+    if "nobody else can run it" in done.stderr:
+        assert "TELEPRESENCE_AS_ROOT=1" in done.stderr and not done.stdout
+    else:
+        assert done.stdout.split()[:2] == ["anna", "pilot"], done.stderr
+
+
 def test_root_stays_root_where_it_is_told_to(tmp_path):
     """No attack: for those who know what they do."""
     program = f"{sys.executable} -m telepresence.station.unprivileged id -u"
