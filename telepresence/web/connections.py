@@ -160,9 +160,9 @@ class Handler(pywsgi.WSGIHandler):
             if body.chunked_input or (body.content_length or 0) - body.position > MAX_UNREAD:
                 body.chunked_input, body.content_length = False, 0  # pywsgi would read all of it and throw it away
                 self.close_connection = True
-                self._hear_out()
+                self._discard_rest()
 
-    def _hear_out(self) -> None:
+    def _discard_rest(self) -> None:
         """Throw away what a peer that has its answer still sends, until it ends or `sweep` ends it."""
         self.due = time.monotonic() + LAST_WORDS
         try:
