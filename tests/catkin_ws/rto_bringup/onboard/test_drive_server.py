@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import pytest
 from rto_bringup.onboard.__main__ import main
+from rto_bringup.onboard.kept_latches import KeptLatches
 from rto_bringup.onboard.robotino_base import RobotinoBase
 from rto_bringup.onboard.sensors import ranges_of_sectors
 from rto_node.client import RobotinoClient, Scan
@@ -17,7 +18,7 @@ from rto_node.client import RobotinoClient, Scan
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pilots import SILENCE, PilotVelocity
 from telepresence.drive.server import AT_REST
-from telepresence.safety import UNKNOWN
+from telepresence.safety import UNKNOWN, Latched
 
 
 @pytest.fixture
@@ -195,6 +196,45 @@ def test_a_stop_outlasts_the_server_until_somebody_resets_it(simulation, run_onb
     seq = other.report()[0].seq
     until_true(lambda: link.report()[0].seq > seq + 20, "a second passes")
     assert state(link) == "no command", "and nobody presses it again"
+
+
+def test_a_bump_and_a_stop_outlast_a_server_that_dies_and_whoever_pressed_it(
+    simulation, run_onboard, make_link, tmp_path, until_true
+):
+    options = ("drive", "--robot", simulation.url, "--kept", str(tmp_path / "latched"), "--port")
+
+    def bumped(pilot):
+        pilot.drive(0.0, 0.05, 0.0)
+        return "umper" in pilot.report()[0].reason
+
+    server = run_onboard(*options, "0")
+    link = make_link(server.port, "chief@elsewhere", rank=5)
+    simulation.robot.press_bumper(True)
+    until_true(lambda: bumped(link), "the bumper is felt")
+    simulation.robot.press_bumper(False)
+    assert link.ask("stop").ok
+    link.close()
+    server.process.kill()
+    server.process.wait()
+    server = run_onboard(*options, "0")
+    other = make_link(server.port)
+    until_true(lambda: state(other) == "stopped", "what somebody stopped who has gone stays stopped")
+    assert other.ask("reset stop").ok
+    until_true(lambda: state(other) == "no command", "the controls are let go")
+    until_true(lambda: bumped(other), "and the bump holds, too")
+    assert other.ask("reset bumper").ok
+    until_true(lambda: not bumped(other), "until it is reset")
+    assert server.end() == 0
+    assert not (tmp_path / "latched").exists(), "a server that ends in order keeps nothing"
+
+
+@pytest.mark.parametrize("kept", [b"", b"{", b"[]", b'{"stopped": 1, "bumped": true}', b"\xff"])
+def test_what_cannot_be_read_counts_as_a_bump(kept, tmp_path):
+    path = tmp_path / "latched"
+    path.write_bytes(kept)
+    path.chmod(0o600)
+    assert KeptLatches(path).read().bumped
+    assert KeptLatches(tmp_path / "none").read() == KeptLatches(None).read() == Latched()
 
 
 def test_a_taken_port_is_named(capsys):

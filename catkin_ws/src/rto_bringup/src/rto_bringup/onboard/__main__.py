@@ -80,6 +80,11 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         role.set_defaults(run=run)
     drive.add_argument("--robot", default=ROBOT, help="the robot's own web server (default: %(default)s)")
     drive.add_argument("--laser", action="store_true", help="the robot carries a laser scanner: gate with it too")
+    drive.add_argument(
+        "--kept", type=Path, metavar="FILE",
+        help="where a stop or a bump is kept while the program is started again (default: in $RUNTIME_DIRECTORY, else "
+             "in the station's folder, else nowhere)",
+    )  # fmt: skip
     camera.add_argument(
         "--source", default=ROBOT,
         help="the robot's web server, whose /cam0 is asked; a device such as /dev/video0; or test (default: "
@@ -129,11 +134,13 @@ def _key_beside_bundle() -> Path | None:
 
 
 def run_drive(options: argparse.Namespace) -> int:
+    from rto_bringup.onboard.kept_latches import KeptLatches, default_path
     from rto_bringup.onboard.robotino_base import RobotinoBase
     from telepresence.drive.server import DriveServer
 
     key, address = find_key(options), options.address or LOOPBACK
-    base = RobotinoBase(options.robot, options.laser)
+    kept = KeptLatches(options.kept or default_path(options.port))
+    base = RobotinoBase(options.robot, options.laser, kept)
     server = DriveServer(base, address, options.port, key, log.info)
     with base, contextlib.closing(server):
         for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 from rto_node.client import RobotinoClient, RobotinoError
 
+from rto_bringup.onboard.kept_latches import KeptLatches
 from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
 from telepresence.drive.datagram import Goal
 from telepresence.drive.pilots import SILENCE, Pilots, PilotVelocity
@@ -60,15 +61,18 @@ class RobotinoBase(DrivenBase):
     Args:
         robot: The robot's own web server.
         laser: The robot carries a laser scanner.
+        kept: What was latched in a drive server that died, and is kept for the next one.
     Raises:
         ValueError: `robot` is not an address.
     """
 
-    def __init__(self, robot: str, laser: bool) -> None:
+    def __init__(self, robot: str, laser: bool, kept: KeptLatches | None = None) -> None:
         self._client = RobotinoClient(robot, timeout=WRITE_TIMEOUT)
         self._readings: queue.Queue[Reading] = queue.Queue(MAX_READINGS)
         self._sensors = Sensors(robot, laser, self._store)
         self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO)
+        self._kept = kept or KeptLatches(None)
+        self._gate.restore(self._kept.read())
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
         self._late_at = math.inf
@@ -83,6 +87,11 @@ class RobotinoBase(DrivenBase):
         self._client.close()
 
     def do(self, what: str, who: str) -> tuple[bool, str]:
+        done = self._do(what, who)
+        self._kept.keep(self._gate.latched)
+        return done
+
+    def _do(self, what: str, who: str) -> tuple[bool, str]:
         if what == "stop":
             self._gate.stop(f"{who} pressed stop")
             return True, "stopped until reset stop"
@@ -96,6 +105,7 @@ class RobotinoBase(DrivenBase):
     def step(self, now: float, command: PilotVelocity | None, goal: Goal | None, pilots: Pilots) -> Outcome:
         while not self._readings.empty():
             self._take(self._readings.get_nowait())
+        self._kept.keep(self._gate.latched)
         self._gate.careful = pilots.careful
         decision = self._gate.step(now, command and Command(*command), self._odometry)
         late = now >= pilots.deadline() - SILENCE + LATE
@@ -122,6 +132,7 @@ class RobotinoBase(DrivenBase):
     def end(self) -> None:
         if any(self._wheels.velocity):
             self._write(AT_REST)
+        self._kept.forget()
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
