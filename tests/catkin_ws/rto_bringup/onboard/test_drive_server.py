@@ -12,7 +12,7 @@ import pytest
 from rto_bringup.onboard.__main__ import main
 from rto_bringup.onboard.kept_latches import KeptLatches
 from rto_bringup.onboard.robotino_base import RobotinoBase
-from rto_bringup.onboard.sensors import ranges_of_sectors
+from rto_bringup.onboard.sensors import Reading, ranges_of_sectors
 from rto_node.client import RobotinoClient, Scan
 
 from telepresence.drive.link import DriveLink
@@ -235,6 +235,33 @@ def test_what_cannot_be_read_counts_as_a_bump(kept, tmp_path):
     path.chmod(0o600)
     assert KeptLatches(path).read().bumped
     assert KeptLatches(tmp_path / "none").read() == KeptLatches(None).read() == Latched()
+
+
+class Driving:
+    """A pilot whose commands come in time."""
+
+    cut, careful = False, False
+
+    def deadline(self):
+        return math.inf
+
+
+@pytest.mark.parametrize("then", [(0.0, 0.0, 0.0), (-0.1, 0.0, 0.0)])
+def test_a_newer_command_counts_though_the_report_it_answers_was_late(monkeypatch, then):
+    """Its stamp is reckoned from when the pilot received that report."""
+    base = RobotinoBase("127.0.0.1:1", laser=False)
+    monkeypatch.setattr(base, "_write", lambda _velocity: None)
+
+    def step(now, velocity, stamp):
+        base._store(Reading(now, (0.4,) * 9, False, (0.0, 0.0, 0.0), None))
+        outcome = base.step(now, PilotVelocity(*velocity, stamp), None, Driving())
+        return outcome.given[0], outcome
+
+    for number in range(30):
+        now = 10.0 + 0.05 * number
+        driven = step(now, (0.1, 0.0, 0.0), now)
+    assert driven[0] > 0.05, driven
+    assert step(now + 0.05, then, now - 0.05)[0] < driven[0] - 0.01
 
 
 def test_a_taken_port_is_named(capsys):

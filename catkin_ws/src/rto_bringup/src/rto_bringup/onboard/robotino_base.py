@@ -44,6 +44,8 @@ WRITE_TIMEOUT = 0.15
 FAULT_TIME = 0.5
 """Seconds for which a velocity that the robot's web server did not take is reported as a fault."""
 MAX_READINGS = 40
+LEAST = 1e-6
+"""Seconds between the stamps of two commands."""
 
 
 @dataclass
@@ -75,6 +77,8 @@ class RobotinoBase(DrivenBase):
         self._gate.restore(self._kept.read())
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
+        self._newest: PilotVelocity | None = None
+        self._stamp = -math.inf
         self._late_at = math.inf
         self._write_problem, self._write_failed = "", -math.inf
 
@@ -107,7 +111,7 @@ class RobotinoBase(DrivenBase):
             self._take(self._readings.get_nowait())
         self._kept.keep(self._gate.latched)
         self._gate.careful = pilots.careful
-        decision = self._gate.step(now, command and Command(*command), self._odometry)
+        decision = self._gate.step(now, command and self._ordered(command), self._odometry)
         late = now >= pilots.deadline() - SILENCE + LATE
         given = (decision.vx, decision.vy, decision.wz) if command is not None and not late else AT_REST
         self._give(now, given, late or (command is None and pilots.cut))
@@ -146,6 +150,14 @@ class RobotinoBase(DrivenBase):
         if reading.scan is not None:
             self._gate.update_ranges("laser", reading.stamp, ranges_of_sectors(reading.scan))
         self._odometry = Odometry(*reading.pose, reading.stamp)
+
+    def _ordered(self, command: PilotVelocity) -> Command:
+        """Return a pilot's command with a stamp by which the gate takes it for newer than the one before it. It is: by
+        its datagram's number. The stamp that came with it is older all the same, when the report was late from which
+        the pilot counts."""
+        if command is not self._newest:
+            self._newest, self._stamp = command, max(command.stamp, self._stamp + LEAST)
+        return Command(*command[:3], self._stamp)
 
     def _give(self, now: float, velocity: tuple[float, float, float], fast: bool) -> None:
         """Write a velocity as long as the robot is to move, then zeros as long as the base is to brake gently, one at
