@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import qi
+from naoqi_driver.onboard.last_stop import LastStop
 from naoqi_driver.onboard.naoqi_link import is_near
 from naoqi_driver.onboard.pepper_base import FAR_SPEED, far_motion, far_velocity
 from python2_syntax import assert_python_2
@@ -232,6 +235,23 @@ def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
     finally:
         pilot.close()
         server.kill()
+
+
+def test_the_second_process_stops_the_robot_for_a_server_that_has_lost_naoqi(folder, naoqi, motion, until_true):
+    program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{naoqi.port}"]
+    second = LastStop([*program, "--last-stop"])
+
+    def answers() -> bool:
+        assert not second.note(True, time.monotonic())
+        return select.select([second._ours], [], [], 0)[0]
+
+    try:
+        until_true(answers, "the second process runs")
+        second.stop()
+        second.note(False, time.monotonic())
+        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+    finally:
+        second.close()
 
 
 def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, until_true):

@@ -30,9 +30,17 @@ class Bench:
 
     def __init__(self) -> None:
         self.sent: list[Answer] = []
-        motion = SimpleNamespace(send=self._send)
-        self.base = PepperBase(SimpleNamespace(motion=lambda: motion, connections=0, near=True, problem=""))
+        self.motion: SimpleNamespace | None = SimpleNamespace(send=self._send)
+        self.said: list[str] = []
+        self.base = PepperBase(
+            SimpleNamespace(motion=lambda: self.motion, connections=0, near=True, problem=""),
+            SimpleNamespace(note=self._note, stop=lambda: self.said.append("stop")),
+        )
         self.now = 0.0
+
+    def _note(self, moving: bool, _now: float) -> str:
+        self.said.append("moving" if moving else "resting")
+        return ""
 
     def _send(self, name: str, *_arguments: object) -> Answer:
         self.sent.append(Answer(name))
@@ -77,3 +85,20 @@ def test_who_drives_on_while_almotion_hangs_does_not_keep_the_server_from_waitin
     bench.step()
     bench.step()
     assert bench.names() == ["move", "stopMove", "killMove"], "let go again"
+
+
+def test_a_server_that_loses_naoqi_while_it_drives_has_the_second_process_stop_the_robot():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    bench.motion = None
+    bench.step((0.2, 0.0, 0.0))
+    bench.step((0.2, 0.0, 0.0))
+    assert bench.said == ["moving", "stop", "resting", "resting"]
+
+
+def test_a_server_that_loses_naoqi_while_the_robot_rests_says_nothing():
+    bench = Bench()
+    bench.step()
+    bench.motion = None
+    bench.step()
+    assert bench.said == ["resting"] * 2

@@ -1,10 +1,10 @@
 # Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
 # ruff: noqa: UP004, UP024, UP031
-"""Who stops the robot when the drive server itself dies or freezes: a second process with its own link to NAOqi.
+"""Who stops the robot when the drive server dies, freezes or loses NAOqi: a second process with its own link to it.
 
 The server writes a byte at every step, MOVING or RESTING, to a socket, and the second process answers each. While the
 robot moves, `SILENCE` without a byte, or the connection's end, makes the second process call stopMove, and killMove a
-moment later. It ends with the connection. One that dies, or does not answer, is started again by the server.
+moment later; so does STOP, at once. It ends with the connection. One that dies, or does not answer, is started again by the server.
 """
 
 import errno
@@ -23,7 +23,7 @@ MYPY = False
 if MYPY:
     from typing import Any, Callable, List, Optional  # noqa: F401, UP035
 
-MOVING, RESTING, ANSWER = b"m", b"r", b"a"
+MOVING, RESTING, STOP, ANSWER = b"m", b"r", b"s", b"a"
 SILENCE = 0.2
 """Seconds without a byte of a server whose robot moves: four steps were missed."""
 KILL_TIME = 0.1
@@ -61,13 +61,13 @@ class LastStop(object):
             self._end()
         if self._process is None and now - self._started >= RESTART_PERIOD:
             self._start(now)
-        if self._process is not None:
-            try:
-                self._ours.send(MOVING if moving else RESTING)
-            except socket.error as error:
-                if error.errno not in _NOT_TAKEN:
-                    raise
+        self._say(MOVING if moving else RESTING)
         return befallen
+
+    def stop(self):
+        # type: () -> None
+        """Have the second process stop the robot: the server cannot, and the robot moves."""
+        self._say(STOP)
 
     def close(self):
         # type: () -> None
@@ -79,6 +79,16 @@ class LastStop(object):
         while self._process.poll() is None and monotonic() < deadline:
             select.select([], [], [], 0.01)
         self._end()
+
+    def _say(self, what):
+        # type: (bytes) -> None
+        if self._process is None:
+            return
+        try:
+            self._ours.send(what)
+        except socket.error as error:
+            if error.errno not in _NOT_TAKEN:
+                raise
 
     def _look(self, now):
         # type: (float) -> str
@@ -129,8 +139,10 @@ def watch(url, log):
         if said:
             moving, heard = said[-1:] == MOVING, now
         ended = bool(ready) and not said
-        if moving and (ended or now - heard >= SILENCE):
-            log("the drive server %s: stopping the robot" % ("died" if ended else "froze"))
+        lost = STOP in said
+        if lost or (moving and (ended or now - heard >= SILENCE)):
+            befell = "lost NAOqi" if lost else "died" if ended else "froze"
+            log("the drive server %s: stopping the robot" % befell)
             moving, kill_at = False, now + KILL_TIME
             _call(link, "stopMove", log)
         if ended and kill_at < INFINITY:

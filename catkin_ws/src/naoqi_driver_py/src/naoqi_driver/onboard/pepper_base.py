@@ -105,6 +105,8 @@ class PepperBase(DrivenBase):
         try:
             if motion is None:
                 pilots.end_goal()
+                if self._moving and self._last_stop is not None:
+                    self._last_stop.stop()  # NAOqi goes on with the last velocity
                 self._forget()
             elif self._connections != self._link.connections:
                 self._forget()
