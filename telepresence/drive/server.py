@@ -85,6 +85,7 @@ class DriveServer(object):
         self._pilots = Pilots(key)
         self._log_due, self._unsaid, self._refused = -INFINITY, 0, 0
         self._reports, self._started = 0, monotonic()
+        self._reported = -INFINITY
         self._stopping = False
         self._waker, self._wake = socket.socketpair()
         self._waker.setblocking(False)
@@ -104,8 +105,8 @@ class DriveServer(object):
             if now >= min(due, self._base.due()) or (urgent and now >= pace.due()):
                 if urgent:
                     pace.take(now)
+                self._tick(now, command, goal, urgent)
                 known, urgent = new, False
-                self._tick(now, command, goal)
                 due = max(due + PERIOD, now) if now >= due else now + PERIOD
             soon = pace.due() if urgent else INFINITY
             self._listen(min(due, self._base.due(), self._pilots.deadline(), soon))
@@ -176,10 +177,13 @@ class DriveServer(object):
         except socket.error:
             pass  # lost, as any datagram may be: the network is away, or takes nothing now
 
-    def _tick(self, now, command, goal):
-        # type: (float, Optional[PilotVelocity], Optional[Goal]) -> None
+    def _tick(self, now, command, goal, new):
+        # type: (float, Optional[PilotVelocity], Optional[Goal], bool) -> None
         outcome = self._base.step(now, command, goal, self._pilots)
-        self._report(now, outcome, command is not None or goal is not None)
+        # A base that tries again every millisecond tells nothing new each time, and pilots know the newest few only.
+        if new or now - self._reported >= SHORTEST_PERIOD:
+            self._reported = now
+            self._report(now, outcome, command is not None or goal is not None)
         if self._pilots.refused > self._refused and now >= self._log_due:
             count = self._pilots.refused - self._refused
             self._say("%d datagrams refused, the last one: %s" % (count, self._pilots.refusal))
