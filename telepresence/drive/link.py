@@ -279,7 +279,8 @@ class DriveLink:
             if velocity is not None:
                 self._goal.end()
             goal, given_at = self._goal.wanted(now) or (None, self._given_at)
-            after, careful, hard = given_at - heard_at, self._careful, self._hard
+            failed = self._velocity is not None and not fresh  # whoever gave it has frozen
+            after, careful, hard = given_at - heard_at, self._careful, self._hard or failed
         if echo is None:
             return
         after = after if math.isfinite(after) else 0.0

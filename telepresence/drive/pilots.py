@@ -163,7 +163,7 @@ class Pilots(object):
         except BadMessage as error:
             self._refuse(str(error), address)
             if pilot is self._driver:  # its last command must not go on
-                self._end(True, "A command was refused: %s." % error)
+                self._end(False, "A command was refused: %s." % error)
             return [pilot.send(encode(type="refused", text=short("refused: %s" % error)))]
         if isinstance(message, Ask):
             return self._answer(pilot, message)

@@ -136,6 +136,12 @@ def test_letting_go_is_no_cut(pilots, pilot):
     assert pilots.problem == ""
 
 
+def test_a_driver_whose_message_makes_no_sense_is_stopped_as_a_cut_is(pilots, pilot):
+    pilot.drive(101.0)
+    pilots.receive(pilot.wire.seal(b'{"type": "drive"}'), HERE, 101.02)
+    assert pilots.command(101.03) is None and pilots.cut
+
+
 def test_who_lets_go_because_something_failed_is_stopped_as_a_cut_is(pilots, pilot):
     pilot.drive(101.0)
     body = encode(type="drive", echo=pilot.echo, after=0.0, velocity=None, hard=True)

@@ -68,11 +68,11 @@ class DriveLinkNode:
         self._switch = CarefulSwitch(partial(setattr, self, "_careful"), self._kept, self._keep, unavailable)
         self._switch.start()
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
-        subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM)
+        subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM, self._on_failure)
         self._lost, self._patience = False, StartPatience()
         self._hold = ""
         self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
-        subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM)
+        subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM, self._on_failure)
         for service in ("stop_drive", "reset_stop", "reset_bumper"):
             what = "stop" if service == "stop_drive" else service.replace("_", " ")
             rospy.Service(service, Trigger, lambda request, what=what: self._ask(what, request))
@@ -88,11 +88,14 @@ class DriveLinkNode:
     def _on_master_lost(self) -> None:
         # Whoever published our velocities may be gone with it, and nobody can be asked to stop.
         self._late.link_lost()
-        self._link.release()
+        self._on_failure()
+
+    def _on_failure(self) -> None:
+        self._link.release(hard=True)
 
     def _on_velocity(self, twist: Twist) -> None:
         if self._late.is_stale(time.monotonic()) or not self._node.master.alive:
-            self._link.release()  # what came before it in a burst was taken for new
+            self._on_failure()  # what came before it in a burst was taken for new
             return
         try:
             self._link.drive(twist.linear.x, twist.linear.y, twist.angular.z, self._careful)

@@ -78,8 +78,14 @@ class SenderWatch:
             return True
 
 
-def subscribe_velocities(topic: str, callback: Callable[[Twist], None], queue_size: int = 1) -> SenderWatch:
-    """Subscribe to velocities. When the program that drives ends without a zero, the callback gets one.
+def subscribe_velocities(
+    topic: str,
+    callback: Callable[[Twist], None],
+    queue_size: int = 1,
+    on_end: Callable[[], None] | None = None,
+) -> SenderWatch:
+    """Subscribe to velocities. When the program that drives ends without a zero, `on_end` is called; without it the
+    callback gets one.
 
     A latched velocity that was sent before this program listened is not obeyed, see `PastCommands`.
     """
@@ -93,7 +99,10 @@ def subscribe_velocities(topic: str, callback: Callable[[Twist], None], queue_si
 
     def end() -> None:
         rospy.logwarn("the program that drove by %s has ended", rospy.resolve_name(topic))
-        callback(Twist())
+        if on_end is None:
+            callback(Twist())
+        else:
+            on_end()
 
     return SenderWatch(topic, Twist, callback, end, queue_size, matters=_moves, accepts=is_present)
 

@@ -56,7 +56,7 @@ class KeptLatches:
         try:
             private_files.write(self._path, json.dumps(latched._asdict()).encode())
         except OSError as error:
-            log.error("if the drive server dies now, what is latched is lost: %s", error)  # noqa: TRY400
+            log.error("if the drive server dies now, what is latched is lost: %s", error)
 
     def forget(self) -> None:
         if self._path is not None:
