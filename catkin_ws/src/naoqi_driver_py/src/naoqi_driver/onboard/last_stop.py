@@ -4,7 +4,8 @@
 
 The server writes a byte at every step, MOVING or RESTING, to a socket, and the second process answers each. While the
 robot moves, `SILENCE` without a byte, or the connection's end, makes the second process call stopMove, and killMove a
-moment later; so does STOP, at once. It ends with the connection. One that dies, or does not answer, is started again by the server.
+moment later; so does STOP, at once. It ends with the connection. One that dies, or does not answer, is started again
+by the server.
 """
 
 import errno

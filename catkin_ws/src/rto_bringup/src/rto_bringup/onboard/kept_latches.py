@@ -1,5 +1,6 @@
-"""What is latched in the safety gate, in a file on the robot: a drive server that dies and is started again goes on with
-it. One that ends in order forgets it, and so does a robot that is switched off: the file is in a folder of this boot's.
+"""What is latched in the safety gate, in a file on the robot: a drive server that dies and is started again goes on
+with it. One that ends in order forgets it, and so does a robot that is switched off: the file is in a folder of this
+boot's.
 """
 
 from __future__ import annotations
