@@ -44,7 +44,11 @@ def percentage(documented: Mapping[str, ServiceDocumentation]) -> float:
 def page(documented: Mapping[str, ServiceDocumentation]) -> str:
     """Return the page as Markdown."""
     counts = _count(method for service in documented.values() for method in service.methods)
-    lines = [_HEAD, f"**{percentage(documented):.1f} % of what is documented for Pepper does it.**", ""]
+    lines = [
+        _HEAD,
+        f"**{percentage(documented):.1f} % of the methods that are documented for Pepper are implemented.**",
+        "",
+    ]
     lines += ["| service | methods | does it | refuses | cannot here | two-legged only |", "|---|--:|--:|--:|--:|--:|"]
     for service in documented.values():
         lines.append(_row(f"[{service.service}](#{service.service.lower()})", _count(service.methods)))

@@ -43,9 +43,9 @@ def test_it_brings_up_a_unit_with_settings_that_there_are():
 
 def test_ports_and_volume_are_the_images():
     found = section("Container")
-    assert [value for key, value in found if key == "PublishPort"] == [
-        f"{port}:{port}" for port in (ports.PILOT_PAGE, ports.TABLET_PAGE)
-    ]
+    udp = re.search(r"TELEPRESENCE_PAGE_UDP=(\S+)", (ROOT / "Containerfile").read_text())[1]
+    page, tablet = (f"{port}:{port}" for port in (ports.PILOT_PAGE, ports.TABLET_PAGE))
+    assert [value for key, value in found if key == "PublishPort"] == [page, f"{udp}:{udp}/udp", tablet]
     assert dict(found)["Volume"].partition(":")[2] == SYSTEM_HOME
 
 
