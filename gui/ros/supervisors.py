@@ -10,7 +10,7 @@ from telepresence.station.ros_master import has_ended, master_proxy
 
 PARAMETER = "/roslaunch/uris"
 MOST = 16
-"""Addresses that are looked at: anybody may write the parameter."""
+"""Addresses that are looked at, the newest ones: anybody may write the parameter."""
 
 
 class Supervisors:
@@ -30,7 +30,7 @@ class Supervisors:
         """
         code, _, listed = master_proxy(master_uri, timeout).getParam(caller, PARAMETER)
         values = listed.values() if code == 1 and isinstance(listed, dict) else ()
-        addresses = {uri for uri in list(values)[:MOST] if isinstance(uri, str)}
+        addresses = {uri for uri in list(values)[-MOST:] if isinstance(uri, str)}
         self._gone &= addresses
         running = {uri for uri in addresses - self._gone if not has_ended(uri, timeout)}
         killed = (self._running - running) & addresses

@@ -153,6 +153,7 @@ class DirectoryLink:
                 if not endpoints:
                     raise RuntimeError("The service can be reached only by connections that are not encrypted")
             connection = self._dial(candidates(endpoints, here))
+            self._routes = {place: known for place, known in self._routes.items() if not known.closed}
             for endpoint in endpoints:
                 self._routes[machine, endpoint] = connection
             if self.connection.closed:  # meanwhile, so that nobody else closes this one

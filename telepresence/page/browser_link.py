@@ -83,11 +83,11 @@ class BrowserLink:
         Raises:
             ValueError: It is no offer of a page of ours.
         """
-        outside = await host_address(host) if ports else ""
-        self._check_wanted()
-        offer = with_addresses_everywhere(checked(offer, kinds={*KINDS, CHANNELS}))
         self._answering = True
         try:
+            outside = await host_address(host) if ports else ""
+            self._check_wanted()
+            offer = with_addresses_everywhere(checked(offer, kinds={*KINDS, CHANNELS}))
             with on_address(meeting_address(offer, address), ports):
                 await self._peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
                 self._check_wanted()

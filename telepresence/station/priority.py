@@ -57,6 +57,7 @@ def put_commands_first() -> str:
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.collect()
     gc.freeze()
+    gc.collect()  # or Python goes on counting them, and waits with the next one until there are a quarter as many new
     if os.environ.get(OFF) == "off":
         return "ordinary"
     _limit_runaways()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 import struct
 import time
+import weakref
 from collections.abc import Iterator
 
 import pytest
@@ -40,6 +42,14 @@ class Subscriber:
 
 def message(number: int, padding: int = 100) -> bytes:
     return struct.pack("<II", padding + 4, number) + bytes([number % 251]) * padding
+
+
+@pytest.fixture
+def without_collection() -> Iterator[None]:
+    gc.collect()
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @pytest.fixture
@@ -89,3 +99,21 @@ def test_its_thread_ends_with_the_connection(subscriber):
     while subscriber.connection._thread.is_alive():
         assert time.monotonic() < deadline
         subscriber.connection._thread.join(0.05)
+
+
+def as_a_topic_does(transport: TCPROSTransport) -> None:
+    """Put a callback around the connection's own, as rospy.topics."""
+    before = transport.cleanup_cb
+    transport.set_cleanup_callback(lambda transport: before(transport))
+
+
+def test_a_subscriber_that_has_gone_leaves_nothing_to_be_collected(without_collection):
+    subscriber = Subscriber()
+    as_a_topic_does(subscriber.transport)
+    subscriber.socket.close()
+    subscriber.connection.write_data(message(0, 10 * SHORT))
+    subscriber.connection._thread.join(10)
+    assert subscriber.transport.done
+    gone = weakref.ref(subscriber.transport), weakref.ref(subscriber.connection)
+    del subscriber
+    assert [each() for each in gone] == [None, None]

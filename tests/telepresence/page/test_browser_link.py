@@ -51,3 +51,15 @@ def test_one_that_is_given_up_while_it_is_answered_leaves_nothing_behind():
         await browser.close()
 
     asyncio.run(run())
+
+
+def test_one_whose_offer_is_none_is_over():
+    async def run():
+        ended = []
+        pictures, sound = Pictures(LatestImage(), lambda _: None), RobotConversation(NoConversation())
+        link = BrowserLink(pictures, StationEnd(Window(), dict, None), ended.append, Relays(), sound)
+        with pytest.raises(ValueError, match="something else"):
+            await link.answer("m=text 9", "127.0.0.1")
+        assert ended == [link]
+
+    asyncio.run(run())

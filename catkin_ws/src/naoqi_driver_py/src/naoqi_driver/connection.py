@@ -309,7 +309,7 @@ class Connection:
     def _answered(self, future: naoqi.Future, timeout: float) -> bool:
         """Wait for the future, at most `timeout` seconds, and no longer than the connection is wanted."""
         deadline = time.monotonic() + timeout
-        future.addCallback(lambda _: self._wake.set())
+        future.when_done(lambda _: self._wake.set())
         while future.isRunning() and not self._stop.is_set() and time.monotonic() < deadline:
             self._wake.wait(deadline - time.monotonic())
             self._wake.clear()

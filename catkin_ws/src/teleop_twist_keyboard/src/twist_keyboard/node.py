@@ -175,7 +175,10 @@ class KeyboardNode:
         now = clock()
         if now - self._heard_at.get(caller, -math.inf) > NEWCOMER_SILENCE:
             self._taken_over.set()
-        self._heard_at[caller] = now
+        # Each rostopic pub has a name of its own.
+        self._heard_at = {name: at for name, at in self._heard_at.items() if now - at <= NEWCOMER_SILENCE} | {
+            caller: now
+        }
 
     def _publish(self, velocity: Velocity) -> None:
         message = Twist()

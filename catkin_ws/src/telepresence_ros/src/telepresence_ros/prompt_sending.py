@@ -67,10 +67,17 @@ class PromptConnection(QueuedConnection):  # type: ignore[misc]
                 for data in filter(None, waiting):
                     self._connection.write_data(data)
             except Exception as error:  # whoever publishes next gets it, as from rospy's own
+                # Tracebacks have frames, and with them the messages and us: for as long as nobody publishes.
+                error.__cause__ = error.__context__ = None
                 with self._lock:
-                    self._error = error
+                    self._error = error.with_traceback(None)
+            waiting, data = [], b""  # a picture, perhaps; the next one may be long in coming
             with self._lock:
                 self._sending = False
+
+    def _closed_connection_callback(self, connection: Any) -> None:
+        super()._closed_connection_callback(connection)
+        connection.cleanup_cb = None  # has us in it, and we have the connection: a circle for each that has gone
 
 
 def send_promptly() -> None:

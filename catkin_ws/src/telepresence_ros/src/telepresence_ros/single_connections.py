@@ -21,6 +21,11 @@ from typing import Any
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.registration import RegManager
 
+MOST = 2
+"""Threads for one publisher of a topic: one that connects, and one that looks afterwards whether it has."""
+NOTHING_TO_DO = 1, "", 0
+"""What rospy's own returns for a publisher that is connected."""
+
 _connect = ROSHandler._connect_topic
 _lock = threading.Lock()
 _turns: dict[tuple[str, str], tuple[threading.Lock, int]] = {}
@@ -28,13 +33,20 @@ _turns: dict[tuple[str, str], tuple[threading.Lock, int]] = {}
 
 
 @contextlib.contextmanager
-def _turn(key: tuple[str, str]) -> Iterator[None]:
+def _turn(key: tuple[str, str]) -> Iterator[bool]:
+    """Wait for one's turn. False, at once, for whoever finds another one waiting already: that one does the same, later
+    than now. A publisher that neither answers nor refuses keeps the first for ever, and the master names it again and
+    again."""
     with _lock:
         turn, wanted = _turns.get(key, (threading.Lock(), 0))
-        _turns[key] = turn, wanted + 1
+        if wanted < MOST:
+            _turns[key] = turn, wanted + 1
+    if wanted >= MOST:
+        yield False
+        return
     try:
         with turn:
-            yield
+            yield True
     finally:
         with _lock:
             turn, wanted = _turns.pop(key)
@@ -43,8 +55,8 @@ def _turn(key: tuple[str, str]) -> Iterator[None]:
 
 
 def _connect_once(handler: Any, topic: str, publisher: str) -> Any:
-    with _turn((topic, publisher)):
-        return _connect(handler, topic, publisher)
+    with _turn((topic, publisher)) as mine:
+        return _connect(handler, topic, publisher) if mine else NOTHING_TO_DO
 
 
 def _keep_publishers(manager: Any, topic: str, publishers: list[str]) -> None:

@@ -100,7 +100,12 @@ class CameraServer:
                 videos = [each for each in peer.getTransceivers() if each.kind == "video"]
                 if not videos:
                     raise ValueError("the offer asks for no video")
-                peer.addTrack(NewestPictureTrack(self._source.image, with_time))
+                track = NewestPictureTrack(self._source.image, with_time)
+                try:
+                    peer.addTrack(track)
+                except BaseException:  # the receiver has gone meanwhile
+                    track.stop()
+                    raise
                 for each in peer.getTransceivers():  # nothing is taken in: nobody would look at it
                     each.direction = "sendonly" if each.sender.track is not None else "inactive"
                 await peer.setLocalDescription(await peer.createAnswer())
