@@ -1,7 +1,7 @@
 """Where velocities go, in graphs as `rosnode` would list them."""
 
 import pytest
-from rto_teleop.drive_topic import Route, find_route
+from rto_teleop.drive_topic import Route, find_route, next_route
 
 LEASE = "/rto3/drive_lease"
 
@@ -65,3 +65,26 @@ def test_one_of_several_robots_must_be_named():
     route = find_route("/cmd_vel", graph(*gated("/r1", "/r1/gate"), *gated("/r2", "/r2/gate")))
     assert not route.listeners
     assert "rosrun rto_teleop rto_teleop_keyboard __ns:=/r2" in route.describe("rto_teleop rto_teleop_keyboard")
+
+
+@pytest.mark.parametrize("own", ["/rto3/cmd_vel", "/cmd_vel"])
+@pytest.mark.parametrize("left", [UNGATED, PEPPER, []], ids=["the driver", "Pepper", "nobody"])
+def test_a_gate_that_has_gone_is_waited_for(own, left):
+    """It may be starting again: a key that is held meanwhile must not drive past it."""
+    gate, found = find_route(own, graph(*HERE)), find_route(own, graph(*left))
+    route = next_route(gate, found)
+    assert not route.listeners and "Nobody listens to /rto3/safe_cmd_vel" in route.describe("p")
+    assert next_route(route, found) == route, "at the next look, too"
+    assert next_route(route, gate) == gate, "it is back"
+
+
+def test_a_gate_that_comes_is_taken():
+    gate = find_route("/cmd_vel", graph(*HERE))
+    assert next_route(find_route("/cmd_vel", graph(*UNGATED)), gate) == gate
+
+
+def test_a_second_gate_must_be_chosen_and_no_driver_takes_its_place():
+    both = find_route("/cmd_vel", graph(*HERE, *gated("/r2", "/r2/gate")))
+    route = next_route(find_route("/cmd_vel", graph(*HERE)), both)
+    assert route.topic == "/cmd_vel", "the first robot is let go"
+    assert next_route(route, find_route("/cmd_vel", graph(*UNGATED))) == route and "Say which" in route.describe("p")

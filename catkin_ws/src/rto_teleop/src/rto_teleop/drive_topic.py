@@ -1,7 +1,7 @@
 """Where a program's velocities go: through the safety gate, wherever it runs, else to the driver itself.
 
 A gate is a node that subscribes to safe_cmd_vel and publishes safety: safe_omni_drive on the pilot's machine, or
-rto_drive_link, whose gate runs on the robot. `find_route` has no ROS in it.
+rto_drive_link, whose gate runs on the robot. `find_route` and `next_route` have no ROS in them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Route(NamedTuple):
 
     Args:
         listeners: The nodes that move a robot by this topic; none if nothing would move.
-        gated: They are a safety gate.
+        gated: They are a safety gate; without listeners: none but a gate will do.
         others: The namespaces that one must choose from, when there are several.
     """
 
@@ -95,7 +95,7 @@ def find_route(own: str, graph: Graph, gate: bool = True) -> Route:
     if listeners(own):
         return Route(own, listeners(own))
     if namespace == "/" and found:
-        return Route(own, others=tuple(sorted(_split(topic)[0].rstrip("/") for topic in found)))
+        return Route(own, gated=True, others=tuple(sorted(_split(topic)[0].rstrip("/") for topic in found)))
     drivers = {topic: listeners(topic) for topic in subscribers if _split(topic)[1] == name == UNGATED}
     drivers = {topic: nodes for topic, nodes in drivers.items() if nodes}
     if namespace == "/" and len(drivers) == 1:
@@ -103,8 +103,17 @@ def find_route(own: str, graph: Graph, gate: bool = True) -> Route:
     return Route(own)
 
 
+def next_route(before: Route, found: Route) -> Route:
+    """Return where velocities go that went to `before`, now that `find_route` has found another route.
+
+    A gate that has gone may be starting again: a key that is held meanwhile must not drive past it. So nobody listens
+    until there is a gate; only a restart of the program leaves it.
+    """
+    return before._replace(listeners=()) if before.gated and not found.gated else found
+
+
 class DriveTopic:
-    """Publishes velocities where `find_route` says, and looks every second whether that has changed.
+    """Publishes velocities where `find_route` says, and looks every second whether that has changed (`next_route`).
 
     Args:
         topic: safe_cmd_vel or cmd_vel. A remapping of it is obeyed to the letter, and so is ~gate (true), false for no
@@ -130,8 +139,9 @@ class DriveTopic:
     def watch(self, stop: threading.Event) -> None:
         """Follow changes until `stop` is set; for a thread of its own."""
         while not stop.wait(LOOK_PERIOD):
-            route = self._find()
-            if route is not None and route != self.route:
+            found = self._find()
+            route = self.route if found is None else next_route(self.route, found)
+            if route != self.route:
                 self._take(route)
 
     @property
