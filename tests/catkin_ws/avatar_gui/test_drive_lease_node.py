@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import signal
 import sys
 
 import pytest
@@ -49,6 +51,30 @@ while not rospy.is_shutdown():
     rate.sleep()
 """
 """A stop of this one is gone when its program ends, as that of any gate."""
+
+LATE_GATE = """
+import signal, threading
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGUSR1})
+import rospy
+from std_srvs.srv import Trigger, TriggerResponse
+rospy.init_node("gate")
+stops = threading.Semaphore(0)
+def stop(_request):
+    print("asked: stop_drive", flush=True)
+    stops.release()
+    return TriggerResponse(True, "")
+def reset(_request):
+    print("asked: reset_stop", flush=True)
+    return TriggerResponse(True, "")
+print("ready", flush=True)
+signal.sigwait({signal.SIGUSR1})
+rospy.Service("stop_drive", Trigger, stop)
+for _ in range(2):
+    stops.acquire()
+rospy.Service("reset_stop", Trigger, reset)
+rospy.spin()
+"""
+"""At a signal this one offers its services, the reset only after two stops: so whoever waits for it asks last."""
 
 
 class Remote(Talker):
@@ -185,6 +211,27 @@ def test_a_reset_that_no_gate_hears_is_told(anna, graph, probe, until_true):
     told = len(anna.state("refused"))
     anna.ask("ask", "reset_stop", "")
     until_true(lambda: "does not answer" in str(anna.state("refused")[told:]), "none comes: she is told")
+
+
+def test_a_reset_that_was_overtaken_by_a_stop_is_not_asked_of_the_gate(anna, graph, probe, until_true):
+    """While a gate starts again, requests wait for it beside each other. The last of them must be the stop."""
+    stopped_gate(anna, graph, probe, until_true).kill()
+    gate = graph.run(sys.executable, "-c", LATE_GATE)
+    gate.wait_for("ready")
+    anna.ask("ask", "stop", "")
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: anna.state("stopped_by") == "", "she has reset it")
+    anna.ask("ask", "stop", "")
+    until_true(lambda: anna.state("stopped_by") == "anna", "and stopped again")
+    told = len(anna.state("refused"))
+    anna.ask("ask", "give", "/nobody")  # her window asks for this when the reset is answered
+    gate.signal(signal.SIGUSR1)
+    until_true(lambda: "not here any more" in str(anna.state("refused")[told:]), "the reset is answered")
+    assert re.findall("asked: (.*)", gate.output)[-1] == "stop_drive"
+    anna.ask("ask", "reset_stop", "")
+    until_true(lambda: anna.state("stopped_by") == "", "she resets it")
+    gate.wait_for("asked: reset_stop")
+    assert gate.end() == 0
 
 
 def test_a_red_stop_outlasts_the_lease(graph, lease, accounts, anna, probe, until_true):

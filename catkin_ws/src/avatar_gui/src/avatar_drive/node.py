@@ -114,6 +114,7 @@ class LeaseNode:
         self._gate: dict[str, str] = {}
         """The header of the connection to the gate, another one for every connection."""
         self._stop_asked = -math.inf
+        self._gate_turn = threading.Lock()  # held from the look whether a request still counts to the gate's answer
         rospy.Subscriber("safety", SafetyState, self._on_safety, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, self._on_other, queue_size=5, tcp_nodelay=True)
         rospy.Service("drive/join", DriveJoin, self._on_join)
@@ -269,8 +270,8 @@ class LeaseNode:
 
     def _at_gate(self, service: str, patience: float, again: bool = False) -> queue.SimpleQueue[str]:
         """Have the safety gate stop the robot, which also holds against programs that drive past the lease, or let it
-        go; return where its refusal will be, empty for none. Again: a stop that may have been reset meanwhile, and
-        whose failure was said already."""
+        go; return where its refusal will be, empty for none. Again: a stop that may have been reset at the gate
+        meanwhile, and whose failure was said already."""
         answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         log = rospy.logdebug if again else rospy.logwarn
 
@@ -278,9 +279,7 @@ class LeaseNode:
             refusal = ""
             try:
                 rospy.wait_for_service(service, timeout=patience)
-                if not again or (self._unsure_gate and self._stopped_by()):
-                    answer = rospy.ServiceProxy(service, Trigger)()
-                    refusal = "" if answer.success else answer.message or "The safety gate refuses."
+                refusal = self._ask_in_turn(service, again)
             except (rospy.ROSException, rospy.ServiceException) as error:
                 refusal = SILENT_GATE if service == "reset_stop" and self._gate else ""
                 log("%s was not done by the safety gate: %s", service, error)
@@ -290,6 +289,24 @@ class LeaseNode:
 
         threading.Thread(target=call, name=service, daemon=True).start()
         return answers
+
+    def _ask_in_turn(self, service: str, again: bool) -> str:
+        """Ask the gate, unless somebody has stopped or reset the robot meanwhile so that this no longer counts; return
+        its refusal."""
+        resets = service == "reset_stop"
+        in_turn = self._gate_turn.acquire(timeout=GATE_ANSWER)
+        try:
+            if bool(self._stopped_by()) == resets or (again and not self._unsure_gate):
+                return ""
+            if resets and not in_turn:
+                return SILENT_GATE  # a stop goes ahead without its turn; a reset might follow one
+            answer = rospy.ServiceProxy(service, Trigger)()
+            return "" if answer.success else answer.message or "The safety gate refuses."
+        finally:
+            if resets:
+                self._unsure_gate = True  # somebody may have pressed it meanwhile
+            if in_turn:
+                self._gate_turn.release()
 
     def _publish(self, velocity: Velocity | None) -> None:
         if velocity is None:
