@@ -29,6 +29,7 @@ from gui.app.robot_tab import RobotTab, Terminals
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
 from gui.app.unexpected import UnexpectedErrors
+from gui.driving.movement_access import MovementAccess
 from gui.periodic_timer import PeriodicTimer
 from gui.recording.folder import save_picture
 from gui.robots import BOTH as BOTH_ROBOTS
@@ -152,8 +153,8 @@ def one_window(tabs: list[RobotTab], settings: Settings) -> tuple[OperatorWindow
 
 
 def remember_driving(tabs: list[RobotTab], window: OperatorWindow | RobotTabs, remember: Callable[[], None]) -> None:
-    """Remember at once which robot the next key drives, and how: a window that dies and comes back must not drive the
-    other one, or faster."""
+    """Remember at once which robot the next key drives, and how, and a red stop that only this window holds: a window
+    that dies and comes back must not drive the other one, or faster, or let one go that is stopped."""
     changes = [window.changed] if isinstance(window, RobotTabs) else []
     for tab in tabs:
         changes += [
@@ -161,6 +162,8 @@ def remember_driving(tabs: list[RobotTab], window: OperatorWindow | RobotTabs, r
             tab.controller.bar.guide_keys_wanted,
             tab.window.gate.careful_wanted,
         ]
+        if isinstance(tab.controller.access, MovementAccess):
+            changes.append(tab.controller.access.stop_changed)
     for change in changes:
         change.connect(lambda *_: remember())
 

@@ -9,12 +9,14 @@ from PyQt5.QtCore import QObject
 from gui.app.capture import Capture
 from gui.app.controller import Controller
 from gui.driving.gamepad import Gamepad
+from gui.driving.movement_access import MovementAccess
 from gui.robots import Robot
 from gui.ros.link import RosLink
 from gui.ros.node import RosNode
 from gui.settings import Settings
 from gui.terminal.terminal_view import TerminalView
 from gui.window import OperatorWindow
+from telepresence.security.outside_text import clean_name
 
 GUIDE_KEYS = "guide"
 """Value of the setting `keys`: keys and speeds as in the Robotino guide."""
@@ -80,6 +82,9 @@ class RobotTab(QObject):
         self.controller.bar.set_guide_keys(settings.text("keys") == GUIDE_KEYS)
         controls.set_speed(settings.number(f"{self.link.robot.name}/speed", controls.speed))
         self.window.gate.careful_choice = CHOICES.get(settings.text(f"{self.link.robot.name}/careful"))
+        access = self.controller.access
+        if isinstance(access, MovementAccess):
+            access.keep_stop(clean_name(settings.text(f"{self.link.robot.name}/stopped_by")))
 
     def save(self, settings: Settings) -> None:
         """Save the settings for the next session."""
@@ -87,6 +92,9 @@ class RobotTab(QObject):
         if self.controller.access.shared:
             settings.save("keys", GUIDE_KEYS if self.controller.bar.guide_keys else "")
         settings.save(f"{self.link.robot.name}/address", self.window.address.text())
+        access = self.controller.access
+        if isinstance(access, MovementAccess):
+            settings.save(f"{self.link.robot.name}/stopped_by", access.stopped_by)
         for word, choice in CHOICES.items():
             if self.window.gate.careful_choice is choice:
                 settings.save(f"{self.link.robot.name}/careful", word)

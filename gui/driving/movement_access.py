@@ -1,13 +1,16 @@
 """Driving by `movement_command` alone: for a simulated robot that has neither a lease nor a safety gate, the walker.
 
 There is nobody to hurt, so nobody has to be asked for the robot: every pilot's window may walk it, and the newest
-command counts. The red stop is this window's own. While it is pressed the window repeats the command to stop, so that a
-program that walks the robot gets a step in at most; the simulator stops it by itself when the window is gone.
+command counts. The red stop is this window's own, or that of one that died before it. While it is pressed the window
+repeats the command to stop, so that a program that walks the robot gets a step in at most; the simulator stops it by
+itself when the window is gone.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from PyQt5.QtCore import pyqtSignal
 
 from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
@@ -29,14 +32,18 @@ class MovementAccess(SignedIn):
 
     Args:
         link: The robot.
+    Attributes:
+        stopped_by: Who has pressed the red stop; empty for nobody.
     """
 
+    stop_changed = pyqtSignal()
+    """`stopped_by` has changed."""
     shared = False
 
     def __init__(self, link: RosLink) -> None:
         super().__init__()
         self._link = link
-        self._stopped_by = ""
+        self.stopped_by = ""
         self._repeat = PeriodicTimer(STOP_PERIOD, lambda: self._send(Movement.STOP), self)
         link.state_changed.connect(lambda _state: self._refresh())
 
@@ -55,8 +62,8 @@ class MovementAccess(SignedIn):
             return NO_SIMULATION
         if not self.is_pilot:
             return f"{self.account.name} may watch, not drive."
-        if self._stopped_by:
-            return f"{self._stopped_by} has pressed the red stop. Press it again to reset the stop."
+        if self.stopped_by:
+            return f"{self.stopped_by} has pressed the red stop. Press it again to reset the stop."
         return ""
 
     def sign_in(self, account: Account) -> None:
@@ -72,7 +79,7 @@ class MovementAccess(SignedIn):
 
     def drive(self, vx: float, vy: float, wz: float) -> None:
         """Walk forward or backward, whatever the speed; the robot takes no other velocity."""
-        self._send(Movement.STOP if self._stopped_by else movement_of(vx))
+        self._send(Movement.STOP if self.stopped_by else movement_of(vx))
 
     def look(self, look: Look) -> None:
         """Do nothing: the robot has no head that turns."""
@@ -86,15 +93,22 @@ class MovementAccess(SignedIn):
     def ask(self, action: str, to: str = "", quiet: bool = False) -> None:
         """Press the red stop ("stop") or reset it ("reset_stop"); other requests mean nothing here."""
         if action == "stop" and self.account is not None:
-            self._stopped_by = self.account.name
             self._send(Movement.STOP)
-            self._repeat.start()
+            self.keep_stop(self.account.name)
         elif action == "reset_stop" and self.is_pilot:
-            self._stopped_by = ""
-            self._repeat.stop()
+            self.keep_stop("")
         elif action == "reset_stop" and not quiet:
             self.refused.emit(self.obstacle())
         self._refresh()
+
+    def keep_stop(self, stopped_by: str) -> None:
+        """Hold the red stop for whoever has pressed it, in this window or in one that has died; empty: for nobody."""
+        self.stopped_by = stopped_by
+        if stopped_by:
+            self._repeat.start()
+        else:
+            self._repeat.stop()
+        self.stop_changed.emit()
 
     def _send(self, movement: Movement) -> None:
         self._link.send("movement", int(movement))
@@ -111,5 +125,5 @@ class MovementAccess(SignedIn):
         name = self.account.name if self.is_pilot else ""
         return LeaseState(
             epoch="", sign_in=False, pilot=name, window=self._link.node_name if name else "", asking="",
-            stopped_by=self._stopped_by, hold="", other="", velocity=Velocity(0.0, 0.0, 0.0), present=(), arrived=0.0,
+            stopped_by=self.stopped_by, hold="", other="", velocity=Velocity(0.0, 0.0, 0.0), present=(), arrived=0.0,
         )  # fmt: skip

@@ -4,6 +4,7 @@ import threading
 from functools import partial
 
 import pytest
+from fake_window_parts import FakeLink
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
@@ -159,20 +160,32 @@ def test_keys_as_in_the_guide_hold_for_both_robots_and_are_remembered(tmp_path, 
         tab.window.deleteLater()
 
 
-def test_a_window_that_dies_comes_back_with_what_its_keys_did(tmp_path, qt, wait_until):
-    """What else it remembers is saved every few seconds; until then the next key would drive the other robot."""
-    path, opened = tmp_path / "window.ini", []
+@pytest.fixture
+def open_window(tmp_path, qt):
+    """What main does, as far as it is about what the window remembers; return the window and who says what is in
+    front."""
+    opened = []
 
-    def open_both():
-        settings = Settings(path)
-        tabs = make_tabs(RosNode(), parse(["--profile", "both", "--no-sign-in"]), settings)
+    def open_one(profile):
+        settings = Settings(tmp_path / "window.ini")
+        tabs = make_tabs(RosNode(), parse(["--profile", profile, "--no-sign-in"]), settings)
         window, front = one_window(tabs, settings)
         authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], None)
         remember_driving(tabs, window, partial(save, settings, tabs, window, authorization))
         opened.append((window, tabs))
         return window, front
 
-    window, front = open_both()
+    yield open_one
+    for window, tabs in opened:
+        for tab in tabs:
+            tab.terminal.close_terminal()
+        window.deleteLater()
+
+
+def test_a_window_that_dies_comes_back_with_what_its_keys_did(tmp_path, open_window, wait_until):
+    """What else it remembers is saved every few seconds; until then the next key would drive the other robot."""
+    path = tmp_path / "window.ini"
+    window, front = open_window("both")
     assert front().link.robot.name == "pepper"
     window.choose(1)
     wait_until(lambda: Settings(path).text("tab") == "robotino", "the tab is remembered")
@@ -180,10 +193,31 @@ def test_a_window_that_dies_comes_back_with_what_its_keys_did(tmp_path, qt, wait
     wait_until(lambda: Settings(path).number("robotino/speed", 0.0) == 0.05, "the speed is remembered")
     front().controller.bar.set_guide_keys(True)
     wait_until(lambda: Settings(path).text("keys"), "so are the keys")
-    _window, front = open_both()
+    _window, front = open_window("both")
     assert front().link.robot.name == "robotino"
     assert front().controller.controls.speed == pytest.approx(0.05) and front().controller.bar.guide_keys
-    for window, tabs in opened:
-        for tab in tabs:
-            tab.terminal.close_terminal()
-        window.deleteLater()
+
+
+def test_a_walkers_window_that_dies_comes_back_with_its_red_stop(tmp_path, open_window, monkeypatch, spin):
+    """Nobody else holds it: else a program that walks the robot would go on."""
+    monkeypatch.setattr("gui.app.robot_tab.RosLink", lambda _node, robot: FakeLink(robot.name))
+    path = tmp_path / "window.ini"
+
+    def open_walker():
+        tab = open_window("walker")[1]()
+        tab.link.become(master=True, joined=True, driver=True, feed=True)
+        return tab
+
+    def text(tab):
+        return tab.controller.controls.redStop.text()
+
+    first = open_walker()
+    assert "STOPPED" not in text(first)
+    first.controller.driving.red_stop()
+    spin(lambda: Settings(path).text("walker/stopped_by"), "the stop is remembered")
+    again = open_walker()
+    assert text(again) == text(first) and "STOPPED by" in text(again)
+    spin(lambda: again.link.movements.count(0) > 2, "it repeats the stop")
+    again.controller.driving.reset_red_stop()
+    spin(lambda: not Settings(path).text("walker/stopped_by"), "it is reset for good")
+    assert "STOPPED" not in text(open_walker())
