@@ -14,6 +14,7 @@ import resource
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from telepresence.station import heartbeat
 
@@ -87,16 +88,18 @@ class Admission:
     async def _take(self) -> None:
         loop = asyncio.get_running_loop()
         try:
-            taken, peer = await loop.sock_accept(self._listening)
+            taken, peer = await self._accept()
         except OSError as error:
-            if error.errno != errno.ECONNABORTED:
+            aborted = error.errno == errno.ECONNABORTED
+            if not aborted:
                 log.error("no connection can be taken: %s", error.strerror)
                 self._give_way(None)
-                await asyncio.sleep(ACCEPT_PAUSE)
+            await asyncio.sleep(0 if aborted else ACCEPT_PAUSE)
             return
         address = str(peer[0])
         if not self._make_room(address):
             taken.close()
+            await asyncio.sleep(0)  # a crowd of strangers must not keep the loop
             return
         try:
             transport, _ = await loop.connect_accepted_socket(self._protocol, taken)
@@ -105,6 +108,22 @@ class Admission:
             taken.close()
             return
         self._connections[transport] = _Connection(address, transport, loop.time())
+
+    async def _accept(self) -> tuple[socket.socket, Any]:
+        """Do the same as `loop.sock_accept`, which must not be cancelled in Python 3.11: when somebody connects in the
+        same turn of the loop, it takes the connection, loses it, and prints a traceback."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                return self._listening.accept()
+            except BlockingIOError:
+                pass
+            somebody = asyncio.Event()
+            loop.add_reader(self._listening, somebody.set)
+            try:
+                await somebody.wait()
+            finally:
+                loop.remove_reader(self._listening)
 
     async def _sweep(self) -> None:
         """End what takes too long. One look at few, no timer for each: strangers may have many ended."""
