@@ -21,6 +21,32 @@ DRIVER = textwrap.dedent("""
     rospy.spin()
 """)
 
+PILOT = textwrap.dedent("""
+    import sys
+    import rospy
+    from geometry_msgs.msg import Twist
+
+    rospy.init_node("pilot", disable_signals=True)
+    publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1, latch=True)
+    print("is there", flush=True)
+    for line in sys.stdin:
+        twist = Twist()
+        twist.linear.x = float(line)
+        publisher.publish(twist)
+""")
+
+PATIENT_DRIVER = DRIVER.replace("rospy.spin()", "") + textwrap.dedent("""
+    from rospy.impl.registration import Registration
+    from telepresence_ros.past_commands import LATCHED_WITHIN
+
+    topic = rospy.topics.get_topic_manager().get_impl(Registration.SUB, "/cmd_vel")
+    while not any(link.header for link in topic.connections):
+        rospy.rostime.wallsleep(0.05)
+    rospy.rostime.wallsleep(LATCHED_WITHIN)
+    print("nothing was latched", flush=True)
+    rospy.spin()
+""")
+
 WALKER = textwrap.dedent("""
     import threading
     import rospy
@@ -61,6 +87,16 @@ def test_only_commands_that_are_given_from_now_on_count(ros_master, run_program)
     assert driver.stdout.readline() == "velocity 0.2\n"
     run_program(*goal(2.0))
     assert driver.stdout.readline() == "goal 2.0\n"
+
+
+def test_the_first_command_of_a_latched_publisher_that_was_there_before_counts(ros_master, run_program):
+    pilot = run_program(sys.executable, "-c", PILOT, stdin=subprocess.PIPE, **WAITING)
+    assert pilot.stdout.readline() == "is there\n"
+    driver = run_program(sys.executable, "-c", PATIENT_DRIVER, stderr=subprocess.STDOUT, **WAITING)
+    assert driver.stdout.readline() == "listens\n"
+    assert driver.stdout.readline() == "nothing was latched\n"
+    print(0.3, file=pilot.stdin, flush=True)
+    assert driver.stdout.readline() == "velocity 0.3\n"
 
 
 def test_the_next_run_of_a_program_with_the_same_name_counts(ros_master, run_program):
