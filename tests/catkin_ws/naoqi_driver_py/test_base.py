@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 import qi
@@ -21,6 +22,8 @@ class Motion:
         self.calls: list[str] = []
         self.awake = True
         self.waking: qi.Promise | None = None
+        self.meanwhile: Callable[[], None] = lambda: None
+        """What happens while the robot works out where it is."""
 
     def robotIsWakeUp(self) -> bool:
         return self.awake
@@ -32,6 +35,7 @@ class Motion:
         return self.waking.future()
 
     def getRobotPosition(self, use_sensors: bool) -> list[float]:
+        self.meanwhile()
         return [1.0, 2.0, math.pi / 2]
 
 
@@ -218,6 +222,37 @@ def test_goal_in_odometry_is_given_as_the_robot_sees_it(drive):
     drive.run(0.1)
     goal = next(each for each in drive.given if each != NOTHING)
     assert goal[1:] == pytest.approx((1.0, 0.0, 0.0))
+
+
+def stop(drive: Drive) -> None:
+    """As stop_walk_srv and a zero velocity do, and nobody has looked before the zero is over."""
+    drive.base.end_goals()
+    drive.command(0.0)
+    drive.now += 2 * drive.watchdog.timeout
+
+
+@pytest.mark.parametrize(
+    "interrupt",
+    [
+        stop,
+        lambda drive: drive.hold(0.2, 0.1),
+        lambda drive: drive.run(PERIOD, master_alive=False),
+    ],
+    ids=["stop", "velocity", "lost master"],
+)
+def test_goal_whose_place_comes_after_a_stop_is_refused(drive, motion, interrupt):
+    def meanwhile() -> None:
+        interrupt(drive)
+        drive.run(2 * drive.watchdog.timeout)  # by then neither is known any more
+
+    motion.meanwhile = meanwhile
+    drive.base.go_to(1.0, 3.0, 0.0, in_odometry=True)
+    drive.run(0.2)
+    assert not [each for each in drive.given if each[0] == "goal"]
+    motion.meanwhile = lambda: None
+    drive.base.go_to(1.0, 3.0, 0.0, in_odometry=True)
+    drive.run(0.2)
+    assert [each for each in drive.given if each[0] == "goal"], "the next one is driven to"
 
 
 def test_sleeping_robot_is_woken_before_it_drives(connection, motion, wait_until):

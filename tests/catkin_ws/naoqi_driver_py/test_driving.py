@@ -168,6 +168,19 @@ def test_goal_is_reached(station, until_true):
     assert math.hypot(there[0] - x, there[1] - y) == pytest.approx(0.3, abs=0.03)
 
 
+def test_a_goal_that_was_given_long_ago_is_not_driven_to(station, until_true):
+    refused = time.time()
+    station.pilot.goal("base_footprint", 0.5, 0.0, 0.0, refused - 5.0)
+    station.driver.wait_for(r"goal refused: it was given \d+\.\d s ago")
+    station.pilot.forget("/drive_state")
+    until_true(lambda: len(station.pilot.seen("/drive_state")) >= 2, "the driver has gone on")
+    assert station.covered_since(refused) < STALE
+    station.pilot.goal("base_footprint", 0.5, 0.0, 0.0, time.time())
+    until_true(lambda: station.state == "driving to the goal", "one of now is taken")
+    assert station.pilot.call("/stop_walk_srv", "std_srvs/Empty", {})[0]
+    until_true(lambda: station.state == "stopped", "that stop is over: it refuses goals")
+
+
 def test_stop_service_ends_a_goal(station, until_true):
     station.pilot.goal("base_footprint", 2.0, 0.0, 0.0)
     until_true(lambda: station.speed() > 0.1, "under way")

@@ -2,8 +2,8 @@
 """Drives the robot: velocity commands and goals in, to its drive server out, and a stop whenever in doubt.
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
-            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link); the topics of
-            `naoqi_driver.head_topics`, by which a pilot turns the head.
+            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link; one with a stamp is
+            refused when it is old); the topics of `naoqi_driver.head_topics`, by which a pilot turns the head.
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
             /diagnostics; with safety what `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
@@ -62,6 +62,8 @@ LOOK_PERIOD = 0.5
 OFFER_AFTER = 3.0
 """Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
 time of a start, and on a busy machine the robot would wait for them."""
+GOAL_MAX_AGE = 1.0
+"""Seconds after which a goal is refused that says when it was given: who waits longer has given it up."""
 LOOK = 0.15
 """HeadPitch with which the pilot sees the floor ahead [rad]."""
 STATE_PERIOD = 0.5
@@ -133,6 +135,7 @@ class MoveTo:
 
     def _on_velocity(self, twist: Twist) -> None:
         now = time.monotonic()
+        self._base.end_goals()
         if self._late.is_stale(now):
             rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
             self._commands.command(*ZERO_VELOCITY, now)  # those of the burst that were taken for new ones end
@@ -151,6 +154,8 @@ class MoveTo:
             rospy.logerr("goal refused: frame %r is unknown here; use odom, base_footprint or base_link", frame)
         elif not all(math.isfinite(part) for part in (x, y, theta)):
             rospy.logerr("goal refused: %s, %s, %s is not a place", x, y, theta)
+        elif (age := age_of(goal)) > GOAL_MAX_AGE:
+            rospy.logwarn("goal refused: it was given %.1f s ago; if it was not, set the clock of its sender", age)
         else:
             try:
                 self._base.go_to(x, y, theta, in_odometry=frame == "odom")
@@ -159,6 +164,7 @@ class MoveTo:
             self._wake.set()
 
     def _on_stop(self, _request) -> EmptyResponse:
+        self._base.end_goals()
         self._commands.command(0.0, 0.0, 0.0, time.monotonic())
         self._wake.set()
         return EmptyResponse()
@@ -255,6 +261,12 @@ class MoveTo:
             self._base.state,
             {"refused commands": self._commands.refused, "outages": self._link.outages, "awake": self._base.awake},
         )
+
+
+def age_of(goal: PoseStamped) -> float:
+    """Seconds since it was given; zero if it does not say when."""
+    stamp = goal.header.stamp
+    return 0.0 if stamp.is_zero() else (rospy.Time.now() - stamp).to_sec()
 
 
 def with_problem(decision: Decision, problem: str) -> Decision:

@@ -44,7 +44,7 @@ LOOK_SPEED = 0.1
 
 class BaseDriver:
     """One thread at a time calls `step`, on every command and at least every `PERIOD` seconds; it never waits for the
-    robot. `supervise` and `go_to`, which do, are for other threads.
+    robot. `supervise` and `go_to`, which do, are for other threads, and `end_goals` is for all.
 
     Args:
         connection: The link to NAOqi.
@@ -84,6 +84,7 @@ class BaseDriver:
         self._zeros_until = -math.inf
         self._wanted_goal: Pose | None = None
         self._following = False
+        self._goals_ended = object()  # a new one at each end: two threads that counted at once might count as one
         self._refusal = ""
         self._refusal_until = 0.0
         self._refusal_stamp: list | None = None
@@ -109,16 +110,26 @@ class BaseDriver:
     def go_to(self, x: float, y: float, theta: float, in_odometry: bool = False) -> None:
         """Drive to a pose [m, m, rad], relative to the robot or in the odometry's frame.
 
-        A velocity command or a lost master ends it; while somebody sends velocities it is ignored.
+        A velocity command or a lost master ends it; while somebody sends velocities it is ignored. So is one whose
+        place the robot still works out when it is ended.
 
         Raises:
             RobotUnreachable, CallRefused: The robot does not say where it is; see `Connection.call`.
         """
         goal = Pose(x, y, theta)
         if in_odometry:
+            ended = self._goals_ended
             robot = self._connection.call("ALMotion", "getRobotPosition", True)
             goal = relative_pose(goal, Pose(*numbers(robot, 3, "getRobotPosition")))
+            if self._goals_ended is not ended:
+                log.warning("goal refused: the robot was stopped or driven while it said where it is")
+                return
         self._wanted_goal = goal
+
+    def end_goals(self) -> None:
+        """Have goals that have been given refused, also those that `step` does not know yet. To be called at every
+        stop and velocity, which may count for less time than the robot takes to say where it is."""
+        self._goals_ended = object()
 
     def supervise(self, now: float, timeout: float = 1.0) -> None:
         """Greet a robot on a new link; ask whether it is awake, and whether it refused to move. To be called now and
@@ -210,6 +221,7 @@ class BaseDriver:
             log.info("goal reached" if goal == REACHED else "the robot stopped before the goal")
 
     def _end_goal(self, why: str) -> None:
+        self.end_goals()
         if self._following:
             self._link.end_goal()
             log.warning("goal given up: %s", why)

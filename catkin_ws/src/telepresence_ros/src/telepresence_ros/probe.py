@@ -71,7 +71,8 @@ class Probe:
         """How many nodes listen to our velocities."""
         return self._cmd_vel.get_num_connections()
 
-    def goal(self, frame: str, x: float, y: float, theta: float) -> None:
+    def goal(self, frame: str, x: float, y: float, theta: float, stamp: float = 0.0) -> None:
+        """Publish a goal, once somebody listens; `stamp` is the date at which it was given, if it says so."""
         publisher = self._publishers.setdefault(
             "goal", rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=1)
         )
@@ -80,6 +81,7 @@ class Probe:
             time.sleep(0.05)
         message = PoseStamped()
         message.header.frame_id = frame
+        message.header.stamp = rospy.Time.from_sec(stamp)
         message.pose.position.x, message.pose.position.y = x, y
         message.pose.orientation.z, message.pose.orientation.w = math.sin(theta / 2), math.cos(theta / 2)
         publisher.publish(message)
