@@ -130,3 +130,17 @@ def test_both_front_bumpers_close_the_whole_front():
     decision = driven.run(0.5, 0.3)
     assert decision.velocity is None and decision.fault
     assert decision.reason.startswith("stopped: a bumper was hit")
+
+
+def test_a_bump_is_told_once_and_at_once():
+    driven, told = Driven(), []
+    driven.gate = GatedDrive(lambda: told.append(driven.gate.latched.bumped))
+    driven.run(0.5, 0.3)
+    assert not told
+    driven.pressed = (0.0,)
+    driven.run(PERIOD)
+    assert told == [True]
+    driven.run(0.5)
+    driven.pressed = ()
+    driven.run(0.5)
+    assert told == [True]

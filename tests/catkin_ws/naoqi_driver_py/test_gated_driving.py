@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import math
+import sys
+import textwrap
 import time
+from pathlib import Path
 
 import pytest
 from gated_station import STANDING, STOP_WITHIN, GatedStation
 from talker import FAULTY_PEPPER, Caller
 
 pytestmark = [pytest.mark.ros]
+
+NODES = Path(__file__).parents[3] / "catkin_ws" / "src" / "naoqi_driver_py" / "nodes"
+WAITING_DRIVER = textwrap.dedent("""
+    import sys
+    import threading
+    from importlib.machinery import SourceFileLoader
+    from naoqi_driver.base import BaseDriver
+
+    BaseDriver.supervise = lambda *_: threading.Event().wait()  # NAOqi does not answer what is asked beside driving
+    node = SourceFileLoader("naoqi_moveto", sys.argv.pop(1)).load_module()
+    node.LOOK_PERIOD = node.KEEP_PERIOD = 120.0
+    sys.exit(node.MoveTo().run())
+""")
 
 
 class Station(GatedStation):
@@ -205,6 +221,23 @@ def test_what_a_person_has_to_reset_outlives_the_driver(station, cause):
     station.pilot.silence()
     station.until(lambda: station.safety["state"] == "no command", "the controls are let go")
     station.cruise()
+
+
+def test_a_bump_is_kept_at_once_however_slowly_naoqi_answers(station):
+    def bump_is_kept() -> bool:
+        return (station.pilot.parameter("/naoqi_moveto_listener/kept") or {}).get("bumped", False)
+
+    station.driver.kill()
+    node = NODES / "naoqi_moveto.py"
+    driver = station.graph.run(sys.executable, "-c", WAITING_DRIVER, str(node), f"--pport={station.graph.robot_port}")
+    station.pilot.forget("/drive_state")
+    station.until(lambda: station.drive_state.startswith("stopped"), "it runs")
+    assert not bump_is_kept()
+    station.robot.press("BackBumper", True)
+    station.until(bump_is_kept, "it is kept")
+    driver.kill()
+    station.robot.press("BackBumper", False)
+    station.driver = station.graph.run_node("naoqi_driver_py", "naoqi_moveto.py")
 
 
 def test_markers_show_what_is_decided(station):

@@ -22,6 +22,13 @@ pytestmark = [pytest.mark.ros]
 SPEED = 0.15
 DISTANCES = "/data/distancesensorarray"
 NOTHING = 0.41
+PATIENT_GATE = """
+import sys
+from rto_safe_teleop import safe_drive
+
+safe_drive.KEEP_PERIOD = 120.0
+sys.exit(safe_drive.main())
+"""
 STALE = 0.002
 """Metres that nobody wants to have driven: odometry's noise. One old command is 2 cm."""
 AT_ONCE = 3
@@ -273,3 +280,19 @@ def test_a_bump_lets_the_robot_back_out_only_until_it_is_reset(station):
     assert abs(station.speed()) < 0.11
     assert station.trigger("reset_bumper")["success"]
     station.until(lambda: station.speed() / -station.way > 0.9, "let go")
+
+
+def test_a_bump_is_kept_at_once(station):
+    def bump_is_kept() -> bool:
+        return (station.pilot.parameter("/rto3/safe_omni_drive/kept") or {}).get("bumped", False)
+
+    station.gate.kill()
+    gate = station.graph.run(sys.executable, "-c", PATIENT_GATE, "__ns:=/rto3")
+    station.pilot.forget("/rto3/safety")
+    station.until(lambda: station.safety["state"] == "no command", "it runs")
+    assert not bump_is_kept()
+    station.proxy.spoil["/data/bumper"] = lambda _: b'{"value": true}'
+    station.until(bump_is_kept, "it is kept")
+    gate.kill()
+    station.proxy.spoil.clear()
+    station.gate = station.start("rto_safe_teleop", "safe_omni_drive")

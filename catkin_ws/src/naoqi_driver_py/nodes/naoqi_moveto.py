@@ -59,6 +59,8 @@ MOTION_CYCLE, BURST = 0.02, 3
 ALMotion); that many may follow each other at once."""
 LOOK_PERIOD = 0.5
 """Seconds between two questions whether the robot is awake and moves as commanded."""
+KEEP_PERIOD = 0.5
+"""Seconds after which what was set is kept for the driver that follows when this one dies; a bump is kept at once."""
 OFFER_AFTER = 3.0
 """Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
 time of a start, and on a busy machine the robot would wait for them."""
@@ -80,7 +82,7 @@ class MoveTo:
         # First, as both take their time: the greeting, and the sensors' first readings.
         self._link = self._open_link()
         self._kept = KeptState()
-        self._gated = gated = GatedDrive() if rospy.get_param("~safety", True) else None
+        self._gated = gated = GatedDrive(self._kept.keep_soon) if rospy.get_param("~safety", True) else None
         self._commands = gated or CommandWatchdog()
         if gated is not None:
             gated.restore(self._kept.latched())
@@ -112,6 +114,7 @@ class MoveTo:
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
+        self._kept.keep_always(self._keep, self._node.stop, KEEP_PERIOD)
         return self._kept.forget_after(self._node.run(self._loop, self._look_after, self._head.loop))
 
     def _open_link(self) -> DriveLink:
@@ -213,7 +216,6 @@ class MoveTo:
         """What waits for the robot, beside the loop that drives."""
         offered, begun = False, time.monotonic()
         for now in self._node.cycles(LOOK_PERIOD):
-            self._keep()
             if not self._node.connection.connected:
                 continue
             try:

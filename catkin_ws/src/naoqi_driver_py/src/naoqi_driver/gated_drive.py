@@ -9,6 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -29,9 +30,13 @@ class GatedDrive:
     """A `CommandWatchdog` whose output passes through the safety gate.
 
     One thread at a time calls `decide`. All else may be called on other threads, and never waits for the robot.
+
+    Args:
+        on_bump: Called when a bumper was hit, on the thread that says so.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, on_bump: Callable[[], None] = lambda: None) -> None:
+        self._on_bump = on_bump
         self.decision: Decision | None = None
         """The safety gate's last word."""
         self._commands = CommandWatchdog()
@@ -69,7 +74,11 @@ class GatedDrive:
     def receive(self, reading: Reading, now: float) -> None:
         """Take what the robot has measured; it counts from the next decision on, which does not wait for this work."""
         with self._lock:
+            before = self._gate.latched
             self._take(reading, now)
+            bumped = self._gate.latched != before
+        if bumped:
+            self._on_bump()
 
     def restore(self, latched: Latched) -> None:
         """Take over what was latched in a driver that has died."""

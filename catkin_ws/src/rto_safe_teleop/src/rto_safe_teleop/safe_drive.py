@@ -40,7 +40,7 @@ from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFil
 
 PERIOD = 0.05
 KEEP_PERIOD = 0.5
-"""Seconds after which a bump is kept for the gate that follows when this one dies."""
+"""Seconds after which what was set is kept for the gate that follows when this one dies; a bump is kept at once."""
 LAYERS = ("gate", "bubble")
 
 
@@ -127,6 +127,8 @@ class SafeDrive:
     def _on_bumper(self, message: Bool) -> None:
         with self._lock:
             self._gate.receive_bumper(message.data, time.monotonic())
+        if message.data:  # it comes again while the bumper is pressed; what is the same is not kept anew
+            self._kept.keep_soon()
 
     def _on_odometry(self, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation

@@ -42,6 +42,7 @@ class KeptState:
         self._same = self._found.get("session") == self._session
         self._ended = False
         self._lock = threading.Lock()
+        self._changed = threading.Event()
         self._kept: dict[str, bool | str] | None = None
         self._due = 0.0
 
@@ -81,14 +82,20 @@ class KeptState:
                 self._kept, self._due = newest, now + REPEAT
 
     def keep_always(self, keep: Callable[[], None], stop: threading.Event, period: float) -> None:
-        """Call `keep` every `period` seconds until `stop` is set, beside the node's loops: these count as frozen when
-        they are late, and the ROS master may keep us waiting."""
+        """Call `keep` every `period` seconds, and at once after `keep_soon`, until `stop` is set, beside the node's
+        loops: these count as frozen when they are late, and the ROS master may keep us waiting."""
 
         def run() -> None:
-            while not stop.wait(period):
+            while not stop.is_set():
+                self._changed.wait(period)
+                self._changed.clear()
                 keep()
 
         threading.Thread(target=run, name="kept", daemon=True).start()
+
+    def keep_soon(self) -> None:
+        """Have `keep_always` keep what has just changed, and do not wait for it."""
+        self._changed.set()
 
     def forget_after(self, code: int) -> int:
         """Keep nothing any more if the node has ended in order; return its exit code. A master that has gone keeps
