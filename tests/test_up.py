@@ -245,7 +245,7 @@ def test_a_newcomer_opens_the_link_sees_and_drives(station, moves, wait_until, s
         newcomer.let_go()
         wait_until(newcomer.holds_nothing, "the page lets go")
         wait_until(lambda: station.speed() < 0.01, "the robot stands")
-        assert station.looked_at_by() == [getpass.getuser()], "Pepper's tablet says who looks"
+        wait_until(lambda: station.looked_at_by() == [getpass.getuser()], "Pepper's tablet says who looks")
         assert "#" not in newcomer.evaluate("location.href"), "the key stays in the address bar"
         assert newcomer.errors == []
     finally:
@@ -266,8 +266,12 @@ def test_a_killed_roslaunch_comes_back_and_no_node_notices(station, wait_until):
 
 def test_a_killed_roscore_stops_the_robot_and_comes_back_though_the_terminal_is_paused(station, wait_until):
     station.terminal.pause()
-    station.type_in_terminal("j")
-    wait_until(lambda: "driving" in station.next_message("/drive_state").data, "Pepper turns")
+
+    def turns() -> bool:
+        station.type_in_terminal("j")
+        return "driving" in station.next_message("/drive_state").data
+
+    wait_until(turns, "Pepper turns")
     killed = [p for p in processes.descendants(station.process.pid) if "telepresence_ros.core" in command(p)]
     assert len(killed) == 1
     for pid in killed:
