@@ -4,7 +4,7 @@ a request line      8 KiB, within a second of connecting; on a kept connection w
 its headers         MAX_HEAD bytes, MAX_HEADERS lines
 all of a request    within REQUEST_TIMEOUT of its first line, body and the beginning of the answer included
 taking the answer   nothing taken for `timeout` seconds ends it
-after a refusal     LAST_WORDS of a body that nobody reads
+after a refusal     LAST_WORDS, and MOST_LAST_WORDS of a body that nobody reads
 connections         of one address a share; where all places are taken, whoever has waited longest without a
                     complete request makes room, so that half requests keep nobody out
 log                 a line a second, with the number of those that were left out
@@ -39,9 +39,9 @@ MAX_HEAD, MAX_HEADERS = 16384, 64
 """Bytes and lines of one request's headers; browsers send about 1 kB and 20."""
 MAX_UNREAD = 65536
 """Bytes of a body that are read though nobody wants them, so that the connection can be kept."""
-LAST_WORDS = 1.0
-"""Seconds for which a peer that was refused may go on sending: closed at once, TCP would reset it, and it might lose
-the answer (RFC 9112, section 9.6)."""
+LAST_WORDS, MOST_LAST_WORDS = 1.0, 8_000_000
+"""Seconds for which a peer that was refused may go on sending, and bytes: closed at once, TCP would reset it, and it
+might lose the answer (RFC 9112, section 9.6)."""
 _TOO_LARGE = b"HTTP/1.1 431 Request Header Fields Too Large\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
 
 
@@ -165,10 +165,11 @@ class Handler(pywsgi.WSGIHandler):
     def _discard_rest(self) -> None:
         """Throw away what a peer that has its answer still sends, until it ends or `sweep` ends it."""
         self.due = time.monotonic() + LAST_WORDS
+        left = MOST_LAST_WORDS
         try:
             self.socket.shutdown(socket.SHUT_WR)
-            while self.socket.recv(MAX_UNREAD):
-                pass
+            while left > 0 and (more := self.socket.recv(MAX_UNREAD)):
+                left -= len(more)
         except OSError:  # it has gone
             return
 

@@ -23,8 +23,11 @@ NODES, OTHERS = "nodes", "others"
 """The others: each file goes to whoever is free."""
 ORDER = (*CHAINS, NODES, OTHERS)
 MARKERS = {"alone": STATIONS, "station": STATIONS, "browser": BROWSERS, "x11": WINDOWS, "ros": NODES}
+UP_FRONT = {STATIONS, BROWSERS}
+"""They run in real time: the sooner a station gets the processors, the less it costs, and a page that does not run for
+half a second lets go of what is held."""
 BEHIND = 5
-"""Niceness of all but the stations, which run in real time: the sooner they get the processors, the less they cost."""
+"""Niceness of all others."""
 TURNS = pytest.StashKey["Turns"]()
 
 
@@ -86,7 +89,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         return (yield)
     group = item.get_closest_marker("xdist_group").args[0]
     with contextlib.suppress(PermissionError):  # nobody but root comes back to the front
-        os.setpriority(os.PRIO_PROCESS, 0, 0 if group == STATIONS else BEHIND)
+        os.setpriority(os.PRIO_PROCESS, 0, 0 if group in UP_FRONT else BEHIND)
     alone = item.get_closest_marker("alone") is not None
     if not turns.alone:
         turns.enter(alone)
