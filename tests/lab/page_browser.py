@@ -93,10 +93,15 @@ def heard(probe) -> list[list[float]]:
     return [fields for _, fields in probe.seen("/cmd_vel")]
 
 
-def hold_until(
-    browser: OpenPage, until_true: Callable, condition: Callable[[], bool], what: str, code: str = "KeyW"
+def press_until(
+    press: Callable[[], object],
+    release: Callable[[], object],
+    until_true: Callable,
+    condition: Callable[[], bool],
+    what: str,
 ) -> None:
-    """Hold a key until something is so. A page that was not run for half a second, on a busy machine, lets go of it."""
+    """Press until something is so. A page that was not run for half a second, on a busy machine, lets go of what is
+    held, as it must: then it is released and pressed again."""
     pressed = -math.inf
 
     def tried() -> bool:
@@ -104,12 +109,25 @@ def hold_until(
         if condition():
             return True
         if time.monotonic() - pressed > PATIENCE:
+            if pressed > -math.inf:
+                release()
+            press()
             pressed = time.monotonic()
-            browser.key(code, False)
-            browser.key(code, True)
         return False
 
     until_true(tried, what)
+
+
+def hold_until(
+    browser: OpenPage, until_true: Callable, condition: Callable[[], bool], what: str, code: str = "KeyW"
+) -> None:
+    """Hold a key until something is so, see `press_until`."""
+
+    def press() -> None:
+        browser.key(code, False)
+        browser.key(code, True)
+
+    press_until(press, lambda: None, until_true, condition, what)
 
 
 def drives(probe, until_true: Callable, browser: OpenPage) -> None:

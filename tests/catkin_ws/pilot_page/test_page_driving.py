@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, hold_until, let_go_of_the_stop
+from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, hold_until, let_go_of_the_stop, press_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
@@ -229,11 +229,10 @@ def test_what_is_held_together_is_no_faster_than_the_robot(anna):
 def test_keys_drive_as_in_the_window_at_the_speed_that_was_chosen(anna, probe, until_true):
     drives(probe, until_true, anna)
     anna.key("PageDown", True)
-    until_true(lambda: heard(probe)[-1] == pytest.approx([0.15, 0.0, 0.0]), "it is slower")
+    hold_until(anna, until_true, lambda: heard(probe)[-1] == pytest.approx([0.15, 0.0, 0.0]), "it is slower")
     anna.key("KeyW", False)
     for key, velocity in (("KeyA", [0.0, 0.15, 0.0]), ("KeyE", [0.0, 0.0, -0.375]), ("ArrowLeft", [0.0, 0.0, 0.375])):
-        anna.key(key, True)
-        until_true(lambda velocity=velocity: heard(probe)[-1] == pytest.approx(velocity), key)
+        hold_until(anna, until_true, lambda v=velocity: heard(probe)[-1] == pytest.approx(v), key, key)
         anna.key(key, False)
     anna.key("PageUp", True)
     until_true(lambda: anna.evaluate("document.getElementById('speed').value") == "0.2", "the slider shows it")
@@ -256,25 +255,31 @@ def test_whoever_writes_does_not_drive(anna, probe, until_true):
 def test_an_arrow_drives_for_as_long_as_it_is_held(anna, probe, until_true, hand):
     """Pressed in its middle, where the icon is."""
     x, y = middle(anna, "[data-drive=forward]")
+
+    def press():
+        touch(anna, "touchStart", (1, (x, y))) if hand == "finger" else mouse(anna, "mousePressed", x, y)
+
+    def release():
+        touch(anna, "touchEnd") if hand == "finger" else mouse(anna, "mouseReleased", x, y)
+
     probe.forget("/cmd_vel")
-    if hand == "finger":
-        touch(anna, "touchStart", (1, (x, y)))
-    else:
-        mouse(anna, "mousePressed", x, y)
-    until_true(lambda: heard(probe)[-3:] == [FORWARD] * 3, "the arrow drives")
-    if hand == "finger":
-        touch(anna, "touchEnd")
-    else:
-        mouse(anna, "mouseReleased", x, y)
+    press_until(press, release, until_true, lambda: heard(probe)[-3:] == [FORWARD] * 3, "the arrow drives")
+    release()
     until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
 
 
 def test_two_thumbs_a_sliding_one_is_a_stick_the_other_stops(anna, probe, until_true):
     x, y = middle(anna, "[data-drive=forward]")
-    touch(anna, "touchStart", (1, (x, y)))
-    until_true(lambda: FORWARD in heard(probe), "the button drives")
-    touch(anna, "touchMove", (1, (x - 40, y - 40)))
-    until_true(lambda: heard(probe)[-1][0] > 0.05 and heard(probe)[-1][2] > 0.1, "forward and to the left")
+    press, release = lambda: touch(anna, "touchStart", (1, (x, y))), lambda: touch(anna, "touchEnd")
+
+    def slide():
+        release()
+        press()
+        touch(anna, "touchMove", (1, (x - 40, y - 40)))
+
+    press_until(press, release, until_true, lambda: FORWARD in heard(probe), "the button drives")
+    ahead_and_left = lambda: heard(probe)[-1][0] > 0.05 and heard(probe)[-1][2] > 0.1  # noqa: E731
+    press_until(slide, lambda: None, until_true, ahead_and_left, "forward and to the left")
     assert heard(probe)[-1][0] < 0.2 and heard(probe)[-1][1] == 0.0
     assert anna.evaluate("document.querySelectorAll('.pad button.held').length") == 0
     other = middle(anna, "#stop")
@@ -292,9 +297,13 @@ def test_two_thumbs_a_sliding_one_is_a_stick_the_other_stops(anna, probe, until_
 def test_the_right_thumb_goes_sideways_where_there_is_no_head_to_turn(anna, probe, until_true):
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=True)
     x, y = middle(anna, "#sidePad")
-    touch(anna, "touchStart", (1, (x, y)))
-    touch(anna, "touchMove", (1, (x + 60, y)))
-    until_true(lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0]), "it goes to the right")
+
+    def press():
+        touch(anna, "touchStart", (1, (x, y)))
+        touch(anna, "touchMove", (1, (x + 60, y)))
+
+    right = lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0])  # noqa: E731
+    press_until(press, lambda: touch(anna, "touchEnd"), until_true, right, "it goes to the right")
     touch(anna, "touchEnd")
     until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=False)
@@ -310,10 +319,17 @@ def test_a_gamepad_drives_while_lb_is_held_and_stands_when_it_is_unplugged(anna,
     anna.evaluate("pad.axes[1] = -1")
     anna.evaluate("new Promise((done) => setTimeout(done, 200))")  # of moving a stick alone
     assert not [fields for fields in heard(probe) if any(fields)]
-    anna.evaluate("pad.buttons[4] = {pressed: true, value: 1}")
-    until_true(lambda: FORWARD in heard(probe), "with LB it drives")
+
+    def press():
+        anna.evaluate("pad.buttons[4] = {pressed: true, value: 1}")
+
+    def release():  # for as long as the page needs to see it
+        anna.evaluate("pad.buttons[4] = {pressed: false, value: 0}; new Promise((done) => setTimeout(done, 300))")
+
+    press_until(press, release, until_true, lambda: FORWARD in heard(probe), "with LB it drives")
     anna.evaluate("pad.buttons[5] = {pressed: true, value: 1}")
-    until_true(lambda: heard(probe)[-1] == pytest.approx([0.35, 0.0, 0.0]), "with RB as fast as the gate allows")
+    fast = lambda: heard(probe)[-1] == pytest.approx([0.35, 0.0, 0.0])  # noqa: E731
+    press_until(press, release, until_true, fast, "with RB as fast as the gate allows")
     anna.evaluate("navigator.getGamepads = () => []")  # a browser's list, which it looks at, may be ahead of its event
     until_true(lambda: heard(probe)[-1] == ZERO, "without it the robot stands")
     until_true(lambda: "unplugged" in alert(anna), "the page says why")
@@ -405,9 +421,9 @@ def last_move(probe):
 def test_letting_go_of_the_floor_stops_and_a_short_click_only_explains(anna, probe, until_true):
     edge, top, width, height = box(anna, "#picture")
     finger = edge + 0.5 * width, top + 0.5 * height
-    mouse(anna, "mousePressed", *finger)
-    until_true(lambda: any(any(fields) for fields in heard(probe)), "it drives")
-    mouse(anna, "mouseReleased", *finger)
+    press, release = lambda: mouse(anna, "mousePressed", *finger), lambda: mouse(anna, "mouseReleased", *finger)
+    press_until(press, release, until_true, lambda: any(any(fields) for fields in heard(probe)), "it drives")
+    release()
     until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
     probe.forget("/cmd_vel")
     mouse(anna, "mousePressed", *finger)
@@ -424,10 +440,14 @@ def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, rob
     edge, top, width, height = box(anna, "#picture")
     finger = edge + 0.5 * width, top + 0.75 * height
     anna.evaluate("document.getElementById('alert').textContent = ''")
-    mouse(anna, "mousePressed", *finger)
-    anna.evaluate("{ const woken = performance.now() + 700; while (performance.now() < woken); }")
-    until_true(lambda: "asleep" in alert(anna), "the page says why the robot stands")
-    mouse(anna, "mouseReleased", *finger)
+
+    def press():
+        mouse(anna, "mousePressed", *finger)
+        anna.evaluate("{ const woken = performance.now() + 700; while (performance.now() < woken); }")
+
+    release = lambda: mouse(anna, "mouseReleased", *finger)  # noqa: E731
+    press_until(press, release, until_true, lambda: "asleep" in alert(anna), "the page says why the robot stands")
+    release()
 
 
 def test_a_page_drives_after_a_sleep_that_its_clock_has_missed(anna, probe, until_true):
