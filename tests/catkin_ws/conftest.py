@@ -223,7 +223,7 @@ class Graph:
             "ROS_IP": "127.0.0.1",
             "DRIVE_PORT": str(free_port()),
         }
-        self._programs: list[Program] = []
+        self.programs: list[Program] = []
         self._probes: list[Probe] = []
         self.master = self.start_master()
 
@@ -260,9 +260,9 @@ class Graph:
         return f"_drive_server:=127.0.0.1:{self.environment['DRIVE_PORT']}"
 
     def run(self, *argv: str) -> Program:
-        log = self._folder / f"{len(self._programs)}_{Path(argv[0]).name}.log"
-        self._programs.append(Program(list(argv), self.environment, log))
-        return self._programs[-1]
+        log = self._folder / f"{len(self.programs)}_{Path(argv[0]).name}.log"
+        self.programs.append(Program(list(argv), self.environment, log))
+        return self.programs[-1]
 
     def probe(self, *remappings: str) -> Probe:
         self._probes.append(Probe(self.environment, *remappings))
@@ -276,7 +276,7 @@ class Graph:
     def close(self) -> None:
         for probe in self._probes:
             probe.close()
-        end_together([program.process for program in self._programs])
+        end_together([program.process for program in self.programs])
 
 
 _environment: dict[str, str] = {}

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 import qi
+from endings import end_together
 from one_colour_camera import publish_colour
 from tablet_robot import tablet_robot
 from telepresence_1.page import KEY_VARIABLE
@@ -69,8 +70,12 @@ def key(graph, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def own_parameters(graph) -> None:
-    """The nodes of one test do not find those of another."""
+def own_nodes(graph) -> Iterator[None]:
+    """The nodes of one test end with it, and leave no parameters to those of another: one that runs on keeps what was
+    set in it."""
+    before = len(graph.programs)
+    yield
+    end_together([program.process for program in graph.programs[before:]])
     for node in ("/com_cam", "/rob_cam"):
         graph.forget_parameters(node)
 
