@@ -1,7 +1,7 @@
 """Who may sign in:  python -m gui.users add NAME --role pilot
 
 The command line that people type; the accounts themselves are `telepresence.teleop.accounts`. Root goes on as the user
-who runs the station, whose accounts they are; with --file it stays root.
+who would run the station if it were started the same way; with --file it stays root.
 """
 
 import sys

@@ -54,14 +54,14 @@ def main() -> int:
     parser.add_argument(
         "--security",
         action="store_true",
-        help="instead: what a stranger could use; open sockets and files, keys, old libraries (see docs/security.md)",
+        help="instead: what an attacker could exploit: open sockets, files, keys, old libraries (docs/security.md)",
     )
     arguments = parser.parse_args()
     if arguments.security:
         from telepresence.station import doctor_security
 
         well = report(lambda: doctor_security.findings(arguments.address))
-        print("\nNothing here helps a stranger." if well else "\nFix what is marked with an x, then run this again.")
+        print("\nNothing here helps an attacker." if well else "\nFix what is marked with an x, then run this again.")
         return 0 if well else 1
     well = True
     for check in (system, programs, environment, workspace, rendering, ports, master, protection, processors):

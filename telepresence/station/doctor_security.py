@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from telepresence.security import robot_key
 from telepresence.station.doctor import ROOT, Finding, protection
-from telepresence.teleop.accounts import default_path
+from telepresence.teleop.accounts_path import default_path
 
 JUDGED = "November 2026"
 """When the table below was last compared with its sources."""

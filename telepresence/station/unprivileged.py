@@ -99,7 +99,7 @@ def replace_by(command: list[str]) -> int:
             return 1
         environment = environment_for(user, os.environ)
         _make_x_sockets()
-        print(f"Not as root but as {user.pw_name}; accounts and recordings are in {user.pw_dir}.", file=sys.stderr)
+        print(f"Not as root but as {user.pw_name}, whose home is {user.pw_dir}.", file=sys.stderr)
         if not _may(user, "test", "-x", str(Path.cwd())):
             os.chdir(ROOT)
         command = [*_switch(user), *command]

@@ -1,6 +1,6 @@
 """The accounts with which people sign in:  python -m gui.users add NAME --role pilot
 
-They are stored in an SQLite file that is created empty at first use, see `default_path`. Of a password only a public
+They are stored in an SQLite file that is created empty at first use, see `accounts_path`. Of a password only a public
 key is kept (`password_key`): with what stands in the file nobody can sign in, and no window can drive. Wrong tries are
 counted there too, so that restarting the window gives no new ones. An unknown name is answered as slowly as any other.
 """
@@ -12,7 +12,6 @@ import contextlib
 import dataclasses
 import getpass
 import hmac
-import os
 import re
 import secrets
 import sqlite3
@@ -23,6 +22,7 @@ from pathlib import Path
 
 from telepresence.security import private_database
 from telepresence.teleop import password_key
+from telepresence.teleop.accounts_path import default_path
 from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
 from telepresence.teleop.key_agreement import Credential, public_key
 from telepresence.teleop.password_key import SALT, Cost
@@ -61,15 +61,6 @@ _GUEST = re.compile(r".+ \(guest( \d+)?\)")
 def is_guest_name(name: str) -> bool:
     """Return whether a guest of an invitation is called so, see `telepresence.teleop.invitations`; no account is."""
     return _GUEST.fullmatch(name) is not None
-
-
-def default_path() -> Path:
-    """Return the path of the accounts: TELEPRESENCE_USERS, else gui/users.db; of a user who may not write into the
-    checkout, ~/telepresence/users.db."""
-    if named := os.environ.get("TELEPRESENCE_USERS"):
-        return Path(named)
-    folder = Path(__file__).resolve().parents[2] / "gui"
-    return (folder if os.access(folder, os.W_OK) else Path.home() / "telepresence") / "users.db"
 
 
 class Users:
@@ -269,6 +260,7 @@ def main(argv: list[str] | None = None) -> int:
             users.remove(arguments.name)
         else:
             users.add(arguments.name, _ask_password(arguments.password_stdin), arguments.role, arguments.rank)
+            print(f"users: {arguments.name} may sign in where the accounts are {users.path}", file=sys.stderr)
     except UserError as error:
         print(f"users: {error}", file=sys.stderr)
         return 1
@@ -277,7 +269,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _parse(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui.users", description="Who may sign in to the window.")
-    parser.add_argument("--file", type=Path, help="the accounts; default TELEPRESENCE_USERS or gui/users.db")
+    parser.add_argument("--file", type=Path, help=f"the accounts; default {default_path()}")
     commands = parser.add_subparsers(dest="command", required=True)
     add = commands.add_parser("add", help="make an account, or replace it: new password, role, rank")
     add.add_argument("name")

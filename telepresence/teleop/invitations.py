@@ -28,7 +28,8 @@ from pathlib import Path
 
 from telepresence.security import private_database, signing
 from telepresence.security.outside_text import clean
-from telepresence.teleop.accounts import ROLES, UserError, default_path, is_guest_name
+from telepresence.teleop.accounts import ROLES, UserError, is_guest_name
+from telepresence.teleop.accounts_path import default_path
 from telepresence.teleop.key_agreement import KEY, Credential, public_key
 from telepresence.teleop.lease_messages import PILOT, Account
 

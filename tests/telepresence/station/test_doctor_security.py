@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -27,6 +28,12 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("TELEPRESENCE_FOLDER", str(tmp_path / "recordings"))
     monkeypatch.setenv("TELEPRESENCE_USERS", str(tmp_path / "users.db"))
     return tmp_path
+
+
+def test_debians_python_alone_can_ask():
+    """`./stack doctor` runs before anything is installed."""
+    code = "import sys; sys.path.insert(0, '.'); import telepresence.station.doctor_security"
+    subprocess.run(["/usr/bin/python3", "-B", "-I", "-c", code], cwd=doctor.ROOT, check=True)
 
 
 def test_a_socket_of_ours_is_found_and_judged_by_its_address(run_program):
