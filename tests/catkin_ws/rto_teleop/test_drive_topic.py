@@ -83,6 +83,14 @@ def test_a_gate_that_comes_is_taken():
     assert next_route(find_route("/cmd_vel", graph(*UNGATED)), gate) == gate
 
 
+def test_no_other_robot_is_driven_while_a_gate_is_gone():
+    both = find_route("/cmd_vel", graph(*HERE, *gated("/r2", "/r2/gate")))
+    other = find_route("/cmd_vel", graph(*gated("/r2", "/r2/gate")))
+    for before in (find_route("/cmd_vel", graph(*HERE)), both):
+        route = next_route(before, other)
+        assert route.topic == before.topic and not route.listeners
+
+
 def test_a_second_gate_must_be_chosen_and_no_driver_takes_its_place():
     both = find_route("/cmd_vel", graph(*HERE, *gated("/r2", "/r2/gate")))
     route = next_route(find_route("/cmd_vel", graph(*HERE)), both)

@@ -106,10 +106,11 @@ def find_route(own: str, graph: Graph, gate: bool = True) -> Route:
 def next_route(before: Route, found: Route) -> Route:
     """Return where velocities go that went to `before`, now that `find_route` has found another route.
 
-    A gate that has gone may be starting again: a key that is held meanwhile must not drive past it. So nobody listens
-    until there is a gate; only a restart of the program leaves it.
+    A gate that has gone may be starting again: a key that is held meanwhile must drive neither past it nor another
+    robot. So nobody listens until it is back; only a restart of the program leaves it.
     """
-    return before._replace(listeners=()) if before.gated and not found.gated else found
+    leaves = not found.gated or (found.topic != before.topic and not found.others)
+    return before._replace(listeners=()) if before.gated and leaves else found
 
 
 class DriveTopic:
