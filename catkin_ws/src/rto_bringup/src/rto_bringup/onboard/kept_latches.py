@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import os
+import time
 from pathlib import Path
 
 from telepresence.safety import Latched
@@ -15,6 +17,9 @@ from telepresence.security import private_files
 from telepresence.security.outside_text import clean
 
 log = logging.getLogger(__name__)
+
+PAUSE = 1.0
+"""Seconds after which a file that could not be written is tried again."""
 
 
 def default_path(port: int) -> Path | None:
@@ -31,6 +36,7 @@ class KeptLatches:
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._kept = Latched()
+        self._again = -math.inf
 
     def read(self) -> Latched:
         """Return what was latched in a server that died. What cannot be understood counts as a bump."""
@@ -51,14 +57,19 @@ class KeptLatches:
 
     def keep(self, latched: Latched) -> None:
         """Keep this; to be called at every step."""
-        if self._path is None or latched == self._kept:
+        now = time.monotonic()
+        if self._path is None or latched == self._kept or now < self._again:
             return
-        self._kept = latched
         try:
             private_files.write(self._path, json.dumps(latched._asdict()).encode())
+            self._kept = latched
         except OSError as error:
+            self._again = now + PAUSE
             log.error("if the drive server dies now, what is latched is lost: %s", error)
 
     def forget(self) -> None:
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)
+        try:
+            if self._path is not None:
+                self._path.unlink(missing_ok=True)
+        except OSError as error:
+            log.error("what was latched is not forgotten: %s", error)
