@@ -152,15 +152,18 @@ class Handler(pywsgi.WSGIHandler):
 
     def run_application(self) -> None:
         self.connections.served(self)
+        answered = False
         try:
             super().run_application()
+            answered = True
         finally:
             self.due = time.monotonic() + self.timeout  # for what is left of the body, and the next request
             body = self.wsgi_input
             if body.chunked_input or (body.content_length or 0) - body.position > MAX_UNREAD:
                 body.chunked_input, body.content_length = False, 0  # pywsgi would read all of it and throw it away
                 self.close_connection = True
-                self._discard_rest()
+                if answered:
+                    self._discard_rest()
 
     def _discard_rest(self) -> None:
         """Throw away what a peer that has its answer still sends, until it ends or `sweep` ends it."""
