@@ -140,7 +140,7 @@ def watch(url, log):
         if said:
             moving, heard = said[-1:] == MOVING, now
         ended = bool(ready) and not said
-        lost = STOP in said
+        lost = STOP in said and kill_at == INFINITY
         if lost or (moving and (ended or now - heard >= SILENCE)):
             befell = "lost NAOqi" if lost else "died" if ended else "froze"
             log("the drive server %s: stopping the robot" % befell)

@@ -44,6 +44,8 @@ PROBE_PERIOD = 0.5
 """Seconds between two questions to an ALMotion that is not needed now: whether it answers."""
 FAULT_TIME = 1.0
 """Seconds for which a refusal is reported."""
+LOST_TIME = 1.0
+"""Seconds for which the second process is asked to stop a robot that moved when NAOqi was lost: it may just start."""
 AHEAD_TIME = 0.12
 """Over a network: seconds for which a motion lasts beyond its braking. Two periods, and some delay."""
 FAR_SPEED = 0.2
@@ -78,6 +80,7 @@ class PepperBase(DrivenBase):
         self._killed = False
         self._refusal, self._refused = "", -INFINITY
         self._spare, self._spared = "", -INFINITY  # what befell the second process, and when
+        self._lost_until = -INFINITY  # until when the second process is asked to stop the robot
         self._latched = ""  # who pressed stop
         self._must_let_go = False
 
@@ -105,8 +108,10 @@ class PepperBase(DrivenBase):
         try:
             if motion is None:
                 pilots.end_goal()
-                if self._moving and self._last_stop is not None:
-                    self._last_stop.stop()  # NAOqi goes on with the last velocity
+                if self._moving:  # NAOqi goes on with the last velocity
+                    self._lost_until = now + LOST_TIME
+                if now < self._lost_until and self._last_stop is not None:
+                    self._last_stop.stop()
                 self._forget()
             elif self._connections != self._link.connections:
                 self._forget()
