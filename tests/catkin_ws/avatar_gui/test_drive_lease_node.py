@@ -69,12 +69,12 @@ def reset(_request):
 print("ready", flush=True)
 signal.sigwait({signal.SIGUSR1})
 rospy.Service("stop_drive", Trigger, stop)
-for _ in range(2):
-    stops.acquire()
+stops.acquire()
+stops.acquire(timeout=1.0)
 rospy.Service("reset_stop", Trigger, reset)
 rospy.spin()
 """
-"""At a signal this one offers its services, the reset only after two stops: so whoever waits for it asks last."""
+"""At a signal this one offers its services, the reset after two stops or a second: who waits for that asks last."""
 
 
 class Remote(Talker):
