@@ -55,13 +55,18 @@ def put_commands_first() -> str:
         What was allowed: "SCHED_RR", "nice -5" or "ordinary".
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    gc.collect()
-    gc.freeze()
-    gc.collect()  # or Python goes on counting them, and waits with the next one until there are a quarter as many new
+    exempt_from_collection()
     if os.environ.get(OFF) == "off":
         return "ordinary"
     _limit_runaways()
     return put_thread_first()
+
+
+def exempt_from_collection() -> None:
+    """Take the objects that exist now out of garbage collection."""
+    gc.collect()
+    gc.freeze()
+    gc.collect()  # or Python goes on counting them, and looks through new objects only when there are a quarter as many
 
 
 def put_thread_first(children_too: bool = True) -> str:

@@ -26,6 +26,8 @@ from dataclasses import dataclass
 
 import setproctitle
 
+from telepresence.station.priority import exempt_from_collection
+
 PRELOADED = (
     "rospy", "numpy", "cv2", "tf2_ros", "sensor_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "diagnostic_msgs.msg",
     "telepresence_msgs.msg", "telepresence_msgs.srv", "std_srvs.srv", "naoqi_bridge_msgs.msg", "telepresence_ros.node",
@@ -138,9 +140,7 @@ def main() -> None:
     setproctitle.setproctitle(f"{sys.executable} -m telepresence_ros.fork_server")
     for name in PRELOADED:
         importlib.import_module(name)
-    gc.collect()
-    gc.freeze()  # what a collection would look through, it would write to: no longer shared
-    gc.collect()  # or Python goes on counting them, and looks through new objects only when there are a quarter as many
+    exempt_from_collection()  # what a collection would look through, it would write to: no longer shared
     gc.disable()
     program = serve(channel)
     if program is not None:
