@@ -91,6 +91,7 @@ class DriveLinkNode:
         self._on_failure()
 
     def _on_failure(self) -> None:
+        """What gave the velocity has failed, nobody has let go: the robot brakes fast."""
         self._link.release(hard=True)
 
     def _on_velocity(self, twist: Twist) -> None:

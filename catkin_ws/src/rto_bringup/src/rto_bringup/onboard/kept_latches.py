@@ -57,14 +57,13 @@ class KeptLatches:
 
     def keep(self, latched: Latched) -> None:
         """Keep this; to be called at every step."""
-        now = time.monotonic()
-        if self._path is None or latched == self._kept or now < self._again:
+        if self._path is None or latched == self._kept or time.monotonic() < self._again:
             return
         try:
             private_files.write(self._path, json.dumps(latched._asdict()).encode())
             self._kept = latched
         except OSError as error:
-            self._again = now + PAUSE
+            self._again = time.monotonic() + PAUSE
             log.error("if the drive server dies now, what is latched is lost: %s", error)
 
     def forget(self) -> None:

@@ -44,8 +44,8 @@ WRITE_TIMEOUT = 0.15
 FAULT_TIME = 0.5
 """Seconds for which a velocity that the robot's web server did not take is reported as a fault."""
 MAX_READINGS = 40
-LEAST = 1e-6
-"""Seconds between the stamps of two commands."""
+STAMP_STEP = 1e-6
+"""Seconds by which a command's stamp is later than that of the one before, at least."""
 
 
 @dataclass
@@ -156,7 +156,7 @@ class RobotinoBase(DrivenBase):
         its datagram's number. The stamp that came with it is older all the same, when the report was late from which
         the pilot counts."""
         if command is not self._newest:
-            self._newest, self._stamp = command, max(command.stamp, self._stamp + LEAST)
+            self._newest, self._stamp = command, max(command.stamp, self._stamp + STAMP_STEP)
         return Command(*command[:3], self._stamp)
 
     def _give(self, now: float, velocity: tuple[float, float, float], fast: bool) -> None:
