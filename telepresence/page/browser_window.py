@@ -103,8 +103,9 @@ class BrowserWindow:
     def receive(self, state: LeaseState) -> None:
         """Take what drive_lease says."""
         self._client.receive(state)
-        if self._floor is not None and self.obstacle():
-            self._floor.let_go()
+        obstacle = self.obstacle()
+        if self._floor is not None and obstacle and self._floor.let_go():
+            self._say(obstacle)  # it may have passed before the page is told of it, and its hand still holds
 
     def check(self, now: float) -> None:
         """Stop what a silent browser drives, and look whether drive_lease is silent; twenty times a second."""

@@ -86,10 +86,12 @@ class BrowserFloor:
             goal.drag(*message.at)
         return goal.step(now, message.hold)
 
-    def let_go(self) -> None:
-        """Nothing is held any more."""
-        if self._goal.held:
+    def let_go(self) -> bool:
+        """Hold nothing any more; whether something was held."""
+        held = self._goal.held
+        if held:
             self._goal.end()
+        return held
 
     def way(self) -> dict[str, Any] | None:
         """Return the way to the place that is held, as shares of the newest picture and JSON's types; None for none.

@@ -11,6 +11,7 @@ from telepresence.teleop import lease_client
 from telepresence.teleop.drive_lease import LATE, PILOT, WATCHER, Account, DriveLease
 from telepresence.teleop.lease_messages import Reply, sign_joined
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
+from telepresence.teleop.lease_windows import LEASE
 from telepresence.teleop.looking import Look, Manner
 from telepresence.teleop.robot_readings import BodyState, CameraView, Lens
 
@@ -385,9 +386,26 @@ def test_the_red_stop_ends_the_way_to_a_place(robot):
     robot.pass_time(0.05)
     robot.windows[0].ask(AskMessage(2, "reset_stop", None))
     robot.tell()
+    assert "red stop" in robot.windows[0].said[-1]
     robot.given.clear()
     hand.point()
     assert not any(any(given) for given in robot.given)
+
+
+def test_a_lease_that_was_lost_and_taken_back_says_why_the_way_to_a_place_has_ended(robot):
+    """The page is told of who drives ten times a second: it may never see that nobody did."""
+    window, hand = robot.take("anna")
+    hand.point()
+    robot.pass_time(SILENCE + LEASE + 0.2)
+    hand.point()
+    robot.tell()
+    assert window.mine and window.obstacle() == ""
+    robot.given.clear()
+    hand.point()
+    assert not any(any(given) for given in robot.given)
+    assert window.said == ["Nobody drives. Press Take the robot."]
+    hand.point(press=2)
+    assert robot.given[-1] == pytest.approx(FORWARD)
 
 
 def test_requests_go_one_after_the_other_and_a_stop_at_once(robot):
