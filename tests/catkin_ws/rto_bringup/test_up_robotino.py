@@ -131,7 +131,8 @@ def test_w_drives_and_its_release_stops(station, until_true):
     station.xdotool("keydown", "w")
     try:
         until_true(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
-        assert station.safety() in ("clear", "limited")
+        # On a busy machine a scan may be late, and the robot stands for that moment.
+        until_true(lambda: station.safety() in ("clear", "limited"), "the gate lets it drive")
         until_true(lambda: station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body")
         station.xdotool("mousemove", *CAREFUL, "click", "1")
         until_true(lambda: station.probe.newest("/rto3/careful") == ["off"], "the window switches the careful scan off")
