@@ -135,6 +135,12 @@ class Places:
             found |= {button.objectName() for button in window.findChildren(QAbstractButton) if button.isVisible()}
         return found
 
+    def close(self) -> None:
+        """Show nothing any more: Python's end takes a widget's attributes before Qt hides what still shows."""
+        for window in (self._window, self._sign_in):
+            if window is not None:
+                window.hide()
+
     def _sign_in_position(self, name: str) -> tuple[int, int]:
         if self._sign_in is None:
             self._qt.setStyle("Fusion")
@@ -167,10 +173,12 @@ class Places:
 
 
 @pytest.fixture(scope="session")
-def place(qt: QApplication, tmp_path_factory: pytest.TempPathFactory) -> Places:
+def place(qt: QApplication, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Places]:
     users = Users(tmp_path_factory.mktemp("users") / "users.db")
     users.add("somebody", "a password of somebody", PILOT, 0)
-    return Places(qt, users)
+    places = Places(qt, users)
+    yield places
+    places.close()
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 import time
+from collections import Counter
 
 import pytest
 from window_session import FEED, PROGRAMS, Session
@@ -43,6 +44,8 @@ USUAL_TURN = 2.5 * SPEED
 """[rad/s]"""
 GROUND = (4, 400)
 """A point outside all cards."""
+TAB = 20
+"""Pixels from the middle of a tab to below its underline, or to beside the mouse."""
 FASTEST = 0.35
 """[m/s] of Pepper (NAOqi documentation, ALMotion)."""
 
@@ -412,24 +415,36 @@ def test_the_tablets_picture(driving, wait_until, album):
 def test_gamepad_page_fold_and_theme(driving, wait_until):
     desk = driving.desk
     desk.show_page("tabletPage")
-    below = desk.find("terminalFrame")
-    tablet = desk.colour(*below)
+    x, y = desk.find("terminalFrame")
+
+    def in_front(page):
+        """Whether the tab of this page is underlined, in blue, beside the mouse's arrow."""
+        across, down = desk.find.tab(page)
+        colours = [desk.colour(across - TAB, below) for below in range(down, down + TAB)]
+        return any(blue > 2 * red for red, _, blue in colours)
+
+    def ground():
+        """What is behind the writing there, whatever programs write meanwhile."""
+        ((colour, _),) = Counter(desk.colour(x + 7 * i, y + 7 * j) for i in range(5) for j in range(5)).most_common(1)
+        return colour
+
+    wait_until(lambda: in_front("tabletPage") and not in_front("terminalPage"), "the tablet is in front")
     desk.show_page("terminalPage")
-    wait_until(lambda: desk.colour(*below) != tablet, "the terminal is in front")
-    terminal = desk.colour(*below)
+    wait_until(lambda: in_front("terminalPage"), "the terminal is in front")
+    terminal = ground()
     desk.click("padChip")
-    wait_until(lambda: desk.colour(*below) != terminal, "the gamepad's page is in front")
+    wait_until(lambda: not in_front("terminalPage"), "the gamepad's page is in front")
     desk.show_page("terminalPage")
-    wait_until(lambda: desk.colour(*below) == terminal, "the terminal is in front")
+    wait_until(lambda: in_front("terminalPage"), "the terminal is in front")
     desk.click("foldButton")
-    wait_until(lambda: desk.colour(*below) != terminal, "the deck is folded away")
+    wait_until(lambda: ground() != terminal, "the deck is folded away")
     desk.key("F4")
-    wait_until(lambda: desk.colour(*below) == terminal, "and back")
-    ground = desk.colour(*GROUND)
+    wait_until(lambda: ground() == terminal, "and back")
+    dark = desk.colour(*GROUND)
     desk.click("themeButton")
-    wait_until(lambda: sum(desk.colour(*GROUND)) > sum(ground) + 300, "the window is light")
+    wait_until(lambda: sum(desk.colour(*GROUND)) > sum(dark) + 300, "the window is light")
     desk.click("themeButton")
-    wait_until(lambda: desk.colour(*GROUND) == ground, "the window is dark again")
+    wait_until(lambda: desk.colour(*GROUND) == dark, "the window is dark again")
 
 
 def test_typing_in_the_terminal_drives(driving, wait_until):
