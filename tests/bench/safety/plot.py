@@ -69,6 +69,7 @@ def _panel(title: str, gates: Mapping[str, Figures]) -> np.ndarray:
     write(picture, "share of the command passed", (left + right) // 2, bottom + 34, 10, INK, align=0.5)
     write(picture, "collisions per 1000 commands, 95 %", left, 40, 10, GREY)
     taken: list[Box] = []
+    labels: list[Box] = []
     for name, f in sorted(gates.items(), key=lambda item: item[1].per_1000.value):
         x, y, colour = across(f.passed), up(f.per_1000.value), COLOURS[name]
         _line(picture, (x, up(f.per_1000.low)), (x, up(f.per_1000.high)), colour, 2)
@@ -78,23 +79,33 @@ def _panel(title: str, gates: Mapping[str, Figures]) -> np.ndarray:
         _disc(picture, (x, y), 6, colour)
         taken.append((x - 6, up(f.per_1000.high), x + 6, up(f.per_1000.low)))
     for name, f in gates.items():
-        _label(picture, name, across(f.passed), up(f.per_1000.value), taken, left, PANEL)
+        _label(picture, name, (across(f.passed), up(f.per_1000.value)), taken, labels, (left, PANEL))
     return picture
 
 
-def _label(picture: np.ndarray, name: str, x: float, y: float, taken: list[Box], left: int, right: int) -> None:
-    """Beside its mark, where nothing else is; a thin line leads to it when that is farther off."""
-    width = text_width(name, 10, 1.3)
+def _label(
+    picture: np.ndarray, name: str, mark: tuple[float, float], taken: list[Box], labels: list[Box],
+    sides: tuple[int, int],
+) -> None:  # fmt: skip
+    """Beside its mark, where nothing else is; a thin line leads to it when that is farther off, past other labels."""
+    (x, y), width = mark, text_width(name, 10, 1.3)
     for dy in (0, -18, 18, -36, 36, -54, 54, -72, 72):
         for x0 in (x - 14 - width, x + 14):
             box = x0 - 2, y - 9 + dy, x0 + width + 2, y + 9 + dy
-            free = all(box[0] > b[2] or b[0] > box[2] or box[1] > b[3] or b[1] > box[3] for b in taken)
-            if free and x0 > left and x0 + width < right:
-                taken.append(box)
+            end = box[2] if x0 < x else box[0]
+            line = min(end, x), min(y, y + dy), max(end, x), max(y, y + dy)
+            free = not any(_overlap(box, other) for other in taken) and not any(_overlap(line, one) for one in labels)
+            if free and x0 > sides[0] and x0 + width < sides[1]:
+                taken += [box, line] if dy else [box]
+                labels.append(box)
                 if dy:
-                    _line(picture, (x0 + width + 2 if x0 < x else x0 - 2, y + dy), (x, y), COLOURS[name], 1)
+                    _line(picture, (end, y + dy), (x, y), COLOURS[name], 1)
                 write(picture, name, round(x0), round(y - 5 + dy), 10, COLOURS[name], weight=1.3)
                 return
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    return one[0] <= other[2] and other[0] <= one[2] and one[1] <= other[3] and other[1] <= one[3]
 
 
 def drive_one(
