@@ -6,12 +6,14 @@ line; what services inherit is called on each of them.
 
 from __future__ import annotations
 
+import functools
 import math
 import shutil
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import pytest
 
@@ -19,7 +21,7 @@ from pepper_sim.disk import RobotDisk
 from pepper_sim.documentation import Call, Method, read_all
 from pepper_sim.naoqi.catalogue import service_classes
 from pepper_sim.naoqi.extractor import Extractor
-from pepper_sim.naoqi.service import Module
+from pepper_sim.naoqi.service import Module, Service
 from pepper_sim.naoqi.vision_extractor import VisionExtractor
 from telepresence.naoqi.signature import convertibility, parse, split
 
@@ -40,6 +42,7 @@ FILES = Path(__file__).resolve().parents[1] / "pepper_sim" / "documented_files"
 """Files that the arguments name: what is here is on the robot's disk, and a package, /home/nao/documented.pkg."""
 MANIFEST = """<package uuid="documented" version="1.0.0"><contents><behaviorContent path="behavior_1"/></contents>
 <services><service name="main" execStart="/usr/bin/python main.py"/></services></package>"""
+_DECLARED: WeakKeyDictionary[Service, dict[str, set[str]]] = WeakKeyDictionary()
 WRONG = (("s", "no number"), ("i", 7), ("[m]", ["a list"]))
 """Kind and value of what is tried where a parameter is of another kind."""
 
@@ -70,13 +73,10 @@ class Caller:
     """Calls the methods of one service, and fails where an answer is not as documented."""
 
     def __init__(self, naoqi: Any, service: str) -> None:
-        self._naoqi, self._service = naoqi, service
+        self._service = service
+        self._service_of = functools.cache(naoqi.session.service)
         offered = {offered.name: offered for offered in naoqi.simulation.server.catalogue.services}
-        self._declared: dict[str, set[str]] = {}
-        if service in offered:
-            for binding in offered[service].bindings():
-                signature = parse(binding.returns).text + parse(binding.parameters).text
-                self._declared.setdefault(binding.name, set()).add(signature)
+        self._declared = _declared(offered[service]) if service in offered else {}
 
     def check(self, method: Method) -> None:
         """Call the method as its documentation says."""
@@ -118,7 +118,7 @@ class Caller:
     def _outcome(self, service: str, method: str, arguments: Any, seconds: float = 0.0) -> tuple[Any, str]:
         """What a call answers, and the text of its error."""
         try:
-            future = getattr(self._naoqi.session.service(service), method)(*arguments, _async=True)
+            future = getattr(self._service_of(service), method)(*arguments, _async=True)
             future.wait(round(1000 * (seconds + PATIENCE)))
             if not future.isFinished():
                 future.cancel()
@@ -160,6 +160,16 @@ class Caller:
                         break
                 if wanted and all(want in ("f", "d") for want in wanted):
                     yield (*right[:place], math.nan, *right[place + 1 :])
+
+
+def _declared(service: Service) -> dict[str, set[str]]:
+    """Signatures by method; looked up once for all tests of a service."""
+    if service not in _DECLARED:
+        found: dict[str, set[str]] = {}
+        for binding in service.bindings():
+            found.setdefault(binding.name, set()).add(parse(binding.returns).text + parse(binding.parameters).text)
+        _DECLARED[service] = found
+    return _DECLARED[service]
 
 
 def _filled(arguments: Any, answers: Any) -> tuple:

@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import forked_programs
+
 from telepresence.station import processes
 
 LAB = Path(__file__).resolve().parent
@@ -21,7 +23,8 @@ class Talker:
     """A Python program, until `close`."""
 
     def __init__(self, environment: dict[str, str], *argv: object) -> None:
-        self.process = processes.start(
+        self._name = str(argv[0])
+        self.process = forked_programs.start(
             [sys.executable, *map(str, argv)], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
 
@@ -32,7 +35,7 @@ class Talker:
         answer = self.process.stdout.readline()
         while answer.startswith("[INFO]"):  # rospy says such things there, too
             answer = self.process.stdout.readline()
-        assert answer, f"{self.process.args[1]} died while it was asked for {words}"
+        assert answer, f"{self._name} died while it was asked for {words}"
         return json.loads(answer)
 
     def close(self) -> None:

@@ -31,6 +31,8 @@ STEP = 0.05
 """[m/s] of the slider."""
 ROWS = 760
 """Height of a screen with a window manager: the window and its title [px]."""
+FACES = 8.0
+"""Pictures of the pilot a second: as many as the robot's camera takes here."""
 STOPPED = 0.01
 """[m/s]"""
 
@@ -71,6 +73,7 @@ class Station:
     def start_master(self) -> None:
         self.start("rosmaster", "--core", "-p", self.master_uri.rpartition(":")[2])
         self.wait_until(lambda: master_answers(self.master_uri), "the ROS master answers")
+        master_proxy(self.master_uri, 5.0).setParam("/tests", "/com_cam/rate", FACES)
 
     def start(self, *argv: str) -> subprocess.Popen:
         """A program of the station's environment, until `close`."""

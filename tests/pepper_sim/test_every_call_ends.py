@@ -6,16 +6,18 @@ What takes time is called all at once: motions of one joint wait for each other,
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterable, Iterator
 from types import ModuleType
 from typing import Any
 
 import pytest
+from documented_calls import DOCUMENTED
 from naoqi_clients import connected
 
 from pepper_sim.body.description import JOINTS
-from pepper_sim.documentation import Call, Method, read_all
+from pepper_sim.documentation import Call, Method
 from pepper_sim.simulation import Simulation
 
 PATIENCE = 5.0
@@ -24,7 +26,6 @@ DONE_SOON = 60.0
 """Seconds for what is called before and after."""
 BUSY = 1.0
 """How long the motion of `_busy` takes [s]."""
-DOCUMENTED = read_all()
 MOVING = ("ALMotion", "ALRobotPosture")
 """Services whose methods that take time are called in every state."""
 STATE_CHANGES = {
@@ -56,7 +57,7 @@ class Calls:
     """Calls under way, each with the moment at which it must have been answered."""
 
     def __init__(self, naoqi: Any) -> None:
-        self._naoqi = naoqi
+        self._service_of = functools.cache(naoqi.session.service)
         self._offered = {
             service.name: {binding.name for binding in service.bindings()}
             for service in naoqi.simulation.server.catalogue.services
@@ -69,7 +70,7 @@ class Calls:
         if method not in self._offered.get(service, ()):
             return None
         try:
-            call = getattr(self._naoqi.session.service(service), method)(*arguments, _async=True)
+            call = getattr(self._service_of(service), method)(*arguments, _async=True)
         except (RuntimeError, TypeError):  # the client's library has refused it
             return None
         self._under_way.append((f"{service}.{method}{tuple(arguments)}", call, time.monotonic() + seconds + PATIENCE))

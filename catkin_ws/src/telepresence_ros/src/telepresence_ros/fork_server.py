@@ -5,8 +5,8 @@ and shares the memory of what is never written. A node started this way is a pro
 environment, session, output and end of its own, and the name of its program in `ps`.
 
 `ForkServer` is its client's side, in roslaunch. Both ends speak over a socket: a JSON object and the descriptors of
-standard output and standard error start a program and are answered with its process id; its end comes later. The first
-answer says that the server has imported everything and serves.
+standard output, standard error and, where it gets one of its own, standard input start a program and are answered with
+its process id; its end comes later. The first answer says that the server has imported everything and serves.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ PRELOADED = (
 """What is imported before. Nothing here may start a thread: fork copies only the one that calls it."""
 LOOK_AT_ENVIRONMENT = ("rospy.names", "telepresence.station.heartbeat")
 """Modules that look at arguments and environment when they are imported."""
+STREAMS = (1, 2, 0)
+"""What the descriptors become that come with a program."""
 LONGEST = 128 * 1024
 """Bytes of a message: arguments and environment of a program."""
 
@@ -93,7 +95,7 @@ def serve(channel: socket.socket) -> Program | None:
                 _report_ends(channel)
                 continue
             try:
-                text, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 2)
+                text, descriptors, _, _ = socket.recv_fds(channel, LONGEST, len(STREAMS))
             except ConnectionResetError:  # the client was killed, and had not read an answer
                 return None
             if not text:
@@ -116,7 +118,7 @@ def _leave_server(descriptors: Sequence[int], ours: Sequence[int], selector: sel
     selector.close()
     for descriptor in ours:
         os.close(descriptor)
-    for target, descriptor in zip((1, 2), descriptors, strict=False):
+    for target, descriptor in zip(STREAMS, descriptors, strict=False):
         os.dup2(descriptor, target)
     for descriptor in descriptors:
         os.close(descriptor)

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -82,11 +82,11 @@ class ForkServer:
         """What has befallen it; see `vitals.failure`."""
         return vitals.failure(self._process)
 
-    def start(self, program: Program, output: Sequence[int]) -> int:
+    def start(self, program: Program, streams: Sequence[int]) -> int:
         """Start a program; its process id.
 
         Args:
-            output: Descriptors of its standard output and error.
+            streams: Descriptors of its standard output and error, and of its input if it does not share ours.
         Raises:
             ForkServerGone: Nothing was started.
         """
@@ -95,7 +95,7 @@ class ForkServer:
             raise ForkServerGone("arguments and environment are too long")
         with self._lock:
             try:
-                socket.send_fds(self._channel, [text], list(output))
+                socket.send_fds(self._channel, [text], list(streams))
                 return self._read_started()
             except TimeoutError as error:
                 return self._started_after_all(error)
@@ -230,7 +230,7 @@ class NodeStarter:
 
 def can_be_forked(words: Sequence[str], environment: dict[str, str]) -> bool:
     """Return whether this program is a script for the interpreter that runs here, with the same settings."""
-    if any(environment.get(name) != os.environ.get(name) for name in _SAME) or not os.access(words[0], os.X_OK):
+    if not has_our_settings(environment) or not os.access(words[0], os.X_OK):
         return False
     try:
         with Path(words[0]).open("rb") as file:
@@ -239,6 +239,11 @@ def can_be_forked(words: Sequence[str], environment: dict[str, str]) -> bool:
         return False
     interpreter = first[2:].split() if first[:2] == b"#!" else []
     return len(interpreter) == 1 and Path(os.fsdecode(interpreter[0])).parent == Path(sys.executable).parent
+
+
+def has_our_settings(environment: Mapping[str, str]) -> bool:
+    """Return whether an interpreter in this environment would be like ours."""
+    return all(environment.get(name) == os.environ.get(name) for name in _SAME)
 
 
 def is_readable(descriptor: int) -> bool:
