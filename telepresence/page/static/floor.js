@@ -50,10 +50,12 @@ export function start(page) {
     if (!pointer || page.pictureHand) return;
     const refusal = page.refusal();
     if (refusal) { page.emit("said", refusal); return; }
+    const holds = pointer;
     if (page.held.velocity()) page.letGo(); // who started last drives
+    pointer = holds; // that has let go of this press, too
     page.pictureHand = "floor";
     presses += 1;
-    point(pointer.x, pointer.y);
+    point(holds.x, holds.y);
     page.send();
   };
 

@@ -46,8 +46,10 @@ export function stick(pad, listeners) {
       const box = pad.getBoundingClientRect();
       ring.style.left = `${thumb.x - box.left}px`;
       ring.style.top = `${thumb.y - box.top}px`;
+      const slides = thumb;
+      listeners.begin(); // which may let go of all that is held, and so of this thumb
+      thumb = slides;
       ring.hidden = false;
-      listeners.begin();
     }
     const out = Math.min(1, Math.hypot(x, y) / REACH) / Math.max(1e-6, Math.hypot(x, y));
     knob.style.translate = `${x * out * REACH}px ${y * out * REACH}px`;

@@ -452,6 +452,52 @@ def test_letting_go_of_the_floor_stops_and_a_short_click_only_explains(anna, pro
     mouse(anna, "mouseReleased", edge + 0.5 * width, top + 0.01 * height)
 
 
+def test_a_thumb_that_slides_takes_over_from_a_held_place_and_its_release_stops(anna, probe, until_true):
+    anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    edge, top, width, height = box(anna, "#picture")
+    place, (x, y) = (edge + 0.5 * width, top + 0.6 * height), middle(anna, "#sidePad")
+
+    def release():
+        touch(anna, "touchEnd")
+
+    def slide():
+        probe.forget("/cmd_vel")
+        touch(anna, "touchStart", (1, place))
+        until_true(lambda: any(any(fields) for fields in heard(probe)), "it is held")
+        touch(anna, "touchStart", (1, place), (2, (x, y)))
+        for right in (20, 40, 60):
+            touch(anna, "touchMove", (1, place), (2, (x + right, y)))
+
+    right = lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0])  # noqa: E731
+    press_until(slide, release, until_true, right, "the thumb drives")
+    release()
+    until_true(lambda: heard(probe)[-3:] == [ZERO] * 3, "nothing is held any more")
+    anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=False)
+
+
+def test_a_place_takes_over_from_a_key_and_its_release_stops(anna, probe, until_true):
+    edge, top, width, height = box(anna, "#picture")
+    finger = edge + 0.5 * width, top + 0.6 * height
+
+    def press():
+        drives(probe, until_true, anna)
+        mouse(anna, "mousePressed", *finger)
+
+    def release():
+        mouse(anna, "mouseReleased", *finger)
+
+    there = lambda: any(any(fields) and fields != FORWARD for fields in heard(probe))  # noqa: E731
+    press_until(press, release, until_true, there, "it drives to the place")
+    release()
+    until_true(lambda: heard(probe)[-1] == ZERO, "letting go of the place stops, whatever the key does")
+    anna.key("KeyW", False)
+    probe.forget("/cmd_vel")
+    mouse(anna, "mousePressed", *finger)
+    mouse(anna, "mouseReleased", *finger)
+    until_true(lambda: "Hold" in alert(anna), "the next press is a press like any other")
+    assert not [fields for fields in heard(probe) if any(fields)]
+
+
 def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, robot, until_true):
     """A page that got no processor for a while holds nothing afterwards, although the finger is still down."""
     edge, top, width, height = box(anna, "#picture")
