@@ -28,12 +28,11 @@ from telepresence_ros.other_senders import subscribe_to_others
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
+from twist_keyboard.other_inputs import OtherInputs
 from twist_keyboard.terminal import HungUp, KeyTerminal
 
 NAME = "teleop_twist_keyboard"
 IDLE_PERIOD = 0.1
-NEWCOMER_SILENCE = 1.0
-"""Seconds without a command from another input after which its next one counts as taking over."""
 
 
 def main() -> int:
@@ -87,7 +86,7 @@ class KeyboardNode:
         self._stop = stop
         self._master_lost = master_lost
         self._taken_over = threading.Event()
-        self._heard_at: dict[str, float] = {}
+        self._inputs = OtherInputs()
         self._motion, self._speed_keys = keys.describe_motion(), 0
         self._others = subscribe_to_others("cmd_vel", Twist, self._receive)
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
@@ -170,15 +169,11 @@ class KeyboardNode:
         self._hold = clean(message.data)
 
     def _receive(self, message: Twist) -> None:
-        """Let go when another node drives; called on rospy's thread."""
-        caller = message._connection_header["callerid"]
-        now = clock()
-        if now - self._heard_at.get(caller, -math.inf) > NEWCOMER_SILENCE:
+        """Let go when another node drives or stops the robot; called on rospy's thread."""
+        turn, way = message.angular, message.linear
+        moves = any((way.x, way.y, way.z, turn.x, turn.y, turn.z))
+        if self._inputs.take_over(message._connection_header["callerid"], moves, clock()):
             self._taken_over.set()
-        # Each rostopic pub has a name of its own.
-        self._heard_at = {name: at for name, at in self._heard_at.items() if now - at <= NEWCOMER_SILENCE} | {
-            caller: now
-        }
 
     def _publish(self, velocity: Velocity) -> None:
         message = Twist()
