@@ -60,7 +60,7 @@ class DriveCoordinator(QObject):
         self.mux = InputMux(self)
         for source in (window.pad, gamepad):
             self.mux.add(source)
-            source.stop_pressed.connect(self.mux.stop)
+            source.stop_pressed.connect(self._on_stop_pressed)
             source.blocked.connect(lambda reason: self.said.emit(reason, "warn"))
         self.mux.velocity.connect(self._on_velocity)
         gamepad.restart_wanted.connect(self.restart_simulation)
@@ -137,6 +137,14 @@ class DriveCoordinator(QObject):
         self._zeros_left = STOP_REPEATS
         self._send_zero()
         self._zeros.start()
+
+    def _on_stop_pressed(self) -> None:
+        """Send one zero through drive_lease; past it, where that takes none of this window's commands."""
+        if self._access.mine:
+            self.mux.stop()
+        else:
+            self.stop()
+            self.said.emit("This window does not have the robot, which only stands for a moment: Esc stops it.", "warn")
 
     def red_stop(self) -> None:
         """Stop the robot and keep it stopped, whatever anybody sends, until `reset_red_stop`."""

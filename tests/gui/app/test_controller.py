@@ -291,6 +291,16 @@ def test_a_lost_picture_stops_the_pad_and_is_said(open_window, link, spin):
     assert link.driven[-1] == (-0.2, 0.0, 0.0)
 
 
+def test_stop_of_a_window_without_the_robot_lets_keyboards_let_go_and_says_what_does_more(open_window, link):
+    window = open_window()
+    link.become(**RUNNING)
+    link.report_lease(pilot="ben", window="/other")
+    count = len(link.sent)
+    QTest.keyPress(window, Qt.Key_Space)
+    assert "zero" in [name for name, *_ in link.sent[count:]], "it goes past drive_lease"
+    assert "Esc stops it" in window.status.message
+
+
 @pytest.mark.parametrize("state", [{}, {"master": True}, {"master": True, "joined": True}])
 def test_the_pad_says_why_it_cannot_drive(open_window, link, state):
     window = open_window(Attach.NEVER)
