@@ -56,6 +56,13 @@ class Browser(OpenPage):
     def __init__(self, url: str, before: str = "", flags: Sequence[str] = ()) -> None:
         self.errors: list[str] = []
         self.tools = DevTools(self._note, (*FLAGS, *flags))
+        try:
+            self._open(url, before)
+        except BaseException:
+            self.tools.close()
+            raise
+
+    def _open(self, url: str, before: str) -> None:
         for domain in ("Page", "Runtime"):
             self.tools.call(f"{domain}.enable")
         self.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)

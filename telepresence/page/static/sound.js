@@ -161,7 +161,10 @@ export function start(page) {
     if (event.code === "KeyM") toggle();
     else if (event.code === "KeyV") { microphone.held = true; microphone.apply(); }
   });
-  addEventListener("keyup", (event) => { if (event.code === "KeyV") { microphone.held = false; microphone.apply(); } });
+  addEventListener("keyup", (event) => {
+    // On a Mac no key comes up while the command key is down.
+    if (event.code === "KeyV" || event.key === "Meta") { microphone.held = false; microphone.apply(); }
+  });
   show();
 }
 
@@ -194,7 +197,7 @@ function pushToTalk(button, microphone, onClick) {
   });
   if (onClick) return;
   button.addEventListener("keydown", (event) => { if (event.code === "Space" || event.code === "Enter") { event.preventDefault(); if (!event.repeat) talk(true); } });
-  button.addEventListener("keyup", () => talk(false));
+  for (const name of ["keyup", "blur"]) button.addEventListener(name, () => talk(false)); // a key comes up where the focus is then
 }
 
 class Panel {
