@@ -118,7 +118,7 @@ def test_eight_idle_sessions_block_the_pilot(robot, make_stranger, closing, styl
     for stranger in strangers:
         stranger.say(type="drive", echo=0.0, after=0.0, velocity=None)
     closing.enter_context(contextlib.closing(link := DriveLink(f"{HOST}:{robot.port}")))
-    end = time.monotonic() + 1.5
+    end = time.monotonic() + 30.0
     while link.problem and time.monotonic() < end:
         for stranger in strangers:
             stranger.say(type="drive", echo=0.0, after=0.0, velocity=None)

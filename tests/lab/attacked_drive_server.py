@@ -78,7 +78,7 @@ class Stranger:
         own = bytes.fromhex(key.fingerprint) if key else drive_session.NO_KEY
         handshake = drive_session.PilotHandshake(key, "pilot", 9)
         self.send(handshake.hello)
-        challenge = next(self.listen(1.0))
+        challenge = next(self.listen(10.0))
         assert handshake.take(challenge[: -len(own)] + own), "the robot challenges whoever says hello"
         self._session = handshake.session
         self.send(handshake.open)

@@ -195,7 +195,7 @@ def test_the_screen_is_dimmed_covered_and_put_to_sleep(tablet, pages, simulation
     wait_until(lambda: _brightest(simulation) == 0, "it sleeps")
     tablet.wakeUp()
     wait_until(lambda: _near(_colour(simulation), ORANGE), "it shows what it showed")
-    tablet.showAlertView(1.0, "#0000FF", 200)
+    tablet.showAlertView(1.0, "#0000FF", 3000)
     wait_until(lambda: _near(_colour(simulation), (0, 0, 255)), "it is covered")
     wait_until(lambda: _near(_colour(simulation), ORANGE), "the cover is gone after its time")
 

@@ -48,7 +48,7 @@ def test_a_film_lies_on_the_robots_disk(naoqi, run_against_robot):
     assert lines[:2] == ["Video record started.", f"Video was saved on the robot: {CAMERAS}/myvideo.avi"]
     film = cv2.VideoCapture(str(on_disk(naoqi, f"{CAMERAS}/myvideo.avi")))
     count = int(lines[2].removeprefix("Num frames: "))
-    assert film.get(cv2.CAP_PROP_FPS) == 10.0 and 5 <= count == int(film.get(cv2.CAP_PROP_FRAME_COUNT))
+    assert film.get(cv2.CAP_PROP_FPS) == 10.0 and 1 <= count == int(film.get(cv2.CAP_PROP_FRAME_COUNT))
     assert film.read()[1].shape == (240, 320, 3)
     assert naoqi.ALVideoRecorder.isRecording() is False
 

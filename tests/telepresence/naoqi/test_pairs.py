@@ -276,12 +276,12 @@ def test_what_is_not_there(pair: Pair, talk: Any) -> None:
 
 
 def test_futures_complete_in_the_order_of_the_answers(talk: Any) -> None:
-    slow, quick = talk.later(300, _async=True), talk.later(20, _async=True)
+    slow, quick = talk.later(3000, _async=True), talk.later(20, _async=True)
     assert slow.isRunning()
     assert quick.value(MS) == 20
     done: queue.Queue = queue.Queue()
     slow.addCallback(lambda future: done.put(future.value()))
-    assert done.get(timeout=PATIENCE) == 300
+    assert done.get(timeout=PATIENCE) == 3000
     assert slow.isFinished() and not slow.hasError()
 
 

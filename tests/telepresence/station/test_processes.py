@@ -16,7 +16,7 @@ STUBBORN = (
 def test_end_insists_when_a_program_ignores_sigint():
     process = processes.start([sys.executable, "-c", STUBBORN], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "ready\n"
-    assert processes.end(process, patience=0.2) == -15
+    assert processes.end(process, patience=2.0) == -15
     process.stdout.close()
 
 
