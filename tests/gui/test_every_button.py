@@ -451,8 +451,7 @@ def test_typing_in_the_terminal_drives(driving, wait_until):
     desk = driving.desk
     desk.click("terminalFrame")
     wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
-    desk.key("i")
-    wait_until(driving.station.drives, "the robot drives")
+    desk.window.type_until("i", driving.station.drives, "the robot drives")
     desk.key("k")
     wait_until(driving.station.stands, "the robot stands")
 
@@ -462,8 +461,7 @@ def test_stop_ends_the_session_and_the_robot_stands(driving, wait_until):
     desk, station = driving.desk, driving.station
     desk.click("terminalFrame")
     wait_until(desk.window.terminal_has_keyboard, "the terminal has the keyboard")
-    desk.key("i")
-    wait_until(station.drives, "the robot drives")
+    desk.window.type_until("i", station.drives, "the robot drives")
     driving.stop()
     wait_until(station.stands, "the robot stands")
     wait_until(lambda: desk.window.terminal_text().rstrip().endswith("$"), "the terminal is at the prompt")

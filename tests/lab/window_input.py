@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import subprocess
 import sys
@@ -21,6 +22,8 @@ from telepresence.station.virtual_display import VirtualDisplay, grab
 
 EMPTY = 8000
 """Bytes; a picture of nothing is smaller."""
+PATIENCE = 2.0
+"""[s] from one press of a key to the next, while the robot does not do what it says."""
 
 
 class Screen:
@@ -121,7 +124,7 @@ class Window:
     """The operator's window as a process of its own."""
 
     def __init__(self, process: subprocess.Popen, screen: Screen, wait_until: Callable, signed_in: bool) -> None:
-        self.process, self.screen = process, screen
+        self.process, self.screen, self._wait_until = process, screen, wait_until
         self.tmux = Tmux(f"telepresence-{process.pid}")
         self.output = ""
         threading.Thread(target=self._read, name="window-output", daemon=True).start()
@@ -164,6 +167,22 @@ class Window:
 
     def type(self, *keys: str) -> None:
         self.screen.do("key", *keys)
+
+    def type_until(self, key: str, condition: Callable[[], object], what: str) -> None:
+        """Press a key until something is so. The keyboard in the terminal lets go of a key, as it must, when it is not
+        run for half a second, as on a busy machine: then the key is pressed again."""
+        pressed = -math.inf
+
+        def tried() -> object:
+            nonlocal pressed
+            if found := condition():
+                return found
+            if time.monotonic() - pressed > PATIENCE:
+                self.type(key)
+                pressed = time.monotonic()
+            return None
+
+        self._wait_until(tried, what)
 
     def _read(self) -> None:
         for line in self.process.stdout:

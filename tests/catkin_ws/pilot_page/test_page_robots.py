@@ -6,7 +6,7 @@ import sys
 import time
 
 import pytest
-from page_browser import FORWARD, PICTURES, ZERO, Browser, enter
+from page_browser import FORWARD, PICTURES, ZERO, Browser, enter, hold_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
@@ -44,8 +44,7 @@ def test_the_other_robot_is_one_tap_away(graph, both, until_true):
         enter(browser, until_true)
         assert browser.evaluate("document.title") == "Pepper – pilot"
         until_true(lambda: last("/looking") == ["anna"], "Pepper's surroundings know who looks")
-        browser.key("KeyW", True)
-        until_true(lambda: last("/cmd_vel") == FORWARD, "Pepper drives")
+        hold_until(browser, until_true, lambda: last("/cmd_vel") == FORWARD, "Pepper drives")
         browser.evaluate("document.querySelector('#robots [data-robot=Robotino]').click()")
         until_true(lambda: last("/cmd_vel") == ZERO, "Pepper is told to stand")
         until_true(browser.is_there, "Robotino's pictures are there, and nobody else had it")

@@ -22,11 +22,12 @@ from telepresence.video.images import fill_image_message
 
 READY = "a key holds until the next one"
 RED, BLUE = (250, 30, 20), (20, 30, 250)
-DRIVEN, ZERO = (0.2, 0.0, 0.0), [0.0, 0.0, 0.0]
+DRIVEN, ZERO = [0.2, 0.0, 0.0], [0.0, 0.0, 0.0]
 
 
 class Window(LaunchTest):
     nodes = ("/drive_lease",)
+    pressed = 0.0
     drive_topic = "/nowhere"  # the test is the robot: what listens on cmd_vel and does not drive
 
     def setUp(self):
@@ -57,10 +58,7 @@ class Window(LaunchTest):
 
         self.until(lambda: self.last_command() == ZERO, "the window takes the robot, which stands")
         self.probe.forget("/cmd_vel")
-        self.until(self.press_first, "the robot hears the key")
-        self.until(lambda: len(self.velocities("/cmd_vel")) >= 20, "the command is repeated")
-        commands = self.probe.seen("/cmd_vel")[:20]
-        self.assertEqual({tuple(fields) for _, fields in commands}, {DRIVEN})
+        commands = self.until(self.twenty_after_a_key, "the robot hears the key, again and again")
         self.assertTrue(0.08 < median(after[0] - before[0] for before, after in pairwise(commands[1:])) < 0.12)
 
         self.xdotool("key", "k")
@@ -102,11 +100,16 @@ class Window(LaunchTest):
         windows = self.xdotool("search", "--onlyvisible", "--name", "^Telepresence").split()
         return windows and self.xdotool("getwindowfocus", "-f").strip() not in ("0", "1", windows[0])
 
-    def press_first(self):
-        """Press i until it is heard."""
-        if self.last_command() is None:
+    def twenty_after_a_key(self):
+        """The last twenty commands, if all of them drive. The keyboard lets go of i, as it must, when it is not run for
+        half a second, as on a busy machine: then i is pressed again."""
+        commands = self.probe.seen("/cmd_vel")[-20:]
+        if [fields for _, fields in commands] == [DRIVEN] * 20:
+            return commands
+        if self.last_command() != DRIVEN and time.monotonic() > self.pressed + 1.0:
             self.xdotool("key", "i")
-        return self.last_command()
+            self.pressed = time.monotonic()
+        return None
 
     def xdotool(self, *words):
         return subprocess.run(

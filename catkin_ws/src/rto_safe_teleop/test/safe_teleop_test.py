@@ -31,8 +31,12 @@ class SafeTeleop(LaunchTest):
     def test_a_wall_stops_the_robot_and_the_gate_says_why(self):
         """The robot starts 1.5 m from the wall on its right."""
         self.probe.drive(0.0, -0.2, 0.0)
-        self.until(lambda: self.newest("/rto3/safety_state")[0].startswith("blocked"), "the gate blocks")
-        self.assertIn("obstacle", self.newest("/rto3/safety_state")[0])
+
+        def blocked():
+            state = self.newest("/rto3/safety_state")[0]
+            return state.startswith("blocked") and "obstacle" in state
+
+        self.until(blocked, "the gate blocks, because of an obstacle")
         self.assertFalse(self.latest("/rto3/bumper")[0])
         self.assertAlmostEqual(self.latest("/rto3/odom")[0], -1.2, delta=0.12)
         self.probe.silence()
@@ -59,7 +63,10 @@ class SafeTeleop(LaunchTest):
         self.until(
             lambda: keyboard.type("a") or self.latest("/rto3/odom")[0] > begin + 0.02, "the robot drives to the left"
         )
-        self.assertEqual(self.velocities(COMMANDS)[-1], [0.0, 0.05, 0.0])
+        # A key that came late, from a busy machine, counts as let go for a moment.
+        self.until(
+            lambda: keyboard.type("a") or self.velocities(COMMANDS)[-1] == [0.0, 0.05, 0.0], "it is told to go on"
+        )
         keyboard.type("a")
         keyboard.process.send_signal(signal.SIGINT)
         self.assertEqual(keyboard.process.wait(10.0), 0)
