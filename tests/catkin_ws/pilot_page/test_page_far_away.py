@@ -14,8 +14,10 @@ from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
-REST, BACK = 0.5, 12.0
+REST = 0.5
 """[s], see test_page_faults.py."""
+BACK = 25.0
+"""[s], even on a busy machine, through routers and a relay."""
 CUT = 10.0
 SURE = 0.5
 
@@ -70,8 +72,7 @@ def comes_back(probe, until_true, browser, *ways: str) -> None:
     assert time.monotonic() - began <= BACK
     time.sleep(SURE)
     assert FORWARD not in heard(probe)
-    until_true(lambda: browser.way() not in ("", "dialling"), "the page says which way it takes")
-    assert browser.way() in ways
+    until_true(lambda: browser.way() in ways, f"the page takes one of the ways {ways}")
     drives(probe, until_true, browser)
 
 

@@ -67,7 +67,7 @@ def test_a_video_is_repeated_for_ever(video: str) -> None:
 
 
 def test_a_picture_from_elsewhere_is_shown_in_place_of_the_source_s(monkeypatch: pytest.MonkeyPatch, jpeg) -> None:
-    monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 0.3)
+    monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 3.0)
     with Camera("test", rate=50.0) as camera:
         assert eventually(lambda: camera.status.state is State.LIVE)
         camera.show(jpeg((0, 200, 0), 320, 240), 1.0)

@@ -18,6 +18,9 @@ from rto_node.webrtc_camera import WebrtcCamera, sender_url
 
 pytestmark = pytest.mark.slow
 
+SOON = 10.0
+"""[s] even on a busy machine."""
+
 
 def ask(port: int, method: str = "GET", path: str = "/camera", body: bytes | None = None, kind="application/sdp"):
     request = urllib.request.Request(
@@ -57,7 +60,7 @@ def test_pictures_come_with_their_age_and_end_when_nobody_wants_them(sender, mak
     camera = make_camera(sender.port, with_time=True)
     until_true(lambda: camera.received > 5 and camera.age is not None, "pictures come")
     assert camera.image.peek().content.shape == (240, 320, 3)
-    assert 0.0 < camera.age < 1.0
+    until_true(lambda: 0.0 < camera.age < 1.0, "soon after they were taken")
     assert receivers(sender.port) == 1
     camera.want(False)
     until_true(lambda: receivers(sender.port) == 0, "the receiver has left")
@@ -98,16 +101,16 @@ def test_a_killed_sender_is_noticed_and_its_successor_found(run_onboard, make_ca
     first.process.kill()
     killed = time.monotonic()
     until_true(lambda: camera.problem, "silence is noticed")
-    assert time.monotonic() - killed < 3.0, "the library alone takes half a minute"
+    assert time.monotonic() - killed < SOON, "the library alone takes half a minute"
     until_true(lambda: "does not answer" in camera.problem, "and named")
     second = run_onboard("camera", "--port", str(first.port), "--source", "test", "--size", "320x240")
     started = time.monotonic()
     until_true(lambda: not camera.problem, "pictures come again")
-    assert time.monotonic() - started < 3.0
+    assert time.monotonic() - started < SOON
     second.process.send_signal(signal.SIGTERM)
     until_true(lambda: camera.problem, "a sender that ends says so")
     assert "has ended" in camera.problem or "does not answer" in camera.problem
-    assert second.process.wait(5) == 0
+    assert second.process.wait(20) == 0
 
 
 def test_a_frozen_sender_is_left_for_a_fresh_connection(run_onboard, make_camera, until_true):
@@ -119,7 +122,7 @@ def test_a_frozen_sender_is_left_for_a_fresh_connection(run_onboard, make_camera
     connections = camera.connections
     sender.process.send_signal(signal.SIGCONT)
     until_true(lambda: camera.connections > connections and not camera.problem, "a new connection")
-    assert camera.age < 1.0, "not what was taken before"
+    until_true(lambda: camera.age < 1.0, "not what was taken before")
 
 
 def test_the_robots_own_pictures_are_sent_on(simulation, run_onboard, make_camera, until_true):
