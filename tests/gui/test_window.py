@@ -32,6 +32,7 @@ def test_keys_go_where_the_last_click_was(screen, wait_until, place, tmp_path):
     window.screen.do("mousemove", *place("terminalFrame"))
     window.screen.do("type", "not-for-the-shell")
     window.click(place("terminalFrame"))
+    wait_until(window.terminal_has_keyboard, "the terminal has the keyboard")
     window.screen.do("mousemove", *place("video"))
     target = tmp_path / "typed"
     write_file(window, target, "for-the-shell")
@@ -61,8 +62,9 @@ def test_keys_go_where_the_last_click_was_under_a_window_manager(screen, wait_un
     window.screen.do("mousemove", *place_in_window("terminalFrame"))
     window.screen.do("type", "not-for-the-shell")
     window.click(place_in_window("terminalFrame"))
+    wait_until(window.terminal_has_keyboard, "the terminal has the keyboard")
     write_file(window, target, "after-a-click")
-    wait_until(lambda: target.exists() and target.read_text() == "after-a-click\n", "the terminal has the keyboard")
+    wait_until(lambda: target.exists() and target.read_text() == "after-a-click\n", "the shell has run the line")
     assert "not-for-the-shell" not in window.terminal_text()
 
 

@@ -159,10 +159,15 @@ def test_rto_teleop_drives_through_the_gate_on_the_robot(station, graph, until_t
 
 
 def test_a_program_that_knows_no_gate_drives_through_it(station, graph, until_true):
+    def fastest() -> float:
+        return max((vx for _, (_, _, vx, *_) in station.probe.seen("/rto3/safety")), default=0.0)
+
     begin = station.place()
+    station.probe.forget("/rto3/safety")
     with graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.5}}"):
         until_true(lambda: math.dist(station.place(), begin) > 0.1, "the robot drives")
-        assert 0.0 < station.probe.newest("/rto3/safety")[2] <= 0.201, "the gate's speed"
+        until_true(lambda: fastest() > 0.0, "the gate says how fast")
+    assert fastest() <= 0.201, "the gate's speed"
     until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 

@@ -107,7 +107,7 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     switch = graph.run("rosservice", "call", "/com_cam/show_on_tablet", "data: false")
     assert switch.process.wait(30) == 0 and "success: True" in switch.output
     wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; not on the tablet: switched off", "switched off")
-    assert colour(tablet) == (0, 0, 0) and life.focus == ""
+    wait_until(lambda: colour(tablet) == (0, 0, 0) and life.focus == "", "the tablet is dark")
     node.kill()
     node = graph.run(program(graph, "com_cam.py"), *arguments)
     probe.forget("/com_cam/status")
@@ -234,15 +234,21 @@ class VideoDevice:
         self.subscribed.remove(self.subscribed[0])
 
 
-def test_rob_cam_opens_the_camera_of_the_robot_that_it_is_given(graph, naoqi, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rob_cam_opens_the_camera_of_the_robot_that_it_is_given(
+    graph, naoqi, monkeypatch: pytest.MonkeyPatch, wait_until: Callable
+) -> None:
     monkeypatch.setitem(graph.environment, "DISPLAY", "")
     monkeypatch.setitem(graph.environment, "ROS_MASTER_URI", f"http://127.0.0.1:{graph.free_port()}")
     camera = VideoDevice()
     naoqi.register("ALVideoDevice", camera)
     node = graph.run(program(graph, "rob_cam.py"), "127.0.0.1", str(naoqi.port), "--page-port=0")
     url = node.wait_for(r"look at (http://127\.0\.0\.1:\d+/) instead")[1]
-    picture = cv2.imdecode(np.frombuffer(get(url, f"/frame.jpg?k={KEY}"), np.uint8), cv2.IMREAD_COLOR)
-    assert picture.shape == (480, 640, 3) and close_to(tuple(int(v) for v in picture[100, 100, ::-1]), ORANGE)
+
+    def shown() -> bool:
+        picture = cv2.imdecode(np.frombuffer(get(url, f"/frame.jpg?k={KEY}"), np.uint8), cv2.IMREAD_COLOR)
+        return picture.shape == (480, 640, 3) and close_to(tuple(int(v) for v in picture[100, 100, ::-1]), ORANGE)
+
+    wait_until(shown, "what the camera sees is on the page")
     assert camera.subscribed == [("pyth12", 0, 2, 11, 15)], "as in the report"
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0 and not camera.subscribed
