@@ -20,8 +20,8 @@ FOCAL, WIDTH, ROWS = 130.0, 160, 120
 POSE = [f"pose.pose.{part}" for part in ("position.x", "position.y", "orientation.z", "orientation.w")]
 NEAR = 0.25
 """[m] from the place that was pointed at, where the robot has to stop."""
-PAUSE = 1.0
-"""[s] after which the robot stands for good; a late picture of a busy machine takes less."""
+PAUSE = 3.0
+"""[s] after which the robot stands for good; late pictures of a busy machine take less."""
 PATIENCE = 120.0
 """[s] until the robot has come to a place without that the page had to let go."""
 SLEEP = 2.0
