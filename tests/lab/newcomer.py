@@ -7,7 +7,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from page_browser import PATIENCE, Browser
+from page_browser import Browser
+from repeated_presses import PATIENCE
 
 FIRST_PICTURE = """
 addEventListener("DOMContentLoaded", () => {

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import base64
-import math
-import time
 from collections.abc import Callable, Sequence
 
 from open_page import OpenPage
+from repeated_presses import press_until
 
 from pepper_sim.tablet.devtools import DevTools
 
 FORWARD = [0.2, 0.0, 0.0]
 """What the key W drives."""
 ZERO = [0.0, 0.0, 0.0]
-PATIENCE = 2.0
-"""[s] from one press of a key to the next, while nothing drives."""
 FLAGS = (
     "--ignore-certificate-errors",  # the page's own one
     "--allow-loopback-in-peer-connection",
@@ -98,31 +95,6 @@ def enter(browser: OpenPage, until_true: Callable, name: str = "anna") -> OpenPa
 def heard(probe) -> list[list[float]]:
     """What the robot was asked for."""
     return [fields for _, fields in probe.seen("/cmd_vel")]
-
-
-def press_until(
-    press: Callable[[], object],
-    release: Callable[[], object],
-    until_true: Callable,
-    condition: Callable[[], bool],
-    what: str,
-) -> None:
-    """Press until something is so. A page that was not run for half a second, on a busy machine, lets go of what is
-    held, as it must: then it is released and pressed again."""
-    pressed = -math.inf
-
-    def tried() -> bool:
-        nonlocal pressed
-        if condition():
-            return True
-        if time.monotonic() - pressed > PATIENCE:
-            if pressed > -math.inf:
-                release()
-            press()
-            pressed = time.monotonic()
-        return False
-
-    until_true(tried, what)
 
 
 def hold_until(

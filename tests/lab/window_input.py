@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import os
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from repeated_presses import press_until
 
 from gui.terminal.tmux import SESSION, Tmux
 from telepresence.station import processes
@@ -22,8 +22,6 @@ from telepresence.station.virtual_display import VirtualDisplay, grab
 
 EMPTY = 8000
 """Bytes; a picture of nothing is smaller."""
-PATIENCE = 2.0
-"""[s] from one press of a key to the next, while the robot does not do what it says."""
 
 
 class Screen:
@@ -171,18 +169,7 @@ class Window:
     def type_until(self, key: str, condition: Callable[[], object], what: str) -> None:
         """Press a key until something is so. The keyboard in the terminal lets go of a key, as it must, when it is not
         run for half a second, as on a busy machine: then the key is pressed again."""
-        pressed = -math.inf
-
-        def tried() -> object:
-            nonlocal pressed
-            if found := condition():
-                return found
-            if time.monotonic() - pressed > PATIENCE:
-                self.type(key)
-                pressed = time.monotonic()
-            return None
-
-        self._wait_until(tried, what)
+        press_until(lambda: self.type(key), lambda: None, self._wait_until, condition, what)
 
     def _read(self) -> None:
         for line in self.process.stdout:

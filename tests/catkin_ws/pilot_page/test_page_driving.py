@@ -9,7 +9,8 @@ import sys
 import time
 
 import pytest
-from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, hold_until, let_go_of_the_stop, press_until
+from page_browser import FORWARD, ZERO, Browser, drives, enter, heard, hold_until, let_go_of_the_stop
+from repeated_presses import press_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 

@@ -24,6 +24,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 from telepresence_ros.node import Node, stop_on_signals
 from telepresence_ros.other_senders import subscribe_to_others
+from telepresence_ros.sender_watch import moves
 
 from telepresence.security.outside_text import clean
 from telepresence.station import priority
@@ -170,9 +171,7 @@ class KeyboardNode:
 
     def _receive(self, message: Twist) -> None:
         """Let go when another node drives or stops the robot; called on rospy's thread."""
-        turn, way = message.angular, message.linear
-        moves = any((way.x, way.y, way.z, turn.x, turn.y, turn.z))
-        if self._inputs.take_over(message._connection_header["callerid"], moves, clock()):
+        if self._inputs.take_over(message._connection_header["callerid"], moves(message), clock()):
             self._taken_over.set()
 
     def _publish(self, velocity: Velocity) -> None:

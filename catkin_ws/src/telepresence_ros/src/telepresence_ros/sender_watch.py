@@ -92,7 +92,7 @@ def subscribe_velocities(
     past = PastCommands(topic)
 
     def is_present(twist: Twist) -> bool:
-        if not (past.is_past(twist) and _moves(twist)):
+        if not (past.is_past(twist) and moves(twist)):
             return True
         rospy.logwarn("%s: a velocity from before this program listened is not obeyed", rospy.resolve_name(topic))
         return False
@@ -104,9 +104,9 @@ def subscribe_velocities(
         else:
             on_end()
 
-    return SenderWatch(topic, Twist, callback, end, queue_size, matters=_moves, accepts=is_present)
+    return SenderWatch(topic, Twist, callback, end, queue_size, matters=moves, accepts=is_present)
 
 
-def _moves(twist: Twist) -> bool:
+def moves(twist: Twist) -> bool:
     """Whether it is anything but a stop."""
     return any((twist.linear.x, twist.linear.y, twist.angular.z))
