@@ -460,6 +460,7 @@ def test_a_thumb_that_slides_takes_over_from_a_held_place_and_its_release_stops(
 
     def release():
         touch(anna, "touchEnd")
+        until_true(lambda: not any(any(fields) for fields in heard(probe)[-3:]), "nothing is held any more")
 
     def slide():
         probe.forget("/cmd_vel")
@@ -472,7 +473,6 @@ def test_a_thumb_that_slides_takes_over_from_a_held_place_and_its_release_stops(
     right = lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0])  # noqa: E731
     press_until(slide, release, until_true, right, "the thumb drives")
     release()
-    until_true(lambda: heard(probe)[-3:] == [ZERO] * 3, "nothing is held any more")
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
