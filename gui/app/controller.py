@@ -266,7 +266,8 @@ class Controller(QObject):
             self._say(f"{waits}{advice[0]}", advice[1])
         elif not self._window.feedButton.isChecked():
             text, level = self.session.findings()
-            self._say(f"{text} Next: Robot feed.", level)
+            still_on = self.conversation.text
+            self._say(f"{still_on} {text} Next: Robot feed.".lstrip(), "warn" if still_on else level)
         elif self.driving.mux.block:
             self._say(f"{self.driving.mux.block} {self.conversation.text}".rstrip(), "warn")
         else:

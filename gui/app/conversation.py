@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -33,11 +32,15 @@ class _Part:
         self.done: bool | None = None
         """What the robot's programs have last confirmed; None when they have not been asked."""
         self.asked = False
+        self.begun = False
+        """Whether this window has asked the robot's programs to begin it, and they have not confirmed its end."""
 
 
 class Conversation(QObject):
     """Begins and ends the conversation, as soon as the robot's programs run and this window has the robot: somebody who
-    only watches must not end what the pilot has begun. Programs that are started anew are asked again.
+    only watches must not end what the pilot has begun. What this window has begun it ends in any case, also when
+    nobody is signed in any more, or a camera and a microphone would stay with a robot that others have. Programs that
+    are started anew are asked again.
 
     Args:
         link: The robot.
@@ -62,15 +65,17 @@ class Conversation(QObject):
 
     @property
     def text(self) -> str:
-        """What of the conversation is on, as a sentence; empty when this window has begun none."""
-        if not self._wanted or not self._parts:
+        """What of the conversation is on, or does not end, as a sentence; empty when this window has begun none."""
+        if not self._parts:
             return ""
-        begun = [part.name for part in self._parts if part.done]
+        if not self._wanted:
+            left = [part.name for part in self._parts if part.begun]
+            return f"Not ended, for there is no answer: {', '.join(left)}." if left and self._waited() else ""
+        done = [part.name for part in self._parts if part.done]
         missing = [part.name for part in self._parts if not part.done]
-        sentence = f"Conversation: {', '.join(['the picture', *begun])}."
+        sentence = f"Conversation: {', '.join(['the picture', *done])}."
         if missing:
-            waits = time.monotonic() - self._since < PATIENCE
-            sentence += f" {'Waiting for' if waits else 'Not available:'} {', '.join(missing)}."
+            sentence += f" {'Not available:' if self._waited() else 'Waiting for'} {', '.join(missing)}."
         return sentence
 
     def want(self, wanted: bool) -> None:
@@ -83,34 +88,39 @@ class Conversation(QObject):
         """End what this window has begun, because nobody is signed in here any more."""
         if self._wanted:
             self.want(False)
-        self._wanted = None
-        self._timer.stop()
 
     def _forget(self) -> None:
         """The programs have ended, and the next ones have to be asked anew."""
         for part in self._parts:
-            part.done, part.asked = None, False
-        self._since = time.monotonic()
+            part.done = None
         if self._wanted:
+            self._since = time.monotonic()
             self._timer.start()
 
+    def _waited(self) -> bool:
+        return time.monotonic() - self._since > PATIENCE
+
     def _work(self) -> None:
-        if not (self._link.state.driver and self._access.mine):
+        has_robot = self._link.state.driver and self._access.mine
+        if self._wanted and not has_robot:
             self._since = time.monotonic()
             return
-        for part in self._parts:
+        parts = [part for part in self._parts if has_robot or part.begun]
+        for part in parts:
             if part.done is not self._wanted and not part.asked and part.sign in self._link.found:
-                part.asked = True
-                self._link.call(part.service, self._wanted, then=self._on_answer(part, bool(self._wanted)))
-        if all(part.done is self._wanted for part in self._parts) or time.monotonic() - self._since > PATIENCE:
+                self._ask(part, bool(self._wanted))
+        if all(part.done is self._wanted for part in parts) or self._waited():
             self._timer.stop()
             self.changed.emit()
 
-    def _on_answer(self, part: _Part, wanted: bool) -> Callable[[Answer], None]:
+    def _ask(self, part: _Part, wanted: bool) -> None:
+        part.asked = True
+        part.begun = part.begun or wanted
+
         def answered(answer: Answer) -> None:
             part.asked = False
             if answer.ok:
-                part.done = wanted
+                part.done, part.begun = wanted, wanted
                 self.changed.emit()
 
-        return answered
+        self._link.call(part.service, wanted, then=answered, patient=True, signed_out=not wanted)

@@ -20,6 +20,7 @@ from gui.ros.channels import Answer
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
 from gui.ros.readings import BodyState, CameraView, DriveState, Lens, PageState, PostureResult, Safety
+from gui.ros.service_switch import ServiceSwitch
 from gui.widgets.label import tip
 from telepresence.security.outside_text import clean
 from telepresence.teleop.camera_view import NO_PICTURE, camera_view
@@ -162,15 +163,16 @@ class Views(QObject):
         panel, sound, link = self._window.robotPanel, self._window.sound, self._link
         panel.say.connect(self._say)
         panel.posture.connect(self._take_posture)
-        for name, signal in (
-            ("mute_microphone", sound.mute_microphone), ("mute_speaker", sound.mute_speaker), ("talk", sound.talk),
-        ):  # fmt: skip
+        for name, signal, quiet, show in (
+            ("mute_microphone", sound.mute_microphone, True, self._on_sound_answer),
+            ("mute_speaker", sound.mute_speaker, True, self._on_sound_answer),
+            ("talk", sound.talk, False, self._on_sound_answer),
+            ("set_careful", self._window.gate.careful_wanted, True, self._show_answer),
+        ):
             if link.has(name):
-                signal.connect(lambda wanted, name=name: link.call(name, wanted, then=self._show_refusal))
-        if link.has("set_careful"):
-            self._window.gate.careful_wanted.connect(
-                lambda wanted: link.call("set_careful", wanted, then=self._show_answer)
-            )
+                switch = ServiceSwitch(link, name, quiet, self)
+                signal.connect(switch.turn)
+                switch.answered.connect(show)
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
                 signal.connect(partial(self._choose_device, name))
@@ -194,8 +196,9 @@ class Views(QObject):
     def _show_answer(self, answer: Answer) -> None:
         self.said.emit(answer.text, "info" if answer.ok else "warn")
 
-    def _show_refusal(self, answer: Answer) -> None:
+    def _on_sound_answer(self, answer: Answer) -> None:
         if not answer.ok:
+            self._window.sound.show_settings()  # a button that was pressed in vain looks as if it had done it
             self.said.emit(answer.text, "warn")
 
     # --- pictures ---

@@ -157,8 +157,20 @@ class RosLink(QObject):
         self._node.note_sent()
         return True
 
-    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
-        """Call a service; `then` gets the answer on Qt's thread, at the latest when the timeout is over."""
+    def call(
+        self,
+        name: str,
+        *values: object,
+        then: Callable[[Answer], None] = lambda answer: None,
+        patient: bool = False,
+        signed_out: bool = False,
+    ) -> None:
+        """Call a service; `then` gets the answer on Qt's thread, at the latest when the timeout is over.
+
+        Args:
+            patient: Wait until the call has ended, however long that takes: a frozen program carries it out late.
+            signed_out: Call it even when nobody has signed in, to end what somebody had begun.
+        """
         row = self._offered[name]
         settled: list[Answer] = []
 
@@ -167,14 +179,15 @@ class RosLink(QObject):
                 settled.append(answer)
                 then(answer)
 
-        if not self._open:
+        if not (self._open or signed_out):
             QTimer.singleShot(0, lambda: settle(Answer(False, "Sign in first.")))
             return
         if not self._node.joined:
             QTimer.singleShot(0, lambda: settle(Answer(False, "There is no ROS master. Press Roscore start.")))
             return
-        late = Answer(False, f"{row.service} did not answer within {row.timeout:g} s.")
-        QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
+        if not patient:
+            late = Answer(False, f"{row.service} did not answer within {row.timeout:g} s.")
+            QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
         work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
         threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
 

@@ -107,6 +107,7 @@ class SoundPanel(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.pilot, self.robot = LevelMeter(), LevelMeter()
+        self._settings: VoiceSettings | None = None
         self.microphone = QPushButton("Mute me")
         self.speaker = QPushButton("Mute robot")
         self.talk_button = QPushButton("Hold to talk")
@@ -169,6 +170,12 @@ class SoundPanel(QFrame):
         elif self._state.text().startswith("No sound"):
             self._state.setText("")
 
+    def show_settings(self) -> None:
+        """Show what the sound program has last said that it mutes."""
+        if self._settings is not None:
+            self.microphone.setChecked(self._settings.microphone_muted)
+            self.speaker.setChecked(self._settings.speaker_muted)
+
     def hideEvent(self, event: QHideEvent) -> None:
         """Close the microphone when the panel is hidden while the button is held."""
         if self.talk_button.isDown():
@@ -186,7 +193,7 @@ class SoundPanel(QFrame):
             self._state.setText(reading.text)
         elif isinstance(reading, VoiceSettings):
             self.set_available(True)
-            self.microphone.setChecked(reading.microphone_muted)
-            self.speaker.setChecked(reading.speaker_muted)
+            self._settings = reading
+            self.show_settings()
             self.microphones.show_choice(reading.microphones, reading.microphone)
             self.speakers.show_choice(reading.speakers, reading.speaker)

@@ -51,6 +51,9 @@ class FakeLink(QObject):
         """Action -> what drive_lease answers; otherwise it agrees."""
         self.sent: list[tuple] = []
         self.called: list[tuple] = []
+        self.slow: set[str] = set()
+        """Services that do not answer by themselves: who waits for them is in `waiting`."""
+        self.waiting: list[Callable[[Answer], None]] = []
         self.published = {"picture", "laser", "battery", "safety", "page", "voice_state"}
         self.tidied: list[float] = []
         self.looks = 0
@@ -121,9 +124,21 @@ class FakeLink(QObject):
         self.sent.append((name, *values))
         return True
 
-    def call(self, name: str, *values: object, then: Callable[[Answer], None] = lambda answer: None) -> None:
+    def call(
+        self,
+        name: str,
+        *values: object,
+        then: Callable[[Answer], None] = lambda answer: None,
+        patient: bool = False,
+        signed_out: bool = False,
+    ) -> None:
+        if not (self.open or signed_out):
+            then(Answer(False, "Sign in first."))
+            return
         self.called.append((name, *values))
-        if name == "join":
+        if name in self.slow:
+            self.waiting.append(then)
+        elif name == "join":
             then(self._join(*values))
         elif name == "ask" and values[0] in self.windows:
             reply = self.replies.get(values[2], Reply(True))

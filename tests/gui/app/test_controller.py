@@ -13,8 +13,9 @@ from gui.app.controller import Attach, Controller
 from gui.app.conversation import PERIOD
 from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.driving.key_legend import IN_WINDOW
+from gui.ros.channels import Answer
 from gui.ros.picture import Picture
-from gui.ros.readings import DriveState
+from gui.ros.readings import DriveState, VoiceSettings
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
 from gui.widgets.picture_patience import MOST_PATIENCE
 from gui.window import OperatorWindow, style_sheet
@@ -148,6 +149,47 @@ def test_signing_out_ends_the_conversation(open_window, link, spin):
     spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
     window.controller.dismiss()
     assert begun(link) == {"show_page": False, "conversation": False}
+
+
+def test_who_began_the_conversation_ends_it_after_the_robot_was_handed_over(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.report_lease(pilot="ben", window="/other")
+    click(window.feedButton)
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.called.clear()
+    for _ in range(2):
+        click(window.feedButton)
+        QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}, "what the new pilot begins since then is theirs"
+
+
+def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.report_lease(pilot="", window="")
+    link.slow.add("conversation")
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.called.clear()
+    link.slow.clear()
+    link.waiting.pop()(Answer(False, "The program has died."))
+    spin(lambda: begun(link) == {"conversation": False}, "it is asked for again, though nobody is signed in")
+
+
+def test_a_conversation_that_does_not_end_is_said(open_window, link, spin, monkeypatch):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    monkeypatch.setattr("gui.app.conversation.PATIENCE", 0.2)
+    link.slow.add("conversation")
+    click(window.feedButton)
+    spin(lambda: "Not ended, for there is no answer: sound." in window.status.message, "it is said")
 
 
 def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):
@@ -525,3 +567,16 @@ def test_the_robot_stands_at_once_when_the_cameras_program_is_killed(open_window
     link.connected["picture"] = 1
     spin(lambda: link.picture.emit(picture()) or link.driven[-1] == (0.2, 0.0, 0.0), "it drives on")
     QTest.keyRelease(window, Qt.Key_W)
+
+
+def test_a_mute_in_vain_does_not_look_muted(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    button = window.sound.microphone
+    link.channel("voice_settings").arrived.emit(VoiceSettings(False, False, "auto", "auto", (), ()))
+    link.slow.add("mute_microphone")
+    button.click()
+    link.waiting.pop()(Answer(False, "No program offers it."))
+    assert not button.isChecked() and window.status.message == "No program offers it."
+    button.click()
+    assert link.called[-1] == ("mute_microphone", True)
