@@ -7,6 +7,7 @@ import contextlib
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from page_browser import Browser, enter
@@ -18,6 +19,7 @@ from pepper_sim.simulation import Simulation
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
 PILOT_SAYS = "Good morning. May I come in?"
+ROOM = (20, 90, 230)
 ROBOT_HEARS = "Please be careful, the cat is asleep."
 
 
@@ -37,7 +39,15 @@ def face(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def robot(graph):
+def station_camera(tmp_path_factory) -> Path:
+    """What the camera beside the robot's programs films: nobody has asked for it on the tablet."""
+    path = tmp_path_factory.mktemp("station") / "room.png"
+    cv2.imwrite(str(path), np.full((480, 640, 3), ROOM[::-1], np.uint8))
+    return path
+
+
+@pytest.fixture(scope="module")
+def robot(graph, station_camera):
     robot = Simulation("empty", 0, "127.0.0.1", graph.robot_port)
     voice = graph.run_node(
         *("telepresence_1", "voice", "_microphone:=none", "_speaker:=none", "_patience:=0.2"),
@@ -45,7 +55,8 @@ def robot(graph):
     )
     face = graph.run(
         str(graph.workspace / "lib/telepresence_1/com_cam.py"),
-        *(f"--qi-url=tcp://127.0.0.1:{graph.robot_port}", "_source:=/dev/none", "_port:=0", "_show_on_tablet:=false"),
+        *(f"--qi-url=tcp://127.0.0.1:{graph.robot_port}", "_port:=0", "_show_on_tablet:=false"),
+        f"_source:={station_camera}",
     )
     yield robot
     voice.end()
@@ -148,8 +159,14 @@ def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(
         picture = robot.tablet.image.peek()
         return (0, 0, 0) if picture is None else tuple(map(int, picture.content[200, 320]))
 
+    def shows(colour: tuple[int, ...]) -> bool:
+        seen.append(on_tablet())
+        return max(abs(a - b) for a, b in zip(seen[-1], colour, strict=True)) < 20
+
     def shows_face() -> bool:
-        return max(abs(a - b) for a, b in zip(on_tablet(), ORANGE, strict=True)) < 20
+        return shows(ORANGE)
+
+    seen: list[tuple[int, ...]] = []
 
     until_true(lambda: not driver.evaluate("document.getElementById('tool_camera').hidden"), "one can be seen")
     assert not shows_face() and not is_pressed(driver, "tool_camera")
@@ -161,7 +178,13 @@ def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(
     hide(driver, False)
     until_true(shows_face, on_tablet)
     press(driver, "tool_camera")
-    until_true(lambda: not shows_face(), "the camera is off")
+    seen.clear()
+    until_true(lambda: not shows_face() and not robot.tablet.visible, "the camera is off, and the page with it")
+    assert not any(max(abs(a - b) for a, b in zip(colour, ROOM, strict=True)) < 20 for colour in seen), seen
+    press(driver, "tool_camera")
+    until_true(shows_face, "the page comes back with the face")
+    press(driver, "tool_camera")
+    until_true(lambda: not robot.tablet.visible, "and goes with it again")
     assert driver.errors == []
 
 

@@ -3,25 +3,19 @@
 Publishes:  voice/from_pilot (telepresence_msgs/Sound), com_cam/face (sensor_msgs/CompressedImage), speech
             (std_msgs/String).
 Subscribes: voice/from_robot (telepresence_msgs/Sound), while somebody listens.
-Calls:      com_cam/show_on_tablet when a face appears.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 
 import rospy
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import String
-from std_srvs.srv import SetBool
 from telepresence_msgs.msg import Sound
 
 from telepresence.page.shared_sound import Take
 from telepresence.teleop.lease_messages import Account
-
-TIMEOUT = 3.0
-"""[s] for which a service is looked for."""
 
 
 class Conversation:
@@ -38,8 +32,6 @@ class Conversation:
         self._speech = rospy.Publisher(topic("speech"), String, queue_size=10)
         self._state = rospy.Subscriber(topic("voice/state"), String, lambda _message: None, queue_size=1)
         self._robot: rospy.Subscriber | None = None
-        self._on_tablet = False
-        self._show_on_tablet = rospy.ServiceProxy(topic("com_cam/show_on_tablet"), SetBool)
 
     def listen(self, take: Take | None) -> None:
         """Hand the robot's sound to `take`, or to nobody."""
@@ -60,13 +52,9 @@ class Conversation:
         self._voice.publish(Sound(rate, channels, frames))
 
     def show_face(self, jpeg: bytes | None) -> None:
-        """Show a picture on the tablet, and the tablet's page for it."""
+        """Show a picture on the tablet; com_cam shows the tablet's page while any come."""
         if jpeg is None:
-            self._on_tablet = False
             return
-        if not self._on_tablet:
-            self._on_tablet = True
-            threading.Thread(target=self._ask_for_tablet, name="show-on-tablet", daemon=True).start()
         message = CompressedImage(format="jpeg", data=jpeg)
         message.header.stamp = rospy.Time.now()
         self._face.publish(message)
@@ -86,10 +74,3 @@ class Conversation:
             raise ValueError("This robot does not speak.")
         if sentence.strip():
             self._speech.publish(sentence.strip())
-
-    def _ask_for_tablet(self) -> None:
-        try:
-            self._show_on_tablet.wait_for_service(TIMEOUT)
-            self._show_on_tablet(True)
-        except (rospy.ROSException, rospy.ServiceException) as error:
-            rospy.logwarn("the tablet does not show the pilot: %s", error)

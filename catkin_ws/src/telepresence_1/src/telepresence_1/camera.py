@@ -85,6 +85,8 @@ class Camera:
         self._size = (width, height)
         self._rate = rate
         self._quality = quality
+        self.elsewhere_stays = False
+        """Whether the last picture from elsewhere stays when no more come: the source's own are for nobody then."""
         self._elsewhere_until = 0.0
         self._elsewhere = CameraStatus(State.OPENING, "", "elsewhere")
         self._on_change = on_change or (lambda _status: None)
@@ -105,7 +107,7 @@ class Camera:
     @property
     def status(self) -> CameraStatus:
         """What the pictures show and why, now."""
-        return self._elsewhere if self._shows_elsewhere() else self._status
+        return self._elsewhere if self._keeps_back() else self._status
 
     def show(self, data: bytes, stamp: float) -> None:
         """Show a picture from elsewhere, from any one thread, for at most `ELSEWHERE_LIFE`.
@@ -129,8 +131,13 @@ class Camera:
             self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
             self.image.put(whole.data, stamp)
 
-    def _shows_elsewhere(self) -> bool:
+    @property
+    def shows_elsewhere(self) -> bool:
+        """Whether pictures come from elsewhere."""
         return time.monotonic() < self._elsewhere_until
+
+    def _keeps_back(self) -> bool:
+        return self.elsewhere_stays or self.shows_elsewhere
 
     def __enter__(self) -> Camera:
         return self.start()
@@ -188,7 +195,7 @@ class Camera:
         if isinstance(picture, Jpeg):
             fits = picture.width <= self._size[0] and picture.height <= self._size[1]
             if fits and len(picture.data) <= LARGEST_PASSED:
-                if not self._shows_elsewhere():
+                if not self._keeps_back():
                     self.image.put(picture.data, stamp)
                 return picture.width, picture.height
             try:
@@ -214,7 +221,7 @@ class Camera:
         self._put(draw_notice(*self._size, title, text, now, missing), now)
 
     def _put(self, picture: np.ndarray, stamp: float) -> None:
-        if not self._shows_elsewhere():
+        if not self._keeps_back():
             self.image.put(self._encode(picture), stamp)
 
     def _encode(self, picture: np.ndarray) -> bytes:

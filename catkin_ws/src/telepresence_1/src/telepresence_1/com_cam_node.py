@@ -2,10 +2,10 @@
 
 Subscribes: looking (std_msgs/String): who looks through the robot by the pilot's page, a name each line; the tablet
            names them. ~face (sensor_msgs/CompressedImage, jpeg): somebody elsewhere is the pilot; shown in place of
-           the camera while it comes. Empty data: that camera is covered.
+           the camera while it comes, and the page with it. Empty data: that camera is covered.
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
-Services:  ~show_on_tablet (std_srvs/SetBool): show the page from now on, or take it away; answers at once
-           with how things stand.
+Services:  ~show_on_tablet (std_srvs/SetBool): show the page with this camera from now on, or take it away; answers
+           at once with how things stand.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
 Parameters:
     ~source ("0")           camera number or device, video or picture file, URL, or "test"
@@ -32,6 +32,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import threading
 import time
 import urllib.parse
 
@@ -116,13 +117,12 @@ class ComCam:
         login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
         self.connection = Connection(Address.parse(robot, int(rospy.get_param("~nao_port", 9559)), *login))
         self._kept = KeptState()  # a pilot who has taken the own face off the tablet does not come back unasked
+        self._own = self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True)), quiet=False)
         self.link = TabletLink(
-            self.connection,
-            page_url,
-            wanted=self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True)), quiet=False),
-            activity=str(rospy.get_param("~activity", ACTIVITY) or ""),
+            self.connection, page_url, wanted=self._own, activity=str(rospy.get_param("~activity", ACTIVITY) or "")
         )
         self._linked = False
+        self._arranging = threading.Lock()
         self._pilot_page = rospy.Subscriber("looking", String, self._on_looking, queue_size=1)
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
@@ -166,6 +166,7 @@ class ComCam:
     def report(self) -> None:
         """Publish how things stand, once the tablet was told to load the page anew if it needs that."""
         self._keep()
+        self._arrange()
         self._reload_unvisited_page()
         camera, link = self.camera.status, self.link
         messages = [camera.text]
@@ -227,6 +228,20 @@ class ComCam:
         text = "the tablet does not ask for the picture" if self._unvisited else "on the tablet"
         return f"{text}; without the robot's focus: {link.focus.problem}" if link.focus.problem else text
 
+    def _arrange(self) -> None:
+        """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. The latter's
+        end must not put this machine's camera on the tablet in its place."""
+        with self._arranging:
+            face, link = self.camera.shows_elsewhere, self.link
+            left = self.camera.elsewhere_stays and link.shown_since is not None
+            self.camera.elsewhere_stays = not self._own and (face or left)
+            wanted = self._own or face
+            if wanted and not self._linked:
+                self._start_link()
+            if wanted != link.wanted:
+                link.show(wanted)
+                self._record()
+
     def _start_link(self) -> None:
         self._linked = True
         self.connection.start()
@@ -239,19 +254,19 @@ class ComCam:
             rospy.logwarn("main.py will not find this page: %s", error)
 
     def _keep(self) -> None:
-        self._kept.keep(lambda: {"on_tablet": self.link.wanted})
+        self._kept.keep(lambda: {"on_tablet": self._own})
 
     def _on_face(self, message: CompressedImage) -> None:
         try:
             self.camera.show(message.data, message.header.stamp.to_sec())
         except ValueError as error:
             rospy.logwarn_throttle(10.0, "~face: %s", error)
+        else:
+            self._arrange()
 
     def _switch(self, request: SetBoolRequest) -> SetBoolResponse:
-        self.link.show(request.data)
-        if request.data and not self._linked:
-            self._start_link()
-        self._record()
+        self._own = request.data
+        self._arrange()
         self._keep()
         return SetBoolResponse(True, self._describe_tablet())
 
