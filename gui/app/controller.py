@@ -102,6 +102,7 @@ class Controller(QObject):
         self.views.share_changed.connect(self.driving.set_share)
         self.gamepad.looked.connect(self.looking.tilt)
         self.driving.sent.connect(self.views.note_sent)
+        self._window.pad.dropped_changed.connect(self._advise)
         self.driving.blocked.connect(self.views.forget_sent)
         self.faults.changed.connect(self._show_fault)
         self.access.changed.connect(self._on_access)
@@ -270,6 +271,8 @@ class Controller(QObject):
             self._say(f"{still_on} {text} Next: Robot feed.".lstrip(), "warn" if still_on else level)
         elif self.driving.mux.block:
             self._say(f"{self.driving.mux.block} {self.conversation.text}".rstrip(), "warn")
+        elif self._window.pad.dropped:
+            self._say("You may drive again: let go, and press again.", "warn")
         else:
             ways = "W and S, the pad and the gamepad's cross walk" if self._link.robot.by_movement else WAYS
             self._say(f"Ready: {ways}. {self.conversation.text}".rstrip(), "good")

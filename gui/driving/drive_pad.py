@@ -102,12 +102,15 @@ class DrivePad(QFrame):
     """Somebody tried to drive while it is blocked; the reason."""
     stop_pressed = pyqtSignal()
     """The space bar, or the pad's stop button, was pressed."""
+    dropped_changed = pyqtSignal()
+    """`dropped` has changed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.speed, self.turn = USUAL_SPEED, USUAL_TURN
         self._pressed: dict[object, str] = {}
+        self._dropped: set[object] = set()
         self._lifted: set[int] = set()
         self._block = ""
         self._keys = dict(KEYS)
@@ -191,10 +194,22 @@ class DrivePad(QFrame):
     def set_block(self, reason: str, passing: bool = False) -> None:
         """Do not drive until the reason is an empty string again, and then only when pressed again."""
         self._block = reason
-        if reason:
+        if reason and self._pressed:
+            held = self._pressed.keys() - self._lifted
             self.release_all()
+            self._set_dropped(self._dropped | held)
         for cap in self._caps.values():
             set_property(cap, "blocked", bool(reason))
+
+    @property
+    def dropped(self) -> bool:
+        """Whether something is held that does not drive, and will when it is pressed again: it was forbidden."""
+        return bool(self._dropped)
+
+    def _set_dropped(self, sources: set[object]) -> None:
+        before, self._dropped = self.dropped, sources
+        if self.dropped != before:
+            self.dropped_changed.emit()
 
     @property
     def key_rows(self) -> tuple[tuple[tuple[str, str], ...], ...]:
@@ -233,13 +248,14 @@ class DrivePad(QFrame):
         kind = event.type()
         if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             # The release of a held key counts wherever the keyboard focus is by then.
-            ends = kind == QEvent.Type.KeyRelease and event.key() in self._pressed
+            ends = kind == QEvent.Type.KeyRelease and (event.key() in self._pressed or event.key() in self._dropped)
             return (self._is_for_us(watched) or ends) and self._take_key(event)
         if (
             kind in (QEvent.Type.WindowDeactivate, QEvent.Type.WindowBlocked, QEvent.Type.Hide)
             and watched is self.window()
         ):
             self.release_all()
+            self._set_dropped(set())  # nobody will see their release
         return False
 
     def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:
@@ -278,14 +294,17 @@ class DrivePad(QFrame):
 
     def _press(self, source: object, name: str) -> None:
         if self._block:
+            self._set_dropped(self._dropped | {source})
             self.blocked.emit(self._block)
             return
+        self._set_dropped(self._dropped - {source})
         self._pressed[source] = name
         self._show_held()
         self._send()
         self._timer.start()
 
     def _release(self, source: object) -> None:
+        self._set_dropped(self._dropped - {source})
         if self._pressed.pop(source, None) is None:
             return
         if not self._pressed:

@@ -580,3 +580,17 @@ def test_a_mute_in_vain_does_not_look_muted(open_window, link):
     assert not button.isChecked() and window.status.message == "No program offers it."
     button.click()
     assert link.called[-1] == ("mute_microphone", True)
+
+
+def test_a_key_that_outlasts_a_lost_lease_is_told_to_be_pressed_again(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    link.picture.emit(picture())
+    QTest.keyPress(window.pad, Qt.Key_W)
+    spin(lambda: link.driven and link.driven[-1] != ZERO, "it drives")
+    link.report_lease(pilot="", window="")
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert window.status.message == "You may drive again: let go, and press again."
+    QTest.keyRelease(window.pad, Qt.Key_W)
+    spin(lambda: window.status.message.startswith("Ready"), "and then the keys drive")

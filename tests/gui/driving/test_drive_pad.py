@@ -163,6 +163,33 @@ def test_a_blocked_pad_stops_and_says_why(window):
     assert window.sent[-1] == (-USUAL_SPEED, 0.0, 0.0)
 
 
+def test_what_a_block_let_go_of_counts_as_dropped_until_it_is_released_or_pressed_again(window, spin):
+    pad, changes = window.pad, []
+    pad.dropped_changed.connect(lambda: changes.append(pad.dropped))
+    press(window, Qt.Key_W)
+    assert not pad.dropped
+    pad.set_block("The picture is lost.")
+    assert pad.dropped
+    pad.set_block("")
+    repeat(window, Qt.Key_W)
+    assert pad.dropped and window.sent[-1] == ZERO, "the keyboard's repetition is no press"
+    release(window, Qt.Key_W)
+    spin(lambda: not pad.dropped, "it was released")
+    pad.set_block("The picture is lost.")
+    press(window, Qt.Key_A)
+    assert pad.dropped, "it was pressed in vain"
+    QApplication.sendEvent(window, QEvent(QEvent.WindowDeactivate))
+    assert not pad.dropped, "nobody sees the release of another window's keys"
+    assert changes == [True, False, True, False]
+
+
+def test_a_key_that_was_lifted_when_driving_was_blocked_is_not_dropped(window):
+    press(window, Qt.Key_W)
+    release(window, Qt.Key_W)
+    window.pad.set_block("The picture is lost.")
+    assert not window.pad.dropped
+
+
 def test_stop_works_on_a_blocked_pad(window):
     window.pad.set_block("The picture is lost.")
     press(window, Qt.Key_Space)
