@@ -222,9 +222,11 @@ class LookAround(QObject):
         head = self.head
         if head is None:
             return
-        if self._refusal():
+        refusal = self._refusal()
+        if refusal:
             if self.gaze.holds:
                 self.let_go()
+                self.said.emit(refusal, "warn")
             return
         way = self.gaze.way
         look = self.gaze.want(head, time.monotonic())

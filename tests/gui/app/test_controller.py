@@ -20,6 +20,7 @@ from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
 from gui.widgets.picture_patience import MOST_PATIENCE
 from gui.window import OperatorWindow, style_sheet
 from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.looking import HeadState
 
 ZERO = (0.0, 0.0, 0.0)
 LAUNCH = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1"
@@ -594,3 +595,19 @@ def test_a_key_that_outlasts_a_lost_lease_is_told_to_be_pressed_again(open_windo
     assert window.status.message == "You may drive again: let go, and press again."
     QTest.keyRelease(window.pad, Qt.Key_W)
     spin(lambda: window.status.message.startswith("Ready"), "and then the keys drive")
+
+
+def test_a_held_head_that_is_let_go_of_says_why(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+
+    def report_head(problem: str) -> None:
+        head = HeadState(0.0, 0.0, 2.0, -0.7, 0.6, 0.0, problem, time.monotonic())
+        link.channel("head").arrived.emit(head)
+
+    report_head("")
+    QTest.keyPress(window.pad, Qt.Key_J)
+    spin(lambda: any(name == "look" for name, *_ in link.sent), "the head turns")
+    report_head("The robot sleeps.")
+    spin(lambda: window.status.message == "The robot sleeps.", "it is said")
+    QTest.keyRelease(window.pad, Qt.Key_J)
