@@ -116,7 +116,10 @@ export function start(page) {
   });
   page.on("state", () => {
     const can = page.state.sound;
-    if (face.wanted && !(page.state.mine && can?.face)) face.want(false);
+    if (face.wanted && !(page.state.mine && can?.face)) {
+      say(text("sound.ended"));
+      face.want(false);
+    }
     if (can && page.state.mine && can.shows !== face.wanted && performance.now() - askedAt > ASK_PERIOD) {
       askedAt = performance.now();
       page.ask("face", face.wanted);

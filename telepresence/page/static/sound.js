@@ -139,7 +139,10 @@ export function start(page) {
     const allowed = Boolean(page.state.mine && can?.speak);
     if (allowed !== microphone.allowed) {
       microphone.allowed = allowed;
-      if (!allowed) microphone.close();
+      if (!allowed) {
+        if (microphone.opened || microphone.held) say(text("sound.ended"));
+        microphone.close();
+      }
     }
     const wanted = choices().listen;
     if (can && can.listens !== wanted && performance.now() - askedAt > ASK_PERIOD) {

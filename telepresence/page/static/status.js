@@ -136,6 +136,7 @@ function offerSmallPictures(page) {
   section("picture", text("picture.title")).append(wanted, said);
   let told = false;
   page.on("robot", () => { told = false; });
+  page.link.joins.push(() => { told = false; }); // each connection begins with the large ones
   page.on("state", () => {
     if (!told && settings.get("smallPicture") && page.link.way) { told = true; page.ask("small_picture", true); }
     const words = page.link.way === "slower" ? text("picture.slower") : page.state.small ? text("picture.small_now") : "";

@@ -197,3 +197,14 @@ def test_the_robot_says_a_sentence(driver, graph, until_true):
     driver.evaluate("document.getElementById('sayForm').requestSubmit()")
     until_true(lambda: said.newest("/speech") == ["May I come in?"], "it says so")
     until_true(lambda: driver.evaluate("document.getElementById('sentence').value") == "", "and the next one can come")
+
+
+def test_who_loses_the_robot_is_told_that_microphone_and_camera_are_off(driver, open_page, until_true):
+    for name in ("tool_microphone", "tool_camera"):
+        if not is_pressed(driver, name):
+            press(driver, name)
+    until_true(lambda: is_pressed(driver, "tool_microphone") and is_pressed(driver, "tool_camera"), "both are open")
+    other = enter(open_page(), until_true)
+    until_true(lambda: "Your microphone and camera are off" in driver.text("alert"), "it is said")
+    assert not is_pressed(driver, "tool_microphone") and not is_pressed(driver, "tool_camera")
+    assert driver.errors == other.errors == []

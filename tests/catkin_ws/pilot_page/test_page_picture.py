@@ -51,6 +51,11 @@ SHOWN = """(async () => { const { Page } = await import("./static/page.js");
 WAY = """(async () => { const { arc, tones } = await import("./static/overlay.js");
   return [tones([0, 0.1, 0.35], 0.35).join(), arc(0, 72).startsWith("M"), arc(18, 72).startsWith("M-46.9")]; })()"""
 
+KEEP_PEERS = """const Peer = RTCPeerConnection; globalThis.peers = [];
+globalThis.RTCPeerConnection = class extends Peer { constructor(...words) { super(...words); peers.push(this); } };"""
+RECEIVED_WIDTH = """peers.at(-1).getStats().then((reports) =>
+  [...reports.values()].find((one) => one.type === "inbound-rtp" && one.kind === "video")?.frameWidth ?? 0)"""
+
 
 def test_what_the_robot_says_is_painted_and_written(graph, anna, until_true):
     graph.run(sys.executable, "-c", ROBOT)
@@ -79,3 +84,16 @@ def test_pictures_are_dated_by_one_of_them_and_the_quickest_message_and_aged_on_
     nothing, by_the_station, on_the_screen = anna.evaluate(SHOWN)
     assert nothing is None and by_the_station == 0.05, "as long as nothing else is known"
     assert on_the_screen >= 0.05 + 0.19, "it has been on its way"
+
+
+def test_small_pictures_that_were_asked_for_stay_small_in_the_next_connection(open_page, until_true):
+    page = open_page(KEEP_PEERS)
+    until_true(page.asks, "the page asks who it is")
+    page.sign_in("will")
+    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 160, "large pictures come")
+    page.evaluate("document.querySelector('#section_picture input').click()")
+    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come")
+    page.evaluate("peers.at(-1).close()")
+    until_true(lambda: page.evaluate("peers.length") == 2, "it dials again")
+    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come here, too")
+    assert page.errors == []
