@@ -541,7 +541,7 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     press(ben, "take")
     until_true(lambda: not hidden(anna, "keep") and "ben asks" in alert(anna), "anna is asked")
     press(anna, "keep")
-    until_true(lambda: hidden(anna, "keep"), "she keeps it")
+    until_true(lambda: hidden(anna, "keep") and "anna keeps the robot" in alert(ben), "she does, and ben is told")
     press(ben, "take")
     until_true(lambda: not hidden(anna, "give"), "she is asked again")
     assert anna.text("give") == "Hand over to ben"

@@ -218,6 +218,16 @@ def test_a_request_can_be_granted_or_not(pilot, link):
     assert link.asked == ["keep", "give"]
 
 
+def test_who_asked_in_vain_is_told(pilot, link):
+    link.report_lease(**OTHER)
+    link.report_lease(asking="anna")
+    link.report_lease(asking="will")
+    assert "keeps" not in pilot.status.message, "somebody else asks now"
+    link.report_lease(asking="anna")
+    link.report_lease(asking="")
+    assert pilot.status.message == "ben keeps the robot."
+
+
 def test_losing_the_robot_to_another_stops_the_hands(pilot, link):
     press(pilot, Qt.Key_W)
     link.report_lease(**OTHER)
