@@ -178,8 +178,11 @@ class Views(QObject):
                 signal.connect(partial(self._choose_device, name))
 
     def _say(self, text: str) -> None:
-        if not self._link.send("say", text):
-            self._window.robotPanel.answer("There is no ROS master, so the robot cannot say this. Press Roscore start.")
+        panel = self._window.robotPanel
+        if self._link.state.joined and not self._link.is_heard("say"):
+            panel.refuse(text, f"No program listens to {self._link.resolve('speech')}, so the robot does not say this.")
+        elif not self._link.send("say", text):
+            panel.refuse(text, "There is no ROS master, so the robot cannot say this. Press Roscore start.")
 
     def _take_posture(self, name: str) -> None:
         panel = self._window.robotPanel
@@ -187,6 +190,8 @@ class Views(QObject):
         panel.answer(f"{title} …")
         if name in ("wakeup", "rest"):
             self._link.call(name, then=lambda answer: panel.answer("Done." if answer.ok else answer.text))
+        elif self._link.state.joined and not self._link.is_heard("posture"):
+            panel.answer("No program of the robot takes postures: pose_manager does not run, or is not ready yet.")
         elif not self._link.send("posture", name):
             panel.answer("There is no ROS master. Press Roscore start.")
 

@@ -157,6 +157,11 @@ class RosLink(QObject):
         self._node.note_sent()
         return True
 
+    def is_heard(self, name: str) -> bool:
+        """Return whether anybody subscribes to what is sent by this name, as far as this window is connected."""
+        publisher = self._publishers.get(name)
+        return publisher is not None and publisher.get_num_connections() > 0
+
     def call(
         self,
         name: str,

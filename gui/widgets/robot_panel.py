@@ -106,6 +106,12 @@ class RobotPanel(QFrame):
         self._answer.setText(text)
         self._answer.setVisible(bool(text))
 
+    def refuse(self, sentence: str, reason: str) -> None:
+        """Show why a sentence was not said, and keep it."""
+        if not self.sentence.text():
+            self.sentence.setText(sentence)
+        self.answer(reason)
+
     def _say(self, text: str) -> None:
         text = " ".join(text.split())
         if not text:

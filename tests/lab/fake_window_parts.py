@@ -50,6 +50,8 @@ class FakeLink(QObject):
         self.replies: dict[str, Reply] = {}
         """Action -> what drive_lease answers; otherwise it agrees."""
         self.sent: list[tuple] = []
+        self.unheard: set[str] = set()
+        """What nobody subscribes to."""
         self.called: list[tuple] = []
         self.slow: set[str] = set()
         """Services that do not answer by themselves: who waits for them is in `waiting`."""
@@ -123,6 +125,9 @@ class FakeLink(QObject):
     def send(self, name: str, *values: object) -> bool:
         self.sent.append((name, *values))
         return True
+
+    def is_heard(self, name: str) -> bool:
+        return name not in self.unheard
 
     def call(
         self,

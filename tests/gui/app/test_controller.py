@@ -611,3 +611,19 @@ def test_a_held_head_that_is_let_go_of_says_why(open_window, link, spin):
     report_head("The robot sleeps.")
     spin(lambda: window.status.message == "The robot sleeps.", "it is said")
     QTest.keyRelease(window.pad, Qt.Key_J)
+
+
+def test_a_sentence_that_nobody_hears_stays_in_its_field(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    panel = window.robotPanel
+    link.unheard.update(("say", "posture"))
+    panel.sentence.setText("May I come in?")
+    panel.say_button.click()
+    assert panel.sentence.text() == "May I come in?" and "No program listens to /speech" in panel._answer.text()
+    panel.posture.emit("crouch")
+    assert "No program of the robot takes postures" in panel._answer.text()
+    assert not [name for name, *_ in link.sent if name in ("say", "posture")]
+    link.unheard.clear()
+    panel.say_button.click()
+    assert ("say", "May I come in?") in link.sent and panel.sentence.text() == ""
