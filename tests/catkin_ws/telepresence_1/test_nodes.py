@@ -6,6 +6,7 @@ import http.client
 import json
 import re
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -25,7 +26,20 @@ from telepresence.web.page_auth import make_token
 pytestmark = pytest.mark.ros
 
 KEY = make_token()
-ORANGE, BLACK = (230, 130, 20), (0, 0, 0)
+ORANGE, BLACK, GREEN = (230, 130, 20), (0, 0, 0), (20, 180, 60)
+FACE = f"""
+import cv2, numpy as np, rospy
+from sensor_msgs.msg import CompressedImage
+rospy.init_node("face", anonymous=True)
+publisher = rospy.Publisher("/com_cam/face", CompressedImage, queue_size=1)
+data = cv2.imencode(".jpg", np.full((480, 640, 3), {GREEN[::-1]}, np.uint8))[1].tobytes()
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    message = CompressedImage(format="jpeg", data=data)
+    message.header.stamp = rospy.Time.now()
+    publisher.publish(message)
+    rate.sleep()
+"""
 
 
 @pytest.fixture
@@ -115,6 +129,24 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     node.signal(signal.SIGINT)
     assert node.process.wait(30) == 0
     assert "Traceback" not in node.output and node.output.endswith("Exit\n")
+
+
+def test_a_com_cam_that_died_with_a_face_from_elsewhere_takes_the_page_away(
+    graph, naoqi, tablet: Tablet, source: str, wait_until: Callable
+) -> None:
+    probe = graph.probe()
+    probe.watch("/com_cam/status", "diagnostic_msgs/DiagnosticStatus", ["level", "message"])
+    words = (f"_source:={source}", f"_nao_port:={naoqi.port}", "_port:=0", "_show_on_tablet:=false")
+    node = graph.run(program(graph, "com_cam.py"), *words)
+    face = graph.run(sys.executable, "-c", FACE)
+    wait_until(lambda: close_to(colour(tablet), GREEN), "the face is on the tablet")
+    wait_until(lambda: probe.latest("/com_cam/status")[1].startswith("Live; on the tablet"), "com_cam knows")
+    node.kill()
+    face.kill()
+    node = graph.run(program(graph, "com_cam.py"), *words)
+    seen = []
+    wait_until(lambda: seen.append(colour(tablet)) or not tablet.visible, "the page is taken away")
+    assert not any(close_to(one, ORANGE) for one in seen), "nobody has asked for this machine's camera"
 
 
 def test_com_cam_names_who_looks_by_the_pilots_page_until_that_dies(graph, wait_until: Callable) -> None:

@@ -25,7 +25,7 @@ class Recorder:
         self.ready = True
         self.wifi = "CONNECTED"
         self.shown = False
-        self.obeys = True
+        self.obeys = self.hides = True
 
     def getOnTouchScaleFactor(self) -> float:
         return 1.34 if self.shown else 1.0
@@ -44,6 +44,8 @@ class Recorder:
 
     def hideWebview(self) -> bool:
         self.calls.append(("hideWebview",))
+        if not self.hides:
+            raise RuntimeError("the tablet is asleep")
         self.shown = False
         return True
 
@@ -208,6 +210,35 @@ def test_it_is_switched_off_and_on(recorder: Recorder, show: Callable, wait_unti
     link.show(True)
     wait_until(lambda: recorder.shown and link.shown_since, "the page is shown")
     assert recorder.names() == ["loadUrl", "showWebview", "hideWebview", "loadUrl", "showWebview"]
+
+
+def test_a_page_that_the_tablet_does_not_hide_is_taken_away_later(
+    recorder: Recorder, show: Callable, wait_until: Callable
+) -> None:
+    link = show("http://10.0.0.2:10002/")
+    wait_until(lambda: link.shown_since, "the page is shown")
+    recorder.hides = False
+    link.show(False)
+    wait_until(lambda: recorder.names().count("hideWebview") >= 2, "it is tried again")
+    assert link.may_be_there
+    recorder.hides = True
+    wait_until(lambda: not recorder.shown and not link.may_be_there, "the page is taken away")
+    recorder.calls.clear()
+    link.show(True)
+    wait_until(lambda: recorder.shown and link.shown_since, "the page is shown")
+    link.show(False)
+    wait_until(lambda: not recorder.shown and not link.may_be_there, "and taken away")
+
+
+def test_a_page_that_is_switched_off_while_the_link_is_lost_is_taken_away_by_the_next(
+    naoqi, recorder: Recorder, make_connection: Callable, show: Callable, wait_until: Callable
+) -> None:
+    wire = make_connection(naoqi.port)
+    link = show("http://10.0.0.2:10002/", wire.port)
+    wait_until(lambda: link.shown_since, "the page is shown")
+    wire.cut()
+    link.show(False)
+    wait_until(lambda: not recorder.shown and not link.may_be_there, "the page is taken away")
 
 
 def test_the_focus_is_taken_kept_and_given_back(

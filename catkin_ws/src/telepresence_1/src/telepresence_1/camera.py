@@ -2,7 +2,8 @@
 
 One thread opens the source, reads, and encodes once, unless the camera has encoded its pictures itself. When the source
 is missing or lost, the stream goes on with a picture that says so in words, and the source is tried again until it is
-back. While pictures come from elsewhere, they are shown in place of the source's.
+back. While pictures come from elsewhere, they are shown in place of the source's, and as long as `elsewhere_stays` a
+notice after them.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ LARGEST_PASSED = 100_000
 """A picture that the camera has encoded itself goes to the viewers as it is unless it has more bytes than this: at 30
 pictures/s that is 24 Mbit/s a viewer, more than Wi-Fi of the tablet's time carries."""
 ELSEWHERE_LIFE = 2.0
-"""[s] after the last picture from elsewhere until the source's own are shown again."""
+"""[s] after the last picture from elsewhere until it counts as over."""
 
 
 class State(enum.Enum):
@@ -86,7 +87,7 @@ class Camera:
         self._rate = rate
         self._quality = quality
         self.elsewhere_stays = False
-        """Whether the last picture from elsewhere stays when no more come: the source's own are for nobody then."""
+        """Whether the source's own pictures are kept back also when none come from elsewhere any more."""
         self._elsewhere_until = 0.0
         self._elsewhere = CameraStatus(State.OPENING, "", "elsewhere")
         self._on_change = on_change or (lambda _status: None)
@@ -122,14 +123,21 @@ class Camera:
         if data and (whole is None or len(data) > LARGEST_PASSED):
             raise ValueError(f"{len(data)} bytes are no picture of at most {LARGEST_PASSED}")
         if whole is None:
-            text = "The camera is covered."
-            self._elsewhere = CameraStatus(State.LOST, text, "elsewhere")
             self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
-            self.image.put(self._encode(draw_notice(*self._size, "Camera paused", text, stamp)), stamp)
+            self._put_in_place("Camera paused", "The camera is covered.", stamp)
         else:
             self._elsewhere = CameraStatus(State.LIVE, "Live", "elsewhere", 0.0, whole.width, whole.height)
             self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
             self.image.put(whole.data, stamp)
+
+    def show_off(self) -> None:
+        """Show that the camera elsewhere is off, while `elsewhere_stays`; from the thread that shows its pictures, or
+        when that can show none."""
+        self._put_in_place("Camera off", "The pilot has switched the camera off.", time.time())
+
+    def _put_in_place(self, title: str, text: str, stamp: float) -> None:
+        self._elsewhere = CameraStatus(State.LOST, text, "elsewhere")
+        self.image.put(self._encode(draw_notice(*self._size, title, text, stamp)), stamp)
 
     @property
     def shows_elsewhere(self) -> bool:

@@ -121,7 +121,10 @@ class ComCam:
         self.link = TabletLink(
             self.connection, page_url, wanted=self._own, activity=str(rospy.get_param("~activity", ACTIVITY) or "")
         )
-        self._linked = False
+        # A run that has died may have left somebody else's page on the tablet.
+        self.link.may_be_there = self._kept.switch("may_be_there", False, quiet=True)
+        self.camera.elsewhere_stays = self.link.may_be_there and not self._own
+        self._linked = self._closed = False
         self._arranging = threading.Lock()
         self._pilot_page = rospy.Subscriber("looking", String, self._on_looking, queue_size=1)
         self._status = rospy.Publisher("~status", DiagnosticStatus, queue_size=1, latch=True)
@@ -143,20 +146,23 @@ class ComCam:
 
     def start(self) -> None:
         """Begin to film, to serve the page, and to show it on the tablet."""
+        if self.camera.elsewhere_stays:
+            self.camera.show_off()
         self.camera.start()
         self.server.start()
         rospy.loginfo("the page is at %s", public(self.page_url))
         if public(self.page_url) != self.page_url and not was_announced(self.page_url):
             # To the terminal only: everybody on the ROS network can read /rosout, and standard output may be a file.
             print(f"with its key, for another browser: {self.page_url}", file=sys.stderr, flush=True)
-        if self.link.wanted:
-            self._start_link()
+        self._arrange()
         self._record()
         rospy.Service("~show_on_tablet", SetBool, self._switch)
         rospy.Subscriber("~face", CompressedImage, self._on_face, queue_size=1, buff_size=2**20, tcp_nodelay=True)
 
     def close(self) -> None:
         """End everything within three seconds, whatever the robot and the camera do."""
+        with self._arranging:
+            self._closed = True
         remove_record(self.connection.address)
         self.link.close()
         self.connection.close()
@@ -232,11 +238,15 @@ class ComCam:
         """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. The latter's
         end must not put this machine's camera on the tablet in its place."""
         with self._arranging:
+            if self._closed:
+                return
             face, link = self.camera.shows_elsewhere, self.link
-            left = self.camera.elsewhere_stays and link.shown_since is not None
+            left = self.camera.elsewhere_stays and link.may_be_there
             self.camera.elsewhere_stays = not self._own and (face or left)
+            if left and not face:
+                self.camera.show_off()
             wanted = self._own or face
-            if wanted and not self._linked:
+            if (wanted or link.may_be_there) and not self._linked:
                 self._start_link()
             if wanted != link.wanted:
                 link.show(wanted)
@@ -254,7 +264,7 @@ class ComCam:
             rospy.logwarn("main.py will not find this page: %s", error)
 
     def _keep(self) -> None:
-        self._kept.keep(lambda: {"on_tablet": self._own})
+        self._kept.keep(lambda: {"on_tablet": self._own, "may_be_there": self.link.may_be_there})
 
     def _on_face(self, message: CompressedImage) -> None:
         try:

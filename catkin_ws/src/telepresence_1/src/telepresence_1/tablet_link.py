@@ -41,7 +41,7 @@ HIDDEN = "something else is on the screen"
 
 
 class TabletLink:
-    """Keeps `url` on the tablet between `start` and `close`, while it is `wanted`.
+    """Keeps `url` on the tablet between `start` and `close`, while it is `wanted`, and takes it away otherwise.
 
     Args:
         connection: The link to the robot; started and closed by its owner.
@@ -57,6 +57,8 @@ class TabletLink:
         """Monotonic time [s] since when the tablet says that it shows the page; None when it does not."""
         self.problem = "not connected yet"
         """Why the page is not shown."""
+        self.may_be_there = False
+        """Whether the tablet was asked for the page and has not confirmed that it is gone, on whatever connection."""
         self.focus = RobotFocus(connection, activity)
         self._connection = connection
         self._loaded_on = 0  # number of the connection on which it was loaded
@@ -66,6 +68,7 @@ class TabletLink:
         self._reload = False
         self._loading = Retry(FIRST_PAUSE, LONGEST_PAUSE)
         self._showing = Retry(FIRST_PAUSE, LONGEST_PAUSE)
+        self._hiding = Retry(FIRST_PAUSE, LONGEST_PAUSE)
         self._stop = threading.Event()
         self._wake = threading.Event()
         self._thread = threading.Thread(target=self._run, name="tablet-link", daemon=True)
@@ -112,7 +115,8 @@ class TabletLink:
     def _keep(self) -> None:
         now = time.monotonic()
         if not self.wanted:
-            self._take_away()
+            if not self.may_be_there or self._hiding.due(now):
+                self._take_away()
             self._not_shown("switched off", quiet=True)
             return
         self.focus.keep()  # first: the robot clears its tablet when it changes the activity
@@ -151,6 +155,7 @@ class TabletLink:
         if self._stop.is_set():
             return
         self._load_error = ""
+        self.may_be_there = True
         self._demand("loadUrl", with_changing_query(self.url))
         self._reload = False
         if self._stop.is_set():
@@ -197,11 +202,14 @@ class TabletLink:
         return False if self._scale_differs else None
 
     def _take_away(self) -> None:
-        if self._loaded_on == self._connection.connections:
+        if self.may_be_there:
             try:
-                self._connection.call("ALTabletService", "hideWebview", timeout=HIDE_TIMEOUT)
+                hidden = self._connection.call("ALTabletService", "hideWebview", timeout=HIDE_TIMEOUT)
+                self.may_be_there = hidden is False and self._displayed() is not False
             except RobotError as error:
-                log.warning("the page stays on the tablet: %s", error)
+                log.warning("the page may stay on the tablet: %s", error)
+            if not self.may_be_there:
+                self._hiding = Retry(FIRST_PAUSE, LONGEST_PAUSE)
         self.shown_since = None
         self._loaded_on, self._load_error = 0, ""
         self.focus.give_back()
