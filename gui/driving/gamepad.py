@@ -94,7 +94,10 @@ class Gamepad(QObject):
         self._mapping = JoystickMapping(DEFAULT)
         self._axes: tuple[float, ...] = ()
         self._buttons: tuple[int, ...] = ()
-        self._buttons_before: tuple[int, ...] = ()
+        self._pressed: list[int] = []
+        """Buttons that have gone down since the last tick; some may be up again."""
+        self._known = 0
+        """So many buttons were known at the last tick."""
         self._received_at: float | None = None
         self._block = ""
         self._driving = self._looks = False
@@ -149,6 +152,7 @@ class Gamepad(QObject):
         if self._received_at is None:
             self._begin("joy", XBOX)
         self._received_at = time.monotonic()
+        self._pressed = [n for n, was in enumerate(self._buttons) if not was and _at(buttons, n)]
         self._axes, self._buttons = tuple(axes), tuple(buttons)
         self._tick()
 
@@ -184,7 +188,8 @@ class Gamepad(QObject):
         self._name, self._layout = name, layout
         self._mapping = JoystickMapping(layout.driving())
         self._rescale()
-        self._axes, self._buttons, self._buttons_before = (), (), ()
+        self._axes, self._buttons = (), ()
+        self._pressed, self._known = [], 0
         self._released = False
         self._timer.start()
         self._tick()
@@ -199,6 +204,7 @@ class Gamepad(QObject):
             self._lose()
             self._search.start()
             return
+        self._pressed = self._device.pressed
         self._axes, self._buttons = tuple(self._device.axes), tuple(self._device.buttons)
         self._tick()
 
@@ -271,23 +277,26 @@ class Gamepad(QObject):
 
     def _watch_buttons(self, now: float) -> None:
         # Noted before anything is emitted: a stop comes back here by `release_all`.
-        before, self._buttons_before = self._buttons_before, self._buttons
-        pressed = [n for n, was in enumerate(before) if not was and self._is_down(n)]
+        pressed, self._pressed = self._pressed, []
+        known, self._known = self._known, len(self._buttons)
         for number in pressed:
             log.info("Button %d pressed", number)
-        if self._is_down(self._layout.B) and not _at(before, self._layout.B):
+        # Nobody knows since when it is down on a pad that has just been found: a stop too many does no harm.
+        if self._layout.B in pressed or (self._layout.B >= known and self._is_down(self._layout.B)):
             self.stop_pressed.emit()
         if self.direct:
             if 0 in pressed:
                 self.restart_wanted.emit()
             return
-        if self._block and self._is_down(self._layout.LB) and not _at(before, self._layout.LB):
+        if self._block and self._layout.LB in pressed:
             self.blocked.emit(self._block)
         if not self._is_down(0):
             self._pressed_at = None
+        elif 0 in pressed:
+            self._pressed_at = now
         elif self._pressed_at is None:
             # It was down when the pad was found: that is not a press.
-            self._pressed_at = now if not _at(before, 0) else float("inf")
+            self._pressed_at = float("inf")
         elif now - self._pressed_at >= RESTART_HOLD:
             self._pressed_at = float("inf")
             self.restart_wanted.emit()

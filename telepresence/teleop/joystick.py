@@ -32,7 +32,8 @@ class JoystickGone(OSError):
 
 
 class Joystick:
-    """An open gamepad; `axes` (-1 to 1, left and up positive) and `buttons` (0 or 1) are its present state.
+    """An open gamepad; `axes` (-1 to 1, left and up positive) and `buttons` (0 or 1) are its present state, `pressed`
+    are the buttons that went down in the last `wait`, in order, whether or not they are up again.
 
     Raises:
         OSError: There is none at `path`.
@@ -41,6 +42,7 @@ class Joystick:
     def __init__(self, path: str = "/dev/input/js0") -> None:
         self.axes: list[float] = []
         self.buttons: list[int] = []
+        self.pressed: list[int] = []
         self._rest = b""
         self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         self.name = (
@@ -74,6 +76,7 @@ class Joystick:
         Raises:
             JoystickGone: It was unplugged.
         """
+        self.pressed = []
         if not select.select([self._file], [], [], timeout)[0]:
             return
         try:
@@ -88,14 +91,18 @@ class Joystick:
         whole = len(data) - len(data) % EVENT.size
         self._rest = data[whole:]
         for _, value, kind, number in EVENT.iter_unpack(data[:whole]):
-            self._apply(kind & ~INITIAL, number, value)
+            self._apply(kind & ~INITIAL, number, value, bool(kind & INITIAL))
 
-    def _apply(self, kind: int, number: int, value: int) -> None:
+    def _apply(self, kind: int, number: int, value: int, initial: bool) -> None:
         if number >= MOST:
             return
         if kind == AXIS:
             self.axes += [0.0] * (number + 1 - len(self.axes))
             self.axes[number] = max(-1.0, min(1.0, -value / FULL))
         elif kind == BUTTON:
+            # The kernel tells the state anew when its buffer has run over: what was up has been pressed meanwhile.
+            known = number < len(self.buttons) or not initial
             self.buttons += [0] * (number + 1 - len(self.buttons))
+            if value and known and not self.buttons[number]:
+                self.pressed.append(number)
             self.buttons[number] = int(value != 0)

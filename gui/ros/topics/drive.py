@@ -45,7 +45,8 @@ def _leave_zero(_message: Any) -> None:
     """Change nothing: a new geometry_msgs/Twist is zero."""
 
 
-JOY = Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True)
+JOY = Incoming("joy", "joy", "sensor_msgs/Joy", _read_joy, on_request=True, queue=100)
+"""All that comes while Qt is not free, not the newest alone: a tap on the stop is over with the next message."""
 HEAD = Incoming("head", "head/state", "telepresence_msgs/HeadState", read_head_state)
 INCOMING = (
     Incoming("lease", "drive/state", "telepresence_msgs/DriveState", read_lease_state),

@@ -1,13 +1,17 @@
 """The gamepad as a hand on the robot; a pipe stands for the device."""
 
 import os
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from gui.driving.gamepad import RESTART_HOLD, Gamepad
 from gui.driving.gamepad_view import GamepadView
 from gui.driving.input_mux import InputMux
-from telepresence.teleop.joystick import AXIS, BUTTON, EVENT
+from gui.ros.channels import Channel
+from gui.ros.topics.drive import JOY
+from telepresence.teleop.joystick import AXIS, BUTTON, EVENT, INITIAL
 
 LB, RB, B = 4, 5, 1
 CROSS_Y = 7
@@ -110,6 +114,62 @@ def test_b_stops_and_button_0_must_be_held_to_restart(pad, spin):
     spin(lambda: ("restart_wanted",) in pad.happened, "held long enough")
     spin(lambda: pad.state.restart == 0.0, "once")
     assert pad.happened.count(("restart_wanted",)) == 1
+
+
+def test_a_tap_counts_though_press_and_release_come_in_one_read(pad, spin):
+    """A window that was held up reads them together."""
+    mux = InputMux()
+    mux.add(pad)
+    pad.stop_pressed.connect(mux.stop)
+    pad.plug.send((AXIS, 1, -32767), (BUTTON, LB, 1))
+    spin(lambda: pad.sent and pad.sent[-1][0] > 0.1, "it drives")
+    pad.plug.send((BUTTON, B, 1), (BUTTON, B, 0))
+    spin(lambda: pad.happened, "B stops")
+    assert pad.happened == [("stop_pressed",)] and pad.sent[-1] == ZERO
+    spin(lambda: "Let go of LB" in pad.state.note, "it asks for a new press")
+    pad.set_block("The picture is lost.")
+    pad.plug.send((BUTTON, LB, 0), (BUTTON, LB, 1), (BUTTON, LB, 0))
+    spin(lambda: ("blocked", "The picture is lost.") in pad.happened, "it says why it does not drive")
+    pad.direct = True
+    pad.plug.send((BUTTON, 0, 1), (BUTTON, 0, 0))
+    spin(lambda: ("restart_wanted",) in pad.happened, "button 0 restarts")
+    assert pad.happened.count(("restart_wanted",)) == pad.happened.count(("stop_pressed",)) == 1
+
+
+def test_letting_go_of_button_0_for_a_moment_begins_the_hold_anew(pad, spin):
+    pad.plug.send((BUTTON, 0, 1))
+    spin(lambda: pad.state.restart > 0.3 * RESTART_HOLD, "the hold counts up")
+    held = pad.state.restart
+    pad.plug.send((BUTTON, 0, 0), (BUTTON, 0, 1))
+    spin(lambda: pad.state.restart < held, "and begins anew")
+    assert pad.happened == []
+
+
+def test_what_is_down_when_the_pad_is_found_stops_and_restarts_nothing(pad, spin):
+    """Nobody knows since when it has been down: a stop too many does no harm, a restart does."""
+    pad.plug.pull_out()
+    spin(lambda: ("lost",) in pad.happened and pad.state is not None, "it is looked for again")
+    pad.happened.clear()
+    pad.plug.end = os.open(pad.plug.path, os.O_WRONLY)
+    pad.plug.send(*((BUTTON | INITIAL, button, int(button in (0, B))) for button in range(11)))
+    spin(lambda: len(pad.state.buttons) == 11, "and found")
+    assert pad.happened == [("stop_pressed",)] and pad.state.restart == 0.0
+    deadline = time.monotonic() + 1.2 * RESTART_HOLD
+    spin(lambda: time.monotonic() > deadline, "button 0 is held as long as a restart takes")
+    assert pad.happened == [("stop_pressed",)]
+
+
+def test_each_tap_on_a_pad_elsewhere_counts_once_though_the_window_was_held_up(qt):
+    pad, stops = Gamepad(None), []
+    pad.stop_pressed.connect(lambda: stops.append(True))
+    topic = Channel(JOY)
+    topic.wanted = True
+    topic.arrived.connect(lambda joy: pad.receive(*joy))
+    for down in (0, 1, 1, 0, 1, 0):
+        topic.post(SimpleNamespace(axes=[0.0] * 8, buttons=[0, down] + [0] * 9))
+    qt.processEvents()
+    assert len(stops) == 2
+    pad.close()
 
 
 def test_a_pad_elsewhere_that_falls_silent_stops(qt, spin):

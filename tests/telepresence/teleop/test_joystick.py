@@ -30,6 +30,21 @@ def test_axes_and_buttons(pad):
     assert device.axes == [-1.0, 1.0] and device.buttons[5] == 1  # stick up is +1, right is -1, as in sensor_msgs/Joy
 
 
+def test_each_press_is_told_though_the_button_is_up_again(pad):
+    device, writer = pad
+    send(writer, (BUTTON | INITIAL, 0, 1), (BUTTON | INITIAL, 1, 0))
+    device.wait(1.0)
+    assert (device.buttons, device.pressed) == ([1, 0], []), "what is down from the start was not pressed now"
+    send(writer, (BUTTON, 1, 1), (BUTTON, 1, 0), (BUTTON, 0, 0), (BUTTON, 0, 1))
+    device.wait(1.0)
+    assert (device.buttons, device.pressed) == ([1, 0], [1, 0])
+    device.wait(0.0)
+    assert device.pressed == [], "once"
+    send(writer, (BUTTON | INITIAL, 0, 1), (BUTTON | INITIAL, 1, 1))  # the kernel's buffer has run over
+    device.wait(1.0)
+    assert device.pressed == [1]
+
+
 def test_half_an_event_waits_for_the_rest(pad):
     device, writer = pad
     event = EVENT.pack(0, 1, BUTTON, 0)
