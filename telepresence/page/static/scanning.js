@@ -74,7 +74,6 @@ export function start(page) {
   /** @type {Scan<HTMLElement>} */
   const scan = new Scan();
   let [steppedAt, pressedAt] = [0, -Infinity];
-  let down = false;
 
   const frame = () => {
     for (const element of document.querySelectorAll(".scanned")) element.classList.remove("scanned");
@@ -99,9 +98,6 @@ export function start(page) {
   const tick = () => {
     if (!settings.get("scanning")) return;
     const now = performance.now();
-    const pressed = gamepadPressed();
-    if (pressed && !down) onSwitch();
-    down = pressed;
     if (moving()) steppedAt = now; // the frame waits
     else if (now - steppedAt >= 1000 * settings.get("scanTime")) {
       steppedAt = now;
@@ -125,13 +121,10 @@ export function start(page) {
     event.stopImmediatePropagation();
     onSwitch();
   }, true);
+  page.on("switch", () => { if (settings.get("scanning")) onSwitch(); });
   settings.addEventListener("change", () => {
     scan.restart();
     frame();
   });
   setInterval(tick, STEP);
-}
-
-function gamepadPressed() {
-  return navigator.getGamepads().some((pad) => pad?.buttons.some((button) => button.pressed));
 }
