@@ -94,7 +94,7 @@ export function start(page) {
   setInterval(() => {
     for (const button of presses.look(connected())) {
       if (button === B && page.me) page.ask("stop");
-      page.emit("switch");
+      else page.emit("switch"); // not B: with the stop framed it would ask for the stop and reset it
     }
   }, LOOK);
   page.on("tick", () => {

@@ -22,7 +22,7 @@ export class Page extends EventTarget {
   //   "robot"    another robot is looked at: page.robot          "state"   page.state is new, ten times a second
   //   "tick"     twenty times a second while signed in           "letgo"   whatever is held must be let go, at once
   //   "said"     {detail: text} the station has refused something or has something to say
-  //   "switch"   a button of a gamepad has gone down, whether or not anybody is signed in
+  //   "switch"   a button of a gamepad has gone down that is not the stop, whether or not anybody is signed in
   constructor() {
     super();
     this.held = new Held();

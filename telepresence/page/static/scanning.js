@@ -1,7 +1,7 @@
 // @ts-check
 /** The page by one switch: a frame goes from group to group, the switch enters one, the frame goes through it, the switch
  * presses. While the robot moves the switch does one thing: it stops it. The switch is Space, Enter, a press on the
- * picture, or any button of a gamepad. */
+ * picture, or any button of a gamepad but B, which is the red stop. */
 
 import { settings } from "./settings.js";
 import { groups, press } from "./targets.js";

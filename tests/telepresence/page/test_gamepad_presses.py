@@ -15,6 +15,8 @@ PERIOD, SLOWER = 110, 210
 """[ms] between two taps: each falls at another moment between two of the page's ticks; a switch takes none that comes
 within 150 ms of another."""
 STOP = "document.getElementById('stop')"
+PANIC = 1.0
+"""[s] after a stop in which no press resets it (driving.js)."""
 PADS = f"""
 globalThis.looks = 0;
 globalThis.pads = [];
@@ -123,3 +125,22 @@ def test_each_tap_of_a_switch_presses_what_is_framed(pilot, hangs):
         }})()"""
     )
     assert browser.evaluate("clicked") == TAPS + hangs
+
+
+def test_b_is_the_red_stop_and_no_switch_that_would_reset_it(pilot):
+    browser = pilot(scanning=True, scanTime=3)
+    browser.evaluate(f"{STOP}.click()")
+    browser.until(f"{STOP}.ariaPressed === 'true'", "it is stopped")
+    asked = browser.evaluate(
+        f"""(async () => {{
+          pads.push(padOf(0));
+          await passed({1000 * PANIC + 100});
+          await framed();
+          asked.length = 0;
+          await tap({B}, 100);
+          await seen();
+          return asked;
+        }})()"""
+    )
+    assert asked == ["stop"]
+    assert browser.evaluate(f"{STOP}.ariaPressed") == "true"
