@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 PERIOD = 500  # ms
 PATIENCE = 30.0
 """[s] that programs which have just been started may take until they offer their part."""
+SETTLED = 1.0
+"""[s] after somebody else has had the robot until this window begins: they end their conversation meanwhile."""
 
 
 class _Part:
@@ -37,10 +40,10 @@ class _Part:
 
 
 class Conversation(QObject):
-    """Begins and ends the conversation, as soon as the robot's programs run and this window has the robot: somebody who
-    only watches must not end what the pilot has begun. What this window has begun it ends in any case, also when
-    nobody is signed in any more, or a camera and a microphone would stay with a robot that others have. Programs that
-    are started anew are asked again.
+    """Begins the conversation, as soon as the robot's programs run and this window has the robot, and ends it: somebody
+    who only watches must not end what the pilot has begun. What this window has begun ends with the robot in somebody
+    else's hands, and when nobody is signed in any more: a camera and a microphone do not stay with a robot that others
+    have. Programs that are started anew are asked again.
 
     Args:
         link: The robot.
@@ -60,8 +63,11 @@ class Conversation(QObject):
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
         self._since = 0.0
+        self._taken_at = -math.inf
+        self._reported = ""
         self._timer = PeriodicTimer(PERIOD, self._work, self)
-        link.state_changed.connect(lambda state: None if state.driver else self._forget())
+        link.state_changed.connect(lambda state: self._work() if state.driver else self._forget())
+        access.changed.connect(self._work)
 
     @property
     def text(self) -> str:
@@ -69,19 +75,18 @@ class Conversation(QObject):
         if not self._parts:
             return ""
         if not self._wanted:
-            left = [part.name for part in self._parts if part.begun]
+            left = [part.name for part in self._parts if part.begun and part.sign in self._link.found]
             return f"Not ended, for there is no answer: {', '.join(left)}." if left and self._waited() else ""
         done = [part.name for part in self._parts if part.done]
         missing = [part.name for part in self._parts if not part.done]
         sentence = f"Conversation: {', '.join(['the picture', *done])}."
-        if missing:
+        if missing and self._access.mine:
             sentence += f" {'Not available:' if self._waited() else 'Waiting for'} {', '.join(missing)}."
         return sentence
 
     def want(self, wanted: bool) -> None:
         """Begin the conversation, or end it."""
         self._wanted, self._since = wanted, time.monotonic()
-        self._timer.start()
         self._work()
 
     def leave(self) -> None:
@@ -93,24 +98,44 @@ class Conversation(QObject):
         """The programs have ended, and the next ones have to be asked anew."""
         for part in self._parts:
             part.done = None
+            part.begun = part.begun and bool(self._wanted)  # what was to end has ended with them
         if self._wanted:
             self._since = time.monotonic()
-            self._timer.start()
+        self._work()
 
     def _waited(self) -> bool:
         return time.monotonic() - self._since > PATIENCE
 
     def _work(self) -> None:
+        now, lease = time.monotonic(), self._access.state
+        taken = lease is not None and bool(lease.pilot) and not self._access.mine
+        if taken:
+            self._taken_at = now
         has_robot = self._link.state.driver and self._access.mine
-        if self._wanted and not has_robot:
-            self._since = time.monotonic()
-            return
-        parts = [part for part in self._parts if has_robot or part.begun]
-        for part in parts:
-            if part.done is not self._wanted and not part.asked and part.sign in self._link.found:
-                self._ask(part, bool(self._wanted))
-        if all(part.done is self._wanted for part in parts) or self._waited():
+        settles = has_robot and now - self._taken_at < SETTLED
+        if self._wanted and (settles or not has_robot):
+            self._since = now
+        waits = False
+        for part in self._parts:
+            if has_robot:
+                target = self._wanted
+            else:
+                target = False if part.begun and (taken or not self._wanted) else None
+            if target is None or part.done is target:
+                continue
+            waits = waits or not target or not self._waited()
+            if not part.asked and part.sign in self._link.found and not (target and settles):
+                self._ask(part, target)
+        if waits:
+            self._timer.start()
+        else:
             self._timer.stop()
+        if not taken:  # who has the robot now is said elsewhere
+            self._report()
+
+    def _report(self) -> None:
+        if self.text != self._reported:
+            self._reported = self.text
             self.changed.emit()
 
     def _ask(self, part: _Part, wanted: bool) -> None:
@@ -121,6 +146,6 @@ class Conversation(QObject):
             part.asked = False
             if answer.ok:
                 part.done, part.begun = wanted, wanted
-                self.changed.emit()
+                self._report()
 
         self._link.call(part.service, wanted, then=answered, patient=True, signed_out=not wanted)

@@ -152,19 +152,35 @@ def test_signing_out_ends_the_conversation(open_window, link, spin):
     assert begun(link) == {"show_page": False, "conversation": False}
 
 
-def test_who_began_the_conversation_ends_it_after_the_robot_was_handed_over(open_window, link, spin):
+def test_a_conversation_ends_when_somebody_else_has_the_robot_and_leaves_theirs_alone(open_window, link, spin):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
     click(window.feedButton)
     spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
     link.report_lease(pilot="ben", window="/other")
-    click(window.feedButton)
     assert begun(link) == {"show_page": False, "conversation": False}
     link.called.clear()
     for _ in range(2):
         click(window.feedButton)
         QTest.qWait(PERIOD + 50)
-    assert begun(link) == {}, "what the new pilot begins since then is theirs"
+    window.controller.dismiss()
+    assert begun(link) == {}, "what the new pilot has begun since then is theirs"
+
+
+def test_a_conversation_goes_on_when_the_robot_comes_back(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    click(window.feedButton)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.called.clear()
+    link.report_lease(pilot="", window="")
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert begun(link) == {}, "nobody else had it meanwhile"
+    link.report_lease(pilot="ben", window="/other")
+    link.called.clear()
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert begun(link) == {}, "first the other pilot's window ends what it has begun"
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "then it goes on")
 
 
 def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window, link, spin):
