@@ -44,6 +44,9 @@ class Attach(enum.Enum):
     NEVER = "never"
 
 
+PRESS_AGAIN = "You may drive again: let go, and press again."
+
+
 class Controller(QObject):
     """The behaviour of one robot's page.
 
@@ -102,7 +105,8 @@ class Controller(QObject):
         self.views.share_changed.connect(self.driving.set_share)
         self.gamepad.looked.connect(self.looking.tilt)
         self.driving.sent.connect(self.views.note_sent)
-        self._window.pad.dropped_changed.connect(self._advise)
+        self._window.pad.dropped_changed.connect(self._on_dropped)
+        self.driving.mux.block_changed.connect(self._on_block)
         self.driving.blocked.connect(self.views.forget_sent)
         self.faults.changed.connect(self._show_fault)
         self.access.changed.connect(self._on_access)
@@ -220,6 +224,16 @@ class Controller(QObject):
             self._advise()
         self._drove = self.access.mine
 
+    def _on_block(self, before: str) -> None:
+        """Say that what forbade driving has passed where it was said, or where somebody holds a key in vain."""
+        shown = self._window.status.message
+        if not self.driving.mux.block and (self._window.pad.dropped or shown.startswith(before)):
+            self._advise()
+
+    def _on_dropped(self) -> None:
+        if self._window.status.message == PRESS_AGAIN:
+            self._advise()
+
     def _join_running(self, state: LinkState) -> None:
         if (self._attach is Attach.ALWAYS and state.master) or (self._attach is Attach.AUTO and state.driver):
             self._attach = Attach.NEVER
@@ -263,7 +277,8 @@ class Controller(QObject):
         if fault is not None:
             self._say(fault.sentence, "bad" if fault.cause.stops else "warn")
         elif advice is not None:
-            waits = "Robot feed waits for the robot. " if self.conversation.text and not self._link.state.driver else ""
+            feed_waits = self._window.feedButton.isChecked() and self.conversation.text and not self._link.state.driver
+            waits = "Robot feed waits for the robot. " if feed_waits else ""
             self._say(f"{waits}{advice[0]}", advice[1])
         elif not self._window.feedButton.isChecked():
             text, level = self.session.findings()
@@ -272,7 +287,7 @@ class Controller(QObject):
         elif self.driving.mux.block:
             self._say(f"{self.driving.mux.block} {self.conversation.text}".rstrip(), "warn")
         elif self._window.pad.dropped:
-            self._say("You may drive again: let go, and press again.", "warn")
+            self._say(PRESS_AGAIN, "warn")
         else:
             ways = "W and S, the pad and the gamepad's cross walk" if self._link.robot.by_movement else WAYS
             self._say(f"Ready: {ways}. {self.conversation.text}".rstrip(), "good")

@@ -164,25 +164,26 @@ class Views(QObject):
         panel.say.connect(self._say)
         panel.posture.connect(self._take_posture)
         for name, signal, quiet, show in (
-            ("mute_microphone", sound.mute_microphone, True, self._on_sound_answer),
-            ("mute_speaker", sound.mute_speaker, True, self._on_sound_answer),
-            ("talk", sound.talk, False, self._on_sound_answer),
+            ("mute_microphone", sound.mute_microphone, True, self._on_mute_answer),
+            ("mute_speaker", sound.mute_speaker, True, self._on_mute_answer),
+            ("talk", sound.talk, False, self._show_refusal),
             ("set_careful", self._window.gate.careful_wanted, True, self._show_answer),
         ):
             if link.has(name):
                 switch = ServiceSwitch(link, name, quiet, self)
                 signal.connect(switch.turn)
                 switch.answered.connect(show)
+                switch.late.connect(lambda text: self.said.emit(text, "warn"))
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
                 signal.connect(partial(self._choose_device, name))
 
     def _say(self, text: str) -> None:
         panel = self._window.robotPanel
-        if self._link.state.joined and not self._link.is_heard("say"):
-            panel.refuse(text, f"No program listens to {self._link.resolve('speech')}, so the robot does not say this.")
-        elif not self._link.send("say", text):
+        if not self._link.state.master:
             panel.refuse(text, "There is no ROS master, so the robot cannot say this. Press Roscore start.")
+        elif not self._link.is_heard("say") or not self._link.send("say", text):
+            panel.refuse(text, f"No program listens to {self._link.resolve('speech')}, so the robot does not say this.")
 
     def _take_posture(self, name: str) -> None:
         panel = self._window.robotPanel
@@ -190,10 +191,10 @@ class Views(QObject):
         panel.answer(f"{title} …")
         if name in ("wakeup", "rest"):
             self._link.call(name, then=lambda answer: panel.answer("Done." if answer.ok else answer.text))
-        elif self._link.state.joined and not self._link.is_heard("posture"):
-            panel.answer("No program of the robot takes postures: pose_manager does not run, or is not ready yet.")
-        elif not self._link.send("posture", name):
+        elif not self._link.state.master:
             panel.answer("There is no ROS master. Press Roscore start.")
+        elif not self._link.is_heard("posture") or not self._link.send("posture", name):
+            panel.answer("No program of the robot takes postures: pose_manager does not run, or is not ready yet.")
 
     def _choose_device(self, name: str, device: str) -> None:
         self._link.send(name, device)
@@ -201,9 +202,13 @@ class Views(QObject):
     def _show_answer(self, answer: Answer) -> None:
         self.said.emit(answer.text, "info" if answer.ok else "warn")
 
-    def _on_sound_answer(self, answer: Answer) -> None:
+    def _on_mute_answer(self, answer: Answer) -> None:
         if not answer.ok:
             self._window.sound.show_settings()  # a button that was pressed in vain looks as if it had done it
+        self._show_refusal(answer)
+
+    def _show_refusal(self, answer: Answer) -> None:
+        if not answer.ok:
             self.said.emit(answer.text, "warn")
 
     # --- pictures ---

@@ -183,6 +183,7 @@ class DrivePad(QFrame):
 
     def release_all(self) -> None:
         """Act as if everything that is held had been released."""
+        self._set_dropped(set())
         if self._pressed:
             self.stop()
 
@@ -195,9 +196,8 @@ class DrivePad(QFrame):
         """Do not drive until the reason is an empty string again, and then only when pressed again."""
         self._block = reason
         if reason and self._pressed:
-            held = self._pressed.keys() - self._lifted
-            self.release_all()
-            self._set_dropped(self._dropped | held)
+            self._set_dropped(self._dropped | (self._pressed.keys() - self._lifted))
+            self.stop()
         for cap in self._caps.values():
             set_property(cap, "blocked", bool(reason))
 
@@ -255,7 +255,6 @@ class DrivePad(QFrame):
             and watched is self.window()
         ):
             self.release_all()
-            self._set_dropped(set())  # nobody will see their release
         return False
 
     def _on_focus(self, _before: QWidget | None, now: QWidget | None) -> None:

@@ -39,6 +39,8 @@ class InputMux(QObject):
 
     velocity = pyqtSignal(float, float, float)
     """Forward, left [m/s], counter-clockwise [rad/s]; repeated while held, zero once at the end, then quiet."""
+    block_changed = pyqtSignal(str)
+    """`block` has changed; what it was before."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -80,12 +82,14 @@ class InputMux(QObject):
         """
         if (reason, passing) == (self._block, self._passing):
             return
-        self._block, self._passing = reason, passing
+        before, self._block, self._passing = self._block, reason, passing
         for device in self._devices:
             device.set_block(reason, passing)
         if reason and self._driver is not None:
             self._driver = None
             self.velocity.emit(0.0, 0.0, 0.0)
+        if reason != before:
+            self.block_changed.emit(before)
 
     def stop(self) -> None:
         """Release everything and send zero, whether anything was held or not."""

@@ -60,11 +60,16 @@ class Outgoing:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a service call. `text` is a sentence for the pilot when `ok` is false, and may be one otherwise."""
+    """The result of a service call. `text` is a sentence for the pilot when `ok` is false, and may be one otherwise.
+
+    Args:
+        arrived: The program itself has answered; otherwise nobody knows whether it has heard of the call.
+    """
 
     ok: bool
     text: str = ""
     value: Any = None
+    arrived: bool = True
 
 
 def read_trigger(response: Any) -> Answer:

@@ -132,6 +132,10 @@ class RosLink(QObject):
         """Return the full name of a topic or service of this robot."""
         return self._resolve(name)
 
+    def service_name(self, name: str) -> str:
+        """Return the full name of the service of this name in the robot's table."""
+        return self._resolve(self._offered[name].service)
+
     def place_of(self, frame: str, seen_from: str, stamp: float) -> tuple[np.ndarray, np.ndarray]:
         """See `Transforms.place_of`."""
         return self._transforms.place_of(frame, seen_from, stamp)
@@ -173,7 +177,7 @@ class RosLink(QObject):
         """Call a service; `then` gets the answer on Qt's thread, at the latest when the timeout is over.
 
         Args:
-            patient: Wait until the call has ended, however long that takes: a frozen program carries it out late.
+            patient: Whatever the timeout, wait until the call has ended: a frozen program carries it out late.
             signed_out: Call it even when nobody has signed in, to end what somebody had begun.
         """
         row = self._offered[name]
@@ -185,13 +189,13 @@ class RosLink(QObject):
                 then(answer)
 
         if not (self._open or signed_out):
-            QTimer.singleShot(0, lambda: settle(Answer(False, "Sign in first.")))
+            QTimer.singleShot(0, lambda: settle(_failed("Sign in first.")))
             return
         if not self._node.joined:
-            QTimer.singleShot(0, lambda: settle(Answer(False, "There is no ROS master. Press Roscore start.")))
+            QTimer.singleShot(0, lambda: settle(_failed("There is no ROS master. Press Roscore start.")))
             return
         if not patient:
-            late = Answer(False, f"{row.service} did not answer within {row.timeout:g} s.")
+            late = _failed(f"{row.service} did not answer within {row.timeout:g} s.")
             QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
         work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
         threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
@@ -200,16 +204,19 @@ class RosLink(QObject):
         """Make the call; on a thread of its own."""
         service, kind = self._resolve(row.service), roslib.message.get_service_class(row.kind)
         if kind is None:
-            return Answer(False, f"The service type {row.kind} is not built. Run  ./stack build")
+            return _failed(f"The service type {row.kind} is not built. Run  ./stack build")
         try:
             rospy.wait_for_service(service, timeout=FIND_TIMEOUT)
             request = kind._request_class()
             row.fill(request, *values)
             return row.read(rospy.ServiceProxy(service, kind)(request))
         except rospy.ServiceException as error:
-            return Answer(False, f"{service} failed: {clean(error)}.")
+            return _failed(f"{service} failed: {clean(error)}.")
         except rospy.ROSException:
-            return Answer(False, f"No program offers {service}: it is not running, or not ready yet.")
+            return _failed(f"No program offers {service}: it is not running, or not ready yet.")
+        except Exception as error:  # whoever waits for the answer must get one
+            log.exception("the call of %s failed", service)
+            return _failed(f"{service} failed: {clean(error)}.")
 
     def _resolve(self, name: str) -> str:
         return rosgraph.names.resolve_name(name, rosgraph.names.ns_join(self.robot.namespace, NODE))
@@ -289,6 +296,10 @@ class RosLink(QObject):
             self.state = state
             self.state_changed.emit(state)
         self.looked.emit()
+
+
+def _failed(text: str) -> Answer:
+    return Answer(False, text, arrived=False)
 
 
 def _subscribe_all(topic: str, kind: type, callback: Callable, extra: str) -> rospy.Subscriber:

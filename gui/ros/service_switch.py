@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
@@ -16,15 +15,13 @@ RETRY = 300
 """[ms] between two calls for the same."""
 LATE = 5000
 """[ms] after which the pilot is told that there is no answer yet."""
-PATIENCE = 30.0
-"""[s] for which a program that does not answer is asked for what is quiet: one that is started again takes a few."""
 
 
 class ServiceSwitch(QObject):
     """Turns a switch to what was wanted last: one call at a time, or a press could arrive after its release.
 
-    What is `quiet`, such as a closed microphone, is asked for until it is confirmed, also for somebody who has signed
-    out; the other position once, for nobody wants to be heard by surprise.
+    What is `quiet`, such as a closed microphone, is asked for until the program has answered, also for somebody who has
+    signed out; the other position once, for nobody wants to be heard by surprise.
 
     Args:
         link: The robot.
@@ -33,12 +30,14 @@ class ServiceSwitch(QObject):
 
     answered = pyqtSignal(object)
     """The `Answer` to what was wanted last: the first of each request, and the one that confirms it."""
+    late = pyqtSignal(str)
+    """There is no answer yet; a sentence."""
 
     def __init__(self, link: RosLink, name: str, quiet: bool, owner: QObject) -> None:
         super().__init__(owner)
         self._link, self._name, self._quiet = link, name, quiet
         self._wanted = False
-        self._request, self._until = 0, 0.0
+        self._request = 0
         self._calls, self._told = False, False
         self._retry, self._late = QTimer(self), QTimer(self)
         for timer, after, action in ((self._retry, RETRY, self._call), (self._late, LATE, self._complain)):
@@ -48,7 +47,7 @@ class ServiceSwitch(QObject):
 
     def turn(self, wanted: bool) -> None:
         """Turn it on or off, as soon as the call before has ended."""
-        self._wanted, self._until = wanted, time.monotonic() + PATIENCE
+        self._wanted = wanted
         self._request += 1
         self._told = False
         self._retry.stop()
@@ -57,7 +56,8 @@ class ServiceSwitch(QObject):
             self._call()
 
     def _complain(self) -> None:
-        self._report(Answer(False, f"{self._link.resolve(self._name)} has not answered yet."))
+        self._told = True
+        self.late.emit(f"{self._link.service_name(self._name)} has not answered yet.")
 
     def _report(self, answer: Answer) -> None:
         if answer.ok or not self._told:
@@ -74,7 +74,7 @@ class ServiceSwitch(QObject):
             if request != self._request:
                 self._call()
                 return
-            if quiet and not answer.ok and time.monotonic() < self._until:
+            if quiet and not answer.arrived:
                 self._retry.start()
             self._report(answer)
 

@@ -119,6 +119,9 @@ class FakeLink(QObject):
     def resolve(self, name: str) -> str:
         return name if name.startswith("/") else f"/{name}"
 
+    def service_name(self, name: str) -> str:
+        return f"/{next(row.service for row in self.robot.services if row.name == name)}"
+
     def watch(self, name: str, wanted: bool) -> None:
         self.channels[name].wanted = wanted
 

@@ -9,7 +9,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QLabel, QPushButton
 
-from gui.app.controller import Attach, Controller
+from gui.app.controller import PRESS_AGAIN, Attach, Controller
 from gui.app.conversation import PERIOD
 from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.driving.key_legend import IN_WINDOW
@@ -593,7 +593,7 @@ def test_a_mute_in_vain_does_not_look_muted(open_window, link):
     link.channel("voice_settings").arrived.emit(VoiceSettings(False, False, "auto", "auto", (), ()))
     link.slow.add("mute_microphone")
     button.click()
-    link.waiting.pop()(Answer(False, "No program offers it."))
+    link.waiting.pop()(Answer(False, "No program offers it.", arrived=False))
     assert not button.isChecked() and window.status.message == "No program offers it."
     button.click()
     assert link.called[-1] == ("mute_microphone", True)
@@ -606,11 +606,30 @@ def test_a_key_that_outlasts_a_lost_lease_is_told_to_be_pressed_again(open_windo
     link.picture.emit(picture())
     QTest.keyPress(window.pad, Qt.Key_W)
     spin(lambda: link.driven and link.driven[-1] != ZERO, "it drives")
-    link.report_lease(pilot="", window="")
-    link.report_lease(pilot="anna", window=link.node_name)
-    assert window.status.message == "You may drive again: let go, and press again."
+    for changes in ({"pilot": "", "window": ""}, {"stopped_by": "ben"}):
+        link.report_lease(**changes)
+        QTest.keyPress(window.pad, Qt.Key_W)
+        link.report_lease(pilot="anna", window=link.node_name, stopped_by="")
+        link.picture.emit(picture())
+        spin(lambda: window.status.message == PRESS_AGAIN, "it may drive again")
+        QTest.keyRelease(window.pad, Qt.Key_W)
+
+        def ready():
+            link.picture.emit(picture())
+            return window.status.message.startswith("Ready")
+
+        spin(ready, "and then the keys drive")
+
+
+def test_why_a_key_does_not_drive_stays_said_when_it_is_let_go(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    link.report_lease(pilot="ben", window="/other")
+    QTest.keyPress(window.pad, Qt.Key_W)
+    assert window.status.message == "ben drives. Press Ask for it."
     QTest.keyRelease(window.pad, Qt.Key_W)
-    spin(lambda: window.status.message.startswith("Ready"), "and then the keys drive")
+    spin(lambda: not window.pad.dropped, "the release is seen")
+    assert window.status.message == "ben drives. Press Ask for it."
 
 
 def test_a_held_head_that_is_let_go_of_says_why(open_window, link, spin):

@@ -7,7 +7,7 @@ from gui.ros.channels import Answer
 from gui.ros.service_switch import ServiceSwitch
 
 TALK = "talk"
-GONE = Answer(False, "The program has died.")
+GONE = Answer(False, "The program has died.", arrived=False)
 
 
 @pytest.fixture
@@ -72,8 +72,18 @@ def test_a_microphone_is_not_opened_later_than_it_was_asked_for(link, monkeypatc
 def test_a_program_that_says_nothing_is_told_and_asked_no_second_time(link, spin, monkeypatch):
     monkeypatch.setattr("gui.ros.service_switch.LATE", 50)
     switch, answers = ServiceSwitch(link, TALK, False, link), []
-    switch.answered.connect(answers.append)
+    switch.late.connect(answers.append)
     link.slow.add(TALK)
     switch.turn(False)
     spin(lambda: answers, "it is said")
-    assert "has not answered yet" in answers[0].text and asked(link) == [False]
+    assert answers == ["/voice/talk has not answered yet."] and asked(link) == [False]
+
+
+def test_a_program_that_refuses_is_asked_no_second_time(link, monkeypatch):
+    monkeypatch.setattr("gui.ros.service_switch.RETRY", 0)
+    switch = ServiceSwitch(link, TALK, False, link)
+    link.slow.add(TALK)
+    switch.turn(False)
+    link.waiting.pop()(Answer(False, "There is no microphone."))
+    QTest.qWait(50)
+    assert asked(link) == [False]
