@@ -1,5 +1,6 @@
 """Logs of modules without ROS go where rospy's go."""
 
+import http.client
 import logging
 import subprocess
 import sys
@@ -68,6 +69,7 @@ def test_every_package_of_ours_that_logs_is_found_where_catkin_shows_it():
     [
         (ConnectionResetError("gone"), True),
         (OSError(9, "Bad file descriptor"), True),
+        (http.client.RemoteDisconnected("Remote end closed connection"), True),
         (AttributeError("'NoneType' object has no attribute 'buff_size'"), True),
         (AttributeError("'NoneType' object has no attribute 'data'"), False),
         (KeyError("a mistake"), False),
@@ -82,6 +84,28 @@ def test_a_node_that_ended_is_one_line_in_the_logs_of_the_others_and_a_mistake_k
     assert shorten_lost_connection(record)
     lines = record.getMessage().strip().splitlines()
     assert (len(lines) == 1) is shortened and "Unknown error at 127.0.0.1" in lines[0] and str(error) in lines[-1]
+
+
+def test_a_node_whose_master_ends_with_it_leaves_no_traceback(graph):
+    program = """
+import socket, threading, rospy
+from telepresence_ros.logs import route_logs_to_ros
+rospy.init_node("last", disable_signals=True)
+route_logs_to_ros()
+rospy.Publisher("something", rospy.AnyMsg, queue_size=1)
+deaf = socket.create_server(("127.0.0.1", 0))
+hang_up = lambda: [deaf.accept()[0].close() for _ in iter(int, 1)]
+threading.Thread(target=hang_up, daemon=True).start()
+from rospy.impl import registration
+master = f"http://127.0.0.1:{deaf.getsockname()[1]}/"
+registration.xmlrpcapi = lambda _uri: registration.xmlrpcclient.ServerProxy(master)
+rospy.signal_shutdown("the master ends, too")
+"""
+    node = graph.run(sys.executable, "-c", program)
+    assert node.process.wait(30) == 0
+    logs = list(Path(graph.environment["ROS_HOME"]).rglob("last*.log"))
+    assert any("unclean shutdown" in path.read_text() for path in logs), "rospy says so"
+    assert not any("Traceback" in path.read_text() for path in logs)
 
 
 def test_a_line_that_could_not_be_reported_without_a_master_is_one_line():

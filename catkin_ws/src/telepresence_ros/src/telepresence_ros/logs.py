@@ -34,8 +34,11 @@ def our_packages() -> set[str]:
 
 
 LOST_CONNECTION = ("ROSHandshakeException", "OSError", "ConnectionError", "ConnectionResetError", "BrokenPipeError",
-                   "ConnectionRefusedError", "TransportTerminated", "TransportInitError", "TimeoutError")  # fmt: skip
+                   "ConnectionRefusedError", "RemoteDisconnected", "TransportTerminated", "TransportInitError",
+                   "TimeoutError")  # fmt: skip
 """Errors by which rospy notices that the node at the other end of a connection has ended."""
+ABOUT_OTHERS = ("rospy.internal", "rospy.rosout", "rospy.registration")
+"""rospy's loggers that write down the traceback of a lost connection; the last at the end of a node whose master ends."""
 CLOSED_MEANWHILE = "AttributeError: 'NoneType' object has no attribute 'buff_size'"
 """What rospy (tcpros_base.py) makes of a connection that is closed by one of its threads while another one opens it."""
 
@@ -44,7 +47,7 @@ def shorten_lost_connection(record: logging.LogRecord) -> bool:
     """Leave of rospy's traceback about a node or master that has ended one line: programs are restarted, which is no
     error here.
 
-    A filter for the loggers "rospy.internal" and "rospy.rosout"; every record passes.
+    A filter for the loggers of `ABOUT_OTHERS`; every record passes.
     """
     text = record.getMessage()
     before, sign, trace = text.partition("Traceback (most recent call last)")
@@ -53,7 +56,7 @@ def shorten_lost_connection(record: logging.LogRecord) -> bool:
     if sign and before.startswith("Unable to report rosout: "):  # which says the reason itself
         record.msg, record.args = before.strip(), ()
     elif sign and (name in LOST_CONNECTION or error.startswith(CLOSED_MEANWHILE)):
-        record.msg, record.args = f"{before}{error}", ()
+        record.msg, record.args = f"{before.strip()} {error}", ()
     return True
 
 
@@ -124,7 +127,7 @@ def route_logs_to_ros() -> None:
     All lines that this process logs are plain text from then on, whatever a robot or a message brought.
     """
     keep_logs_plain()
-    for name in ("rospy.internal", "rospy.rosout"):
+    for name in ABOUT_OTHERS:
         logging.getLogger(name).addFilter(shorten_lost_connection)
     for name in our_packages():
         logger = logging.getLogger(name)
