@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
-from telepresence.security.outside_text import clean
 from telepresence.teleop.drive_lease import Account, SignedCommand
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_client import LIFE_PERIOD, LeaseClient
@@ -76,12 +75,8 @@ class LeaseAccess(SignedIn):
         self.client.ask(action, to, quiet)
 
     def _on_state(self, state: LeaseState) -> None:
-        before = self.state
         self.client.receive(state)
         self.state = self.client.state
-        own = self.account.name if self.account else ""
-        if before and own and before.asking == own and not state.asking and before.pilot == state.pilot != own:
-            self.refused.emit(f"{clean(state.pilot)} keeps the robot.")
 
     def _on_changed(self) -> None:
         self.account, self.state = self.client.account, self.client.state

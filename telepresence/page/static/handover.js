@@ -27,17 +27,13 @@ export function start(page) {
   part("actions").append(give, keep);
   page.section("driving", text("driving.title")).append(release);
   let asking = "";
-  let askedFor = ""; // the pilot, by us
   let lost = false; // the robot, to somebody: not by what we did ourselves
-  page.on("robot", () => { asking = askedFor = ""; });
+  page.on("robot", () => { asking = ""; });
   page.on("state", () => {
     const { mine, pilot, asking: who } = page.state;
     const asks = mine ? who : "";
     if (asks && asks !== asking) page.emit("said", text("driving.asks", { name: asks }));
     asking = asks;
-    const waits = !mine && who !== "" && who === page.me?.name;
-    if (askedFor && !waits && !who && pilot === askedFor) page.emit("said", text("driving.kept", { name: pilot }));
-    askedFor = waits ? pilot : "";
     take.hidden = mine || page.me?.role === "watcher";
     const words = text(pilot ? "driving.ask" : "driving.take");
     if (take.textContent !== words) take.textContent = words;

@@ -94,7 +94,9 @@ rospy.init_node("last", disable_signals=True)
 route_logs_to_ros()
 rospy.Publisher("something", rospy.AnyMsg, queue_size=1)
 deaf = socket.create_server(("127.0.0.1", 0))
-hang_up = lambda: [deaf.accept()[0].close() for _ in iter(int, 1)]
+def hang_up():
+    while True:
+        deaf.accept()[0].close()
 threading.Thread(target=hang_up, daemon=True).start()
 from rospy.impl import registration
 master = f"http://127.0.0.1:{deaf.getsockname()[1]}/"

@@ -38,7 +38,7 @@ LOST_CONNECTION = ("ROSHandshakeException", "OSError", "ConnectionError", "Conne
                    "TimeoutError")  # fmt: skip
 """Errors by which rospy notices that the node at the other end of a connection has ended."""
 ABOUT_OTHERS = ("rospy.internal", "rospy.rosout", "rospy.registration")
-"""rospy's loggers that write down the traceback of a lost connection; the last at the end of a node whose master ends."""
+"""rospy's loggers that write the traceback of a lost connection down; the last when a node ends with its master."""
 CLOSED_MEANWHILE = "AttributeError: 'NoneType' object has no attribute 'buff_size'"
 """What rospy (tcpros_base.py) makes of a connection that is closed by one of its threads while another one opens it."""
 
