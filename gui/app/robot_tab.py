@@ -21,6 +21,8 @@ from telepresence.security.outside_text import clean_name
 GUIDE_KEYS = "guide"
 """Value of the setting `keys`: keys and speeds as in the Robotino guide."""
 AWAY = "Another robot is in front. Choose this one's tab to drive it."
+ENDS_WITHIN = 1.0
+"""[s] that the robot's programs may take to hear that the conversation is over, before the window ends."""
 CHOICES = {"on": True, "off": False}
 """How the choice of the careful scan is written in the settings."""
 
@@ -107,6 +109,7 @@ class RobotTab(QObject):
         """Stop the robot, and end what belongs to this window."""
         self.capture.recorder.close()
         self.controller.dismiss()
+        self.link.finish(ENDS_WITHIN)
 
 
 class Terminals:

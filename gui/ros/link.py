@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -62,6 +63,7 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
+        self._endings: list[threading.Thread] = []
         self._transforms = Transforms(robot.namespace, _subscribe_all)
         self._open = True
         self._found: frozenset[str] = frozenset()
@@ -198,7 +200,16 @@ class RosLink(QObject):
             late = _failed(f"{row.service} did not answer within {row.timeout:g} s.")
             QTimer.singleShot(round(1000 * row.timeout), lambda: settle(late))
         work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
-        threading.Thread(target=work, name=f"call-{name}", daemon=True).start()
+        thread = threading.Thread(target=work, name=f"call-{name}", daemon=True)
+        thread.start()
+        if signed_out:
+            self._endings = [one for one in self._endings if one.is_alive()] + [thread]
+
+    def finish(self, timeout: float) -> None:
+        """Wait until what ends something has been heard, at most `timeout` seconds: the program may end then."""
+        deadline = time.monotonic() + timeout
+        for thread in self._endings:
+            thread.join(max(0.0, deadline - time.monotonic()))
 
     def _call(self, row: Offered, values: tuple) -> Answer:
         """Make the call; on a thread of its own."""
