@@ -39,6 +39,7 @@ LONGEST_STATE = 20
 """Characters of the driver's state beside the view from above."""
 AGE_PERIOD = 250  # ms
 LIMIT_PERIOD = 100  # ms
+TALK_PERIOD = 500  # ms between two calls while Hold to talk is held, for a program that ends it without them
 CAMERA_PERIOD = 50  # ms between two looks whether the camera's program is still connected
 CLOCKS_DIFFER = 5.0
 """[s]; an age above this, or below zero, means that the clocks disagree, not that the picture is old."""
@@ -163,14 +164,14 @@ class Views(QObject):
         panel, sound, link = self._window.robotPanel, self._window.sound, self._link
         panel.say.connect(self._say)
         panel.posture.connect(self._take_posture)
-        for name, signal, quiet, show in (
-            ("mute_microphone", sound.mute_microphone, True, self._on_mute_answer),
-            ("mute_speaker", sound.mute_speaker, True, self._on_mute_answer),
-            ("talk", sound.talk, False, self._show_refusal),
-            ("set_careful", self._window.gate.careful_wanted, True, self._show_answer),
+        for name, signal, quiet, show, repeat in (
+            ("mute_microphone", sound.mute_microphone, True, self._on_mute_answer, 0),
+            ("mute_speaker", sound.mute_speaker, True, self._on_mute_answer, 0),
+            ("talk", sound.talk, False, self._show_refusal, TALK_PERIOD),
+            ("set_careful", self._window.gate.careful_wanted, True, self._show_answer, 0),
         ):
             if link.has(name):
-                switch = ServiceSwitch(link, name, quiet, self)
+                switch = ServiceSwitch(link, name, quiet, self, repeat)
                 signal.connect(switch.turn)
                 switch.answered.connect(show)
                 switch.late.connect(lambda text: self.said.emit(text, "warn"))

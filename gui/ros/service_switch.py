@@ -26,6 +26,8 @@ class ServiceSwitch(QObject):
     Args:
         link: The robot.
         name: The row of the robot's table.
+        repeat: [ms] after which what is not quiet is asked for again, for a program that ends it when nobody does;
+            0 for never.
     """
 
     answered = pyqtSignal(object)
@@ -33,9 +35,9 @@ class ServiceSwitch(QObject):
     late = pyqtSignal(str)
     """There is no answer yet; a sentence."""
 
-    def __init__(self, link: RosLink, name: str, quiet: bool, owner: QObject) -> None:
+    def __init__(self, link: RosLink, name: str, quiet: bool, owner: QObject, repeat: int = 0) -> None:
         super().__init__(owner)
-        self._link, self._name, self._quiet = link, name, quiet
+        self._link, self._name, self._quiet, self._repeat = link, name, quiet, repeat
         self._wanted = False
         self._request = 0
         self._calls, self._told = False, False
@@ -75,7 +77,9 @@ class ServiceSwitch(QObject):
                 self._call()
                 return
             if quiet and not answer.arrived:
-                self._retry.start()
+                self._retry.start(RETRY)
+            elif not quiet and answer.ok and self._repeat:
+                self._retry.start(self._repeat)
             self._report(answer)
 
         self._link.call(self._name, self._wanted, then=ended, patient=True, signed_out=quiet)

@@ -168,6 +168,11 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         assert switch("talk", True).startswith("you: talking")
         until_true(lambda: heard(3.0) > 0.02, "the talk button opens a muted microphone")
         assert switch("talk", False).startswith("you: muted")
+        for _ in range(2):
+            switch("talk", True)
+        until_true(
+            lambda: probe.newest("/voice/state") == ["you: muted; robot: live"], "whoever held the button is gone"
+        )
     finally:
         switch("talk", False)
         told = switch("mute_microphone", False)

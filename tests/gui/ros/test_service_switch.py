@@ -87,3 +87,21 @@ def test_a_program_that_refuses_is_asked_no_second_time(link, monkeypatch):
     link.waiting.pop()(Answer(False, "There is no microphone."))
     QTest.qWait(50)
     assert asked(link) == [False]
+
+
+def test_a_held_button_is_repeated_until_it_is_let_go(link, spin):
+    switch = ServiceSwitch(link, TALK, False, link, repeat=10)
+    switch.turn(True)
+    spin(lambda: asked(link) == [True] * 4, "it is asked for again")
+    switch.turn(False)
+    QTest.qWait(50)
+    assert asked(link) == [True] * 4 + [False]
+
+
+def test_a_held_button_that_fails_is_not_repeated(link):
+    switch = ServiceSwitch(link, TALK, False, link, repeat=10)
+    link.slow.add(TALK)
+    switch.turn(True)
+    link.waiting.pop()(GONE)
+    QTest.qWait(50)
+    assert asked(link) == [True]

@@ -9,8 +9,9 @@ Publishes:  voice/levels (std_msgs/Float32MultiArray, 10 Hz): mean level [dBFS] 
 Subscribes: voice/from_pilot (telepresence_msgs/Sound): a pilot elsewhere speaks; the microphone here is silent then.
             voice/microphone, voice/speaker (std_msgs/String): use this device, see `telepresence.audio.devices`.
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
-            push-to-talk button is held, which opens a muted microphone; after two minutes it is closed, in case
-            whoever held it is gone. voice/conversation (SetBool): false is silent both ways, whatever else is set.
+            push-to-talk button is held, which opens a muted microphone; it is closed when whoever held it is gone:
+            after `TALK_LIFE` if true was repeated within that, else after two minutes. voice/conversation
+            (SetBool): false is silent both ways, whatever else is set.
 A node that dies and is started again is as silent as it was, with the devices that were chosen, see `KeptState`.
 What is muted is muted here: voice/from_pilot and voice/from_robot are switched on and off at their other ends.
 """
@@ -33,8 +34,9 @@ from telepresence.security.outside_text import clean
 from telepresence_ros.kept_state import KeptState
 
 LEVEL_PERIOD, SLOW_PERIOD = 0.1, 5.0
-TALK_LIMIT = 120.0
-"""Seconds that the talk button can be held without pressing it anew."""
+TALK_LIMIT, TALK_LIFE = 120.0, 3.0
+"""Seconds after which a held talk button counts as let go of: one that was pressed once, and one whose holder repeats
+that it is held."""
 FADE = 0.5
 """Seconds after which a level that nobody renews is silence."""
 
@@ -94,6 +96,7 @@ class VoiceTopics:
         self._kept = kept = KeptState()
         self._conversation = kept.switch("conversation", conversation, quiet=False)
         self._muted, self._talking, self._talk_since = kept.switch("microphone_muted", muted, quiet=True), False, 0.0
+        self._talk_life = TALK_LIMIT
         self._speaker_muted = kept.switch("speaker_muted", False, quiet=True)
         self._choices: dict[str, str] = {}
         self._offered: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}
@@ -122,8 +125,10 @@ class VoiceTopics:
             if device := self._kept.text(part):
                 self._choose(part, device)
         for now in cycles:
-            if self._talking and now - self._talk_since > TALK_LIMIT:
-                rospy.logwarn("nobody released the talk button for %.0f s: the microphone is closed", TALK_LIMIT)
+            if self._talking and now - self._talk_since > self._talk_life:
+                rospy.logwarn(
+                    "whoever held the talk button has said nothing for %.0f s: it is released", self._talk_life
+                )
                 self._talk(False)
             self._voice.listen(self._from_robot.get_num_connections() > 0)
             self._level_topic.publish(Float32MultiArray(data=list(self._voice.levels())))
@@ -191,7 +196,9 @@ class VoiceTopics:
         self._keep()
 
     def _talk(self, talking: bool) -> None:
-        self._talking, self._talk_since = talking, time.monotonic()
+        now = time.monotonic()
+        repeated = self._talking and now - self._talk_since < TALK_LIFE
+        self._talking, self._talk_since, self._talk_life = talking, now, TALK_LIFE if repeated else TALK_LIMIT
         self._apply()
 
     def _converse(self, wanted: bool) -> None:
