@@ -1,6 +1,7 @@
 """One encoder for all viewers: real pictures, encoded and decoded."""
 
 import asyncio
+import time
 
 import av
 import numpy as np
@@ -93,11 +94,12 @@ def test_requests_for_key_pictures_have_a_limit():
     async def run():
         studio = Studio()
         viewer = studio.video.track()
-        keys = 0
+        keys, began = 0, time.monotonic()
         for _ in range(10):
             studio.video.ask_for_key_picture()
             keys += (await studio.show(viewer)).is_keyframe
-        assert keys == 1
+        took = time.monotonic() - began  # on a busy machine the ten may take longer than the limit
+        assert 1 <= keys <= 1 + took / shared_video.KEY_PERIOD
 
     asyncio.run(run())
 
