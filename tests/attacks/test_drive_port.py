@@ -182,13 +182,25 @@ def test_a_stranger_blocks_the_pilot_with_zeros(robot, pilot, make_stranger, sty
     """Who drives is decided among those who have the key."""
     stranger = make_stranger(style).enter()
     stranger.drive([0.0, 0.0, 0.0], 0.3)
-    sender = threading.Thread(target=stranger.drive, args=([0.0, 0.0, 0.0], 1.0))
+    over = threading.Event()
+
+    def send() -> None:
+        while not over.is_set():
+            stranger.drive([0.0, 0.0, 0.0], 0.1)
+
+    sender = threading.Thread(target=send)
     sender.start()
-    with holding(pilot, 0.0, 0.1, 0.0):
-        robot.let_reports_pass(10)
-        given = robot.given
+    try:
+        with holding(pilot, 0.0, 0.1, 0.0):
+            wait(lambda: robot.given[1] > 0.05, "the pilot drives")
+            seq, given = robot.watcher.report()[0].seq, []
+            while robot.watcher.report()[0].seq < seq + 20:
+                given.append(robot.given[1])
+                time.sleep(0.01)
+    finally:
+        over.set()
         sender.join()
-    assert given[1] > 0.05
+    assert statistics.median(given) > 0.05, "it drives on, but for the moments in which the pilot is held up"
 
 
 @pytest.mark.parametrize(
@@ -211,11 +223,15 @@ def test_a_copy_of_the_pilots_datagram_from_another_address_counts(robot, middle
         held = middle.seen["robot"][-1]
         middle.change = lambda to, datagram: None if to == "robot" else datagram
         stranger = make_stranger("by JSON", "127.0.0.2")
-        for _ in range(5):
+
+        def stands() -> bool:
             stranger.send(held)
             stranger.send(middle.seen["robot"][-1])
+            return standing(robot)
+
+        wait(stands, "the robot stands")
         list(stranger.listen(0.4))
-        assert stranger.received == 0 and standing(robot)
+        assert stranger.received == 0
 
 
 def replayed(datagram: bytes) -> bytes:
@@ -268,7 +284,8 @@ def test_a_recorded_session_is_played_again_after_its_end(robot, middle, closing
     recorded = list(middle.seen["robot"])
     assert robot.watcher.ask("stop").ok
     newest = time.monotonic()
-    while time.monotonic() < newest + 0.3:  # until the robot has forgotten the session
+    # Until the robot has forgotten the session, and is not only held up.
+    while time.monotonic() < newest + 2.5:
         known = len(middle.seen["pilot"])
         time.sleep(0.05)
         newest = time.monotonic() if len(middle.seen["pilot"]) > known else newest
@@ -415,7 +432,7 @@ def test_recorded_reports_hide_that_the_robot_is_gone(middle, overheard):
     recorded, newest = list(middle.seen["pilot"]), overheard.report()[0].seq
     middle.change = lambda to, datagram: None
     number = newest + 100
-    end = time.monotonic() + 2.0
+    end = time.monotonic() + 30.0
     while not overheard.problem and time.monotonic() < end:
         for datagram in recorded:
             number += 1

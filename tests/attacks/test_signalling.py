@@ -383,13 +383,16 @@ def watch(
 
 
 def test_somebody_without_the_key_answers_in_the_robots_place(
-    open_camera: Service, watch: Callable, services: dict[str, Service]
+    open_camera: Service, watch: Callable, services: dict[str, Service], wait_until: Callable
 ) -> None:
     pilot = watch(open_camera, key=services["camera"].key)
-    assert not pilot.received and "no proof" in pilot.problem
+    wait_until(lambda: pilot.received or "no proof" in pilot.problem, "what is wrong is said")
+    assert not pilot.received
 
 
-def test_somebody_in_between_changes_the_answer(services: dict[str, Service], watch: Callable) -> None:
+def test_somebody_in_between_changes_the_answer(
+    services: dict[str, Service], watch: Callable, wait_until: Callable
+) -> None:
     """Where the pictures come from, and with which certificate."""
 
     def change(status: int, headers: dict[str, str], body: bytes) -> tuple:
@@ -397,7 +400,8 @@ def test_somebody_in_between_changes_the_answer(services: dict[str, Service], wa
 
     camera = services["camera"]
     pilot = watch(camera, change, key=camera.key)
-    assert not pilot.received and "does not prove" in pilot.problem
+    wait_until(lambda: pilot.received or "does not prove" in pilot.problem, "what is wrong is said")
+    assert not pilot.received
 
 
 def test_a_robot_makes_the_pilots_machine_send_to_somebody_else(open_camera: Service, watch: Callable) -> None:
@@ -421,9 +425,10 @@ def test_a_robot_sends_the_pilots_machine_to_another_address(open_camera: Servic
             victim.accept()
 
 
-def test_a_robot_writes_to_the_pilots_terminal(open_camera: Service, watch: Callable) -> None:
+def test_a_robot_writes_to_the_pilots_terminal(open_camera: Service, watch: Callable, wait_until: Callable) -> None:
     pilot = watch(open_camera, lambda *_: (503, {}, b"\x1b]0;title\x07busy\r\n"))
-    assert "busy" in pilot.problem and pilot.problem.isprintable()
+    wait_until(lambda: "busy" in pilot.problem, "why there is no picture is said")
+    assert pilot.problem.isprintable()
 
 
 def test_a_robots_pictures_cost_the_pilot_gigabytes() -> None:

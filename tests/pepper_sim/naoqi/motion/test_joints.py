@@ -5,6 +5,8 @@ import time
 import pytest
 
 NAN = float("nan")
+TRIES = 4
+"""The best of so many counts where something is timed: other programs hold up those of a busy machine."""
 
 
 def _near(naoqi, names, angles, wait_until, tolerance=0.03):
@@ -14,21 +16,27 @@ def _near(naoqi, names, angles, wait_until, tolerance=0.03):
 
 
 def test_set_angles_returns_at_once_and_arrives(naoqi, wait_until):
-    motion = naoqi.ALMotion
-    begin = time.monotonic()
-    motion.setAngles(["HeadYaw", "HeadPitch"], [0.5, 0.2], 0.2)
-    assert time.monotonic() - begin < 0.25
-    _near(naoqi, "Head", [0.5, 0.2], wait_until)
+    motion, tries = naoqi.ALMotion, []
+    while not any(seconds < 0.25 for seconds in tries):
+        assert len(tries) < TRIES, f"it returned after {tries} s"
+        angles = [0.5 * (-1) ** len(tries), 0.2]
+        begin = time.monotonic()
+        motion.setAngles(["HeadYaw", "HeadPitch"], angles, 0.2)
+        tries.append(time.monotonic() - begin)
+        _near(naoqi, "Head", angles, wait_until)
 
 
 def test_speed_is_a_fraction_of_the_joints_top_speed(naoqi, wait_until):
-    motion = naoqi.ALMotion
-    motion.setAngles("HeadYaw", 1.0, 0.1)  # 0.73 rad/s
-    wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.1, "the head turns")
-    first, begin = motion.getAngles("HeadYaw", True)[0], time.monotonic()
-    wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.6, "the head turns on")
-    speed = (motion.getAngles("HeadYaw", True)[0] - first) / (time.monotonic() - begin)
-    assert 0.4 < speed < 0.85
+    motion, tries = naoqi.ALMotion, []
+    while not any(0.4 < speed < 0.85 for speed in tries):
+        assert len(tries) < TRIES, f"0.73 rad/s were {tries}"
+        motion.setAngles("HeadYaw", 0.0, 1.0)
+        _near(naoqi, "HeadYaw", [0.0], wait_until)
+        motion.setAngles("HeadYaw", 1.0, 0.1)
+        wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.1, "the head turns")
+        first, begin = motion.getAngles("HeadYaw", True)[0], time.monotonic()
+        wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.6, "the head turns on")
+        tries.append((motion.getAngles("HeadYaw", True)[0] - first) / (time.monotonic() - begin))
 
 
 def test_each_joint_may_have_its_own_speed(naoqi, wait_until):
