@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import itertools
 import json
 import os
 import subprocess
@@ -40,6 +41,10 @@ ROOT = Path(__file__).resolve().parents[2]
 PASSWORD = "correct horse"
 GROWTH = 12.0
 """[MB] that a flood may leave behind: less than a tenth of what it sent."""
+LOST = 2
+"""How often the pilot may lose the robot to nobody: a busy machine holds up programs for longer than a lease lasts."""
+SILENCE = 5.0
+"""[s] for which the page may tell the pilot nothing: more than a busy machine holds it up."""
 SOCKET = "/ws?robot=Pepper&page=0000000000000001&attempt=1"
 HOME = "{}nothing"
 """An address of the page's origin without the page: that would take the robot itself."""
@@ -109,18 +114,22 @@ def station(tmp_path_factory, free_port, wait_until) -> Iterator[Station]:
 
 @pytest.fixture
 def pilot(station, wait_until) -> Iterator[Pilot]:
-    """Anna drives; at the end she has had the robot all the time and drives, and the page's program has not grown."""
+    """Anna drives; at the end nobody else has had the robot, she drives, and the page's program has not grown."""
     station.forget()
     with Pilot(station.stranger, station.anna) as pilot:
-        drives = lambda: pilot.mine[-1:] == [True] and station.velocities()[-5:] == [FORWARD] * 5  # noqa: E731
+        drives = lambda: pilot.had[-1:] == ["I"] and station.velocities()[-5:] == [FORWARD] * 5  # noqa: E731
         wait_until(drives, "anna drives")
-        pilot.mine.clear()
+        pilot.had.clear()
+        pilot.silence = 0.0
         station.forget()
         before = station.page.memory()
         yield pilot
         station.forget()
         wait_until(lambda: station.velocities()[-5:] == [FORWARD] * 5, "anna still drives")
-        assert all(pilot.mine) and pilot.pictures > 0
+        had = list(pilot.had)
+        assert "another" not in had
+        assert sum(pair == ("I", "nobody") for pair in itertools.pairwise(had)) <= LOST, had
+        assert pilot.silence < SILENCE and pilot.pictures > 0
         assert station.page.memory() - before < GROWTH
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import math
 import re
 import secrets
 import socket
@@ -22,6 +23,8 @@ from telepresence.page.sign_ins import COOKIE, COOKIE_OF_PATH
 
 FORWARD, ZERO = [0.2, 0.0, 0.0], [0.0, 0.0, 0.0]
 _PERIOD = 0.05
+_AGAIN = 0.5
+"""[s] from one time that the robot is taken to the next: the page heeds few."""
 _TIMEOUT = 60.0
 _AT_ONCE = 50
 _STATUS = re.compile(rb"HTTP/1\.1 (\d{3})")
@@ -115,7 +118,9 @@ class Pilot(threading.Thread):
     """Takes the robot and drives, twenty commands a second, until it is closed.
 
     Attributes:
-        mine: What each state said about who has the robot.
+        had: Who had the robot, by each state: "I", "nobody" or "another". Nobody has it when this program, the page or
+            drive_lease was held up for longer than a lease lasts: then it is taken again.
+        silence: The longest time between two states [s].
         pictures: How many came.
         hung_up: Whether the page has.
     """
@@ -125,7 +130,9 @@ class Pilot(threading.Thread):
         self._socket = stranger.open(cookie, robot=robot)
         self._velocity = velocity
         self._over = threading.Event()
-        self.mine: list[bool] = []
+        self.had: list[str] = []
+        self.silence = 0.0
+        self._heard, self._took = math.inf, -math.inf
         self.pictures = 0
         self.hung_up = False
         self.start()
@@ -142,7 +149,7 @@ class Pilot(threading.Thread):
 
     def _drive(self) -> None:
         number = 0
-        self.ask("take")  # from another page of the same person
+        self._take()  # from another page of the same person
         due = time.monotonic()
         while not self._over.is_set():
             number += 1
@@ -150,6 +157,10 @@ class Pilot(threading.Thread):
             due += _PERIOD
             while (left := due - time.monotonic()) > 0:
                 self._receive(left)
+
+    def _take(self) -> None:
+        self._took = time.monotonic()
+        self.ask("take")
 
     def _receive(self, left: float) -> None:
         try:
@@ -160,7 +171,11 @@ class Pilot(threading.Thread):
             self.pictures += 1
             self._socket.send("seen")
         elif message.startswith("state "):
-            self.mine.append(json.loads(message[6:])["mine"])
+            state, now = json.loads(message[6:]), time.monotonic()
+            self.silence, self._heard = max(self.silence, now - self._heard), now
+            self.had.append("I" if state["mine"] else "another" if state["pilot"] else "nobody")
+            if self.had[-1] == "nobody" and time.monotonic() - self._took > _AGAIN:
+                self._take()
 
     def __enter__(self) -> Pilot:
         return self
