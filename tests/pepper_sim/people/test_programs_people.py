@@ -6,6 +6,9 @@ import time
 import numpy as np
 import pytest
 
+TRIES = 4
+"""What a program has a second or two for may take longer on a busy machine: then it is run again."""
+
 
 def loudness(naoqi, begin):
     seconds = time.monotonic() - begin
@@ -24,27 +27,36 @@ def test_a_greeter_greets_who_comes_and_nobody_else(stranger, naoqi, run_against
 
 
 def test_a_tracker_looks_at_a_face_and_drives_to_it(stranger, naoqi, run_against_robot):
+    def looks():
+        printed = run_against_robot("people_follow_face", "--seconds", 1.0)
+        assert "successfully started with Face" in printed
+        yaw = naoqi.robot.snapshot().joint_positions["HeadYaw"]
+        return "at 1.4" in printed and yaw == pytest.approx(math.atan2(0.5, 1.43), abs=0.1)
+
+    def comes():
+        run_against_robot("people_follow_face", "--mode", "Move", "--distance", 1.2, "--seconds", 2.5)
+        x, y, *_ = naoqi.robot.truth()
+        return math.hypot(1.63 - x, y) == pytest.approx(1.2, abs=0.2)
+
     stranger.place(1.5, 0.5, math.pi)
-    printed = run_against_robot("people_follow_face", "--seconds", 1.0)
-    assert "successfully started with Face" in printed and "at 1.4" in printed
-    yaw = naoqi.robot.snapshot().joint_positions["HeadYaw"]
-    assert yaw == pytest.approx(math.atan2(0.5, 1.43), abs=0.1)
+    assert any(looks() for _ in range(TRIES)), "it looks at the face"
     stranger.place(1.7, 0.0, math.pi)
-    run_against_robot("people_follow_face", "--mode", "Move", "--distance", 1.2, "--seconds", 2.5)
-    x, y, *_ = naoqi.robot.truth()
-    assert math.hypot(1.63 - x, y) == pytest.approx(1.2, abs=0.2)
+    assert any(comes() for _ in range(TRIES)), "it stands before it"
 
 
 def test_who_is_around_is_listed(stranger, naoqi, run_against_robot):
     assert run_against_robot("people_around").splitlines() == ["0 people"]
     stranger.place(1.3, 0.2, math.pi)
     naoqi.simulation.world.people["person_2"].place(2.3, -0.7, math.pi)
-    heading, *people = run_against_robot("people_around").splitlines()
-    assert heading == "2 people"
-    assert sorted(people) == [
+    both = [
+        "2 people",
         "x=1.2 y=0.2 z=1.6, zone=1, stands, Blue, about 30 years",
         "x=2.3 y=-0.7 z=1.2, zone=2, sits, Purple, about 75 years",
     ]
+    tries = []
+    while both not in tries:
+        assert len(tries) < TRIES, tries
+        tries.append(sorted(run_against_robot("people_around").splitlines()))
 
 
 def test_a_face_is_learned_and_greeted_by_name(stranger, naoqi, run_against_robot):
@@ -58,8 +70,11 @@ def test_a_face_is_learned_and_greeted_by_name(stranger, naoqi, run_against_robo
 
 def test_awareness_turns_head_and_body(stranger, naoqi, run_against_robot):
     stranger.place(1.5, 0.7, -2.7)
-    assert "tracking" in run_against_robot("people_awareness", "--seconds", 2.5)
-    assert naoqi.robot.truth()[5] > 0.3, "the base turned"
+
+    def turns():
+        return "tracking" in run_against_robot("people_awareness", "--seconds", 2.5) and naoqi.robot.truth()[5] > 0.3
+
+    assert any(turns() for _ in range(TRIES)), "the base turns"
 
 
 def test_it_points_at_who_is_nearest(stranger, naoqi, run_against_robot):

@@ -69,17 +69,28 @@ def test_instructions_are_carried_out_in_their_turn(naoqi, wait_until):
     subscriber = naoqi.ALMemory.subscriber("ALAnimatedSpeech/EndOfAnimatedSpeech")
     subscriber.signal.connect(ends.append)
     memory, motion = naoqi.ALMemory, naoqi.ALMotion
-    call = naoqi.ALAnimatedSpeech.say(
-        f"^mode(disabled) $step=1 ^start({HEY}) ^pCall(ALLeds.off(EarLeds)) ^start(no/such) ^wait({HEY}) $step=2"
-        " ^startTag(yes) Yes ^stopTag(yes) ^call(ALLeds.setIntensity('EarLeds', 0.5)) ^dance() $step=3",
-        _async=True,
-    )
-    wait_until(lambda: motion.getAngles("RShoulderPitch", True)[0] < 0.0, "the arm is up")
-    assert memory.getData("step") == "1" and naoqi.ALLeds.getIntensity("EarLeds")[0] == 0.0
-    call.value(15_000)
-    assert memory.getData("step") == "3"
-    assert naoqi.ALLeds.getIntensity("EarLeds")[0] == 0.5
-    wait_until(lambda: len(ends) == 1, "its end was reported")
+
+    def seen_with_its_arm_up():
+        """The step, and how bright the ears are."""
+        motion.angleInterpolationWithSpeed("RShoulderPitch", 1.5, 0.5)  # the last try may have left it up
+        memory.insertData("step", "0")
+        call = naoqi.ALAnimatedSpeech.say(
+            f"^mode(disabled) $step=1 ^start({HEY}) ^pCall(ALLeds.off(EarLeds)) ^start(no/such) ^wait({HEY}) $step=2"
+            " ^startTag(yes) Yes ^stopTag(yes) ^call(ALLeds.setIntensity('EarLeds', 0.5)) ^dance() $step=3",
+            _async=True,
+        )
+        wait_until(lambda: motion.getAngles("RShoulderPitch", True)[0] < 0.0 or call.isFinished(), "the arm is up")
+        seen = memory.getData("step"), naoqi.ALLeds.getIntensity("EarLeds")[0]
+        call.value(30_000)
+        assert memory.getData("step") == "3"
+        assert naoqi.ALLeds.getIntensity("EarLeds")[0] == 0.5
+        return seen
+
+    tries = []
+    while ("1", 0.0) not in tries:
+        assert len(tries) < 4, f"(step, ears) with the arm up: {tries}"
+        tries.append(seen_with_its_arm_up())
+    wait_until(lambda: len(ends) == len(tries), "its end was reported")
     assert naoqi.ALBehaviorManager.getRunningBehaviors() == []
 
 

@@ -33,11 +33,11 @@ def test_colours_in_every_form_take_their_time(naoqi, colour):
 def test_a_fade_is_under_way_meanwhile(naoqi, wait_until):
     leds = naoqi.ALLeds
     leds.off("FaceLeds")
-    call = leds.fade("FaceLeds", 1.0, 1.0, _async=True)
+    call = leds.fade("FaceLeds", 1.0, 4.0, _async=True)
     wait_until(lambda: 0.1 < leds.getIntensity("FaceLed0")[0] < 0.9, "the light is half on")
     leds.off("FaceLeds")
     assert leds.getIntensity("FaceLed0")[0] == 0.0
-    call.value(3000)
+    call.value(10_000)
 
 
 def test_groups(naoqi, refused):

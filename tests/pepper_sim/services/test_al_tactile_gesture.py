@@ -69,7 +69,16 @@ def test_a_gesture_of_ones_own(gestures, wait_until, refused):
     assert service.getSequence(name) == ["000", "110", "000"] == service.getGestures()[name]
     assert service.getGesture(["000", "100", "000"]) == "SingleFront"
     assert service.getGesture(["000", "011", "000"]) is None and service.getSequence("nothing") is None
-    touch("110")
-    touch("000")
-    wait_until(lambda: sorted(told) == sorted([name, "released"]), "it was recognised")
+
+    def recognised():
+        """Where a busy machine held the hand up on its way, that was another gesture: it is made again."""
+        told.clear()
+        touch("110")
+        touch("000")
+        deadline = time.monotonic() + 1.0  # until the service is sure
+        while sorted(told) != sorted([name, "released"]) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        return sorted(told) == sorted([name, "released"])
+
+    wait_until(recognised, "it was recognised")
     assert "sequence" in refused(service.createGesture, ["100"])

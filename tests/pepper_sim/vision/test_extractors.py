@@ -85,10 +85,14 @@ def test_a_paused_extractor_raises_nothing(naoqi, looking, value):
     detection = looking("ALDarknessDetection")
     assert 0 <= value("DarknessDetection/DarknessValue") <= 100
     detection.pause(True)
-    time.sleep(0.3)  # until the look that was under way has ended
-    naoqi.ALMemory.insertData("DarknessDetection/DarknessValue", None)
-    time.sleep(0.3)  # in which it may raise nothing
-    assert naoqi.ALMemory.getData("DarknessDetection/DarknessValue") is None and detection.isProcessing()
+
+    def raises_nothing():
+        naoqi.ALMemory.insertData("DarknessDetection/DarknessValue", None)
+        time.sleep(0.3)  # in which it may raise nothing
+        return naoqi.ALMemory.getData("DarknessDetection/DarknessValue") is None
+
+    # The first times the look that was under way may not have ended.
+    assert any(raises_nothing() for _ in range(4)) and detection.isProcessing()
     detection.pause(False)
     assert value("DarknessDetection/DarknessValue") is not None
 
