@@ -283,9 +283,9 @@ SOCKET = """new Promise(resolve => {{
 }})"""
 
 
-def test_the_pilots_own_browser_shows_the_window(pilot, screen):
+def test_the_pilots_own_browser_shows_the_window(pilot, screen, wait_until):
     """No attack. The key has left the address."""
-    assert pilot.run(SEEN.format(url="document.images[0].src")) is True
+    wait_until(lambda: pilot.run(SEEN.format(url="document.images[0].src")) is True, "the picture is shown")
     assert not screen.query or screen.query not in pilot.places[1]
 
 

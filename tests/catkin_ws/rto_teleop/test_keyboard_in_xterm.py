@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 
 import pytest
+from repeated_presses import press_until
 
 from telepresence.station import processes
 from telepresence.station.virtual_display import VirtualDisplay
@@ -25,7 +26,9 @@ def keyboard(graph, until_true):
 
     xdotool("mousemove", "200", "200")  # without a window manager keys go to the window below the pointer
     yield xdotool
+    family = processes.descendants(terminal.pid)
     processes.end(terminal, patience=5.0)
+    until_true(lambda: not {*family} & {*processes.descendants()}, "the program has ended with its terminal")
     display.close()
 
 
@@ -37,16 +40,26 @@ def test_two_held_keys_are_a_diagonal_and_each_ends_when_it_is_let_go(graph, key
     def driven() -> list[list[float]]:
         return [velocity for _, velocity in probe.seen("/rto3/cmd_vel")]
 
-    def drives(velocity: list[float], what: str) -> None:
-        """Wait until this velocity stays for longer than a terminal's silence would let it."""
-        until_true(lambda: driven()[-8:] == [velocity] * 8, what)
+    def drives(steps: list[str], velocity: list[float], what: str) -> None:
+        """Press until this velocity stays for longer than a terminal's silence would let it. A program that was held
+        up has let go of what was held: then all steps are made again."""
+
+        def press() -> None:
+            for step in steps:
+                keyboard(*step.split())
+
+        def release() -> None:
+            keyboard("keyup", "w")
+            keyboard("keyup", "a")
+
+        press_until(press, release, until_true, lambda: driven()[-8:] == [velocity] * 8, what)
 
     until_true(lambda: keyboard("key", "w") or driven(), "keys reach the program")
-    keyboard("keydown", "w")
-    drives([0.05, 0.0, 0.0], "W drives")
-    keyboard("keydown", "a")
-    drives([0.05, 0.05, 0.0], "W and A drive")
-    keyboard("keyup", "a")
-    drives([0.05, 0.0, 0.0], "W alone drives on, though the terminal repeats no key any more")
+    steps = ["keydown w"]
+    drives(steps, [0.05, 0.0, 0.0], "W drives")
+    steps += ["keydown a"]
+    drives(steps, [0.05, 0.05, 0.0], "W and A drive")
+    steps += ["keyup a"]
+    drives(steps, [0.05, 0.0, 0.0], "W alone drives on, though the terminal repeats no key any more")
     keyboard("keyup", "w")
     until_true(lambda: driven()[-1] == [0.0, 0.0, 0.0], "the robot stops")

@@ -122,8 +122,9 @@ def test_a_killed_owner_leaves_a_whole_bag_and_no_process(recording, tmp_path, w
 
 def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_path, monkeypatch):
     """Two recordings end one after the other; the first one's report is ready last."""
-    program = tmp_path / "program"
-    program.write_text('#!/bin/sh\ncase "$3" in *first*) sleep 0.5; echo slow; exit 1;; esac\n')
+    program, may_end = tmp_path / "program", tmp_path / "may end"
+    wait = f"until [ -e '{may_end}' ]; do sleep 0.05; done"
+    program.write_text(f'#!/bin/sh\ncase "$3" in *first*) {wait}; echo slow; exit 1;; esac\n')
     program.chmod(0o755)
     monkeypatch.setattr(recorder_module.sys, "executable", str(program))
     parent = QObject()
@@ -133,6 +134,8 @@ def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_pa
     recorder.failed.connect(happened.append)
     for name in ("first", "second"):
         recorder._write_report(tmp_path / f"{name}.bag")
+    spin(lambda: happened, "a report has ended")
+    may_end.touch()
     spin(lambda: len(happened) == 2, "both reports have ended")
     assert happened == ["second.html", "first.bag is recorded, but its report failed: slow"]
 

@@ -71,15 +71,18 @@ def test_the_robot_hears_its_own_loudspeaker(audio, listen, wait_until):
     listener = listen("Ears", 48000, 0, 0)
     wait_until(lambda: len(listener.blocks) > 2, "blocks arrive")
     quiet = np.frombuffer(listener.blocks[-1][3], "<i2")
+    before = len(listener.blocks)
     for _ in range(12):
         audio.sendRemoteBufferToOutput(FRAMES, _tone(1000, FRAMES), _async=True)
 
     def loud():
-        samples = np.frombuffer(listener.blocks[-1][3], "<i2").reshape(-1, 4)[:, 0].astype(float)
-        return samples.std() > 20 * quiet.std()
+        """Blocks that came since, a tone's begin and end in silence left out."""
+        samples = [np.frombuffer(block[3], "<i2").reshape(-1, 4).astype(float) for block in listener.blocks[before:]]
+        return [
+            each for each in samples if each[: FRAMES // 4, 0].std() > 20 * quiet.std() < each[-FRAMES // 4 :, 0].std()
+        ]
 
-    wait_until(loud, "the tone is heard")
-    samples = np.frombuffer(listener.blocks[-1][3], "<i2").reshape(-1, 4)[:, 2].astype(float)
+    samples = wait_until(loud, "the tone is heard")[0][:, 2]
     spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples))))
     assert np.argmax(spectrum) * RATE / len(samples) == pytest.approx(1000, abs=30)
 
@@ -172,13 +175,18 @@ def test_energy_and_recording(audio, simulation, refused, wait_until):
     for name in ("Front", "Rear", "Left", "Right"):
         wait_until(lambda name=name: 0 < getattr(audio, f"get{name}MicEnergy")() < 100, "the room is quiet")
     audio.disableEnergyComputation()
-    audio.startMicrophonesRecording("/home/nao/recording.wav")
-    assert "already" in refused(audio.startMicrophonesRecording, "/home/nao/other.wav")
-    time.sleep(0.4)  # of sound
-    audio.stopMicrophonesRecording()
-    with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/recording.wav"))) as recording:
-        assert recording.getnchannels() == 4 and recording.getframerate() == 48000
-        assert recording.getnframes() / 48000 > 0.3
+
+    def recorded():
+        """Seconds, of 0.4: a busy machine may begin late."""
+        audio.startMicrophonesRecording("/home/nao/recording.wav")
+        assert "already" in refused(audio.startMicrophonesRecording, "/home/nao/other.wav")
+        time.sleep(0.4)  # of sound
+        audio.stopMicrophonesRecording()
+        with wave.open(str(simulation.server.catalogue.disk.path("/home/nao/recording.wav"))) as recording:
+            assert recording.getnchannels() == 4 and recording.getframerate() == 48000
+            return recording.getnframes() / 48000
+
+    assert any(recorded() > 0.3 for _ in range(4))
     audio.stopMicrophonesRecording()
     audio.setFileAsInput("/home/nao/recording.wav")
     audio.closeAudioInputs()

@@ -53,15 +53,14 @@ def test_two_listeners_get_the_same_packets_evenly_and_nobody_s_absence_ends_it(
                     came.append(time.monotonic())
 
         tasks = [asyncio.ensure_future(take(number)) for number in (0, 1)]
-        begin = time.monotonic()
         for block in range(12):
-            await asyncio.sleep(max(0.0, begin + 0.085 * block - time.monotonic()))
+            await asyncio.sleep(0.085)  # no burst after a hold-up: that would be left out
             robot.record(0.085, channels=1, begin=0.085 * block)
         await asyncio.wait_for(asyncio.gather(*tasks), 10)
         assert all(one is other for one, other in zip(*got, strict=True)), "one encoding serves both"
         stamps = np.diff([packet.pts for packet in got[0]])
         assert (stamps >= SAMPLES).all() and np.median(stamps) == SAMPLES
-        assert np.median(np.diff(came)) < 0.05, "blocks of 85 ms leave in pieces of 20 ms"
+        assert 0.005 < np.median(np.diff(came)) < 0.05, "blocks of 85 ms leave in pieces of 20 ms"
         spectrum = np.abs(np.fft.rfft(decoded(got[0])[-RATE // 4 :], RATE))
         assert np.argmax(spectrum) == pytest.approx(440, abs=5)
         tracks[0].stop()
