@@ -20,7 +20,7 @@ from websockets.sync.client import connect
 
 STARTS = 40.0
 """[s] until Firefox listens, on a busy machine."""
-ANSWERS = 20.0
+ANSWERS = 60.0
 """[s]"""
 PREFERENCES = {
     "media.peerconnection.ice.loopback": True,

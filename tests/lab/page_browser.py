@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 
 from open_page import OpenPage
 from repeated_presses import press_until
@@ -13,6 +14,10 @@ from pepper_sim.tablet.devtools import DevTools
 FORWARD = [0.2, 0.0, 0.0]
 """What the key W drives."""
 ZERO = [0.0, 0.0, 0.0]
+REST = 0.5
+"""[s] after the last valid command within which the robot is told to stand."""
+TRIES = 4
+"""The best of so many counts, as other programs hold up those of a busy machine."""
 FLAGS = (
     "--ignore-certificate-errors",  # the page's own one
     "--allow-loopback-in-peer-connection",
@@ -113,6 +118,19 @@ def drives(probe, until_true: Callable, browser: OpenPage) -> None:
     """Hold W until the robot drives."""
     probe.forget("/cmd_vel")
     hold_until(browser, until_true, lambda: heard(probe)[-5:] == [FORWARD] * 5, "the key drives")
+
+
+def assert_stands(probe, until_true: Callable, fault: Callable[[], AbstractContextManager]) -> None:
+    """While a fault lasts, which begins with a robot that drives and at whose end it may drive again, the robot is told
+    to stand soon after the last command. On a busy machine that is so in the best of a few tries."""
+    tries: list[float] = []  # s
+    while not any(seconds <= REST for seconds in tries):
+        assert len(tries) < TRIES, f"it is told to stand {tries} s after the last command"
+        with fault():
+            until_true(lambda: heard(probe)[-1:] == [ZERO], "the robot is told to stand")
+            last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
+            stood = min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last)
+            tries.append(stood - last)
 
 
 def let_go_of_the_stop(browser: OpenPage, until_true: Callable) -> None:

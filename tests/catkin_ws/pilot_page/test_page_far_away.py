@@ -6,16 +6,16 @@ as a long evening of one pilot would.
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Iterator
 
 import pytest
 from internet import GATEWAY, RELAY, RELAY_PORT, STATION, Internet
-from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
+from page_browser import FORWARD, ZERO, Browser, assert_stands, drives, enter, heard
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
-REST = 0.5
-"""[s], see test_page_faults.py."""
 BACK = 25.0
 """[s], even on a busy machine, through routers and a relay."""
 CUT = 10.0
@@ -59,12 +59,6 @@ def pilot(browser, until_true):
     return browser if browser.is_there() else enter(browser, until_true)
 
 
-def stands(probe, until_true) -> None:
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
-    last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
-    assert min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last) - last <= REST
-
-
 def comes_back(probe, until_true, browser, *ways: str) -> None:
     began = time.monotonic()
     probe.forget("/cmd_vel")
@@ -89,12 +83,16 @@ def test_both_behind_routers_find_a_direct_way(pilot, probe, until_true):
 
 
 def test_the_network_is_cut_for_ten_seconds(internet, pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    with internet.cut():
-        stands(probe, until_true)
-        time.sleep(CUT)
-        assert FORWARD not in heard(probe)[-5:]
-    comes_back(probe, until_true, pilot, "direct", "relay")
+    @contextlib.contextmanager
+    def cut() -> Iterator[None]:
+        drives(probe, until_true, pilot)
+        with internet.cut():
+            yield
+            time.sleep(CUT)
+            assert FORWARD not in heard(probe)[-5:]
+        comes_back(probe, until_true, pilot, "direct", "relay")
+
+    assert_stands(probe, until_true, cut)
 
 
 def test_behind_strict_routers_a_relay_carries_everything(internet, url, pilot, probe, until_true):
@@ -105,17 +103,21 @@ def test_behind_strict_routers_a_relay_carries_everything(internet, url, pilot, 
 
 
 def test_the_relay_is_killed_and_started_again(internet, pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    internet.kill_relay()
-    stands(probe, until_true)
-    time.sleep(SURE)
-    internet.start_relay()
-    comes_back(probe, until_true, pilot, "relay")
+    @contextlib.contextmanager
+    def killed() -> Iterator[None]:
+        drives(probe, until_true, pilot)
+        internet.kill_relay()
+        yield
+        time.sleep(SURE)
+        internet.start_relay()
+        comes_back(probe, until_true, pilot, "relay")
+
+    assert_stands(probe, until_true, killed)
 
 
 def test_without_a_relay_the_slower_way_is_taken_and_left_again(internet, pilot, probe, until_true):
     internet.kill_relay()
-    stands(probe, until_true)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
     until_true(lambda: pilot.is_there() and pilot.way() == "slower", "the page works by the slower way")
     drives(probe, until_true, pilot)
     lets_go(probe, until_true, pilot)

@@ -8,16 +8,15 @@ from __future__ import annotations
 import contextlib
 import signal
 import time
+from collections.abc import Iterator
 
 import pytest
-from page_browser import FORWARD, ZERO, Browser, drives, enter, heard
+from page_browser import FORWARD, ZERO, Browser, assert_stands, drives, enter, heard
 
 from pepper_sim.tablet.devtools import BrowserError
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
-REST = 0.5
-"""[s] after the last valid command within which the robot is told to stand."""
 BACK = 12.0
 """[s] after the end of a fault within which the page shows pictures and has the robot, on a machine that is busy with
 other tests; on a quiet one it is 3."""
@@ -53,14 +52,6 @@ def pilot(browser, until_true):
     return browser if browser.is_there() else enter(browser, until_true)
 
 
-def stands(probe, until_true) -> None:
-    """Wait until the robot is told to stand, and look how soon after the last command that was."""
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
-    last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
-    stood = min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last)
-    assert stood - last <= REST
-
-
 def comes_back(probe, until_true, browser) -> None:
     """Wait for the page; what was held before moves nothing, and a new press does."""
     began = time.monotonic()
@@ -76,17 +67,21 @@ def comes_back(probe, until_true, browser) -> None:
 
 
 def test_another_tab_is_looked_at(pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=False)
-    pilot.evaluate("globalThis.other = open('about:blank'); 0", userGesture=True)
-    try:
-        stands(probe, until_true)
-        assert pilot.evaluate("document.hidden")
-        time.sleep(2 * SURE)  # until pictures would count as lost
-    finally:
-        pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
-        pilot.evaluate("other.close()")
-    comes_back(probe, until_true, pilot)
+    @contextlib.contextmanager
+    def another_tab() -> Iterator[None]:
+        drives(probe, until_true, pilot)
+        pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=False)
+        pilot.evaluate("globalThis.other = open('about:blank'); 0", userGesture=True)
+        try:
+            yield
+            assert pilot.evaluate("document.hidden")
+            time.sleep(2 * SURE)  # until pictures would count as lost
+        finally:
+            pilot.tools.call("Emulation.setFocusEmulationEnabled", enabled=True)
+            pilot.evaluate("other.close()")
+        comes_back(probe, until_true, pilot)
+
+    assert_stands(probe, until_true, another_tab)
 
 
 def revived(browser, url) -> bool:
@@ -98,44 +93,64 @@ def revived(browser, url) -> bool:
 
 
 def test_the_page_is_killed(pilot, running, probe, until_true):
-    drives(probe, until_true, pilot)
-    pilot.tools.post("Page.crash")
-    try:
-        stands(probe, until_true)
-    finally:  # a crashed page answers nobody, nor does one that is asked while it is loaded anew: it is asked again
-        until_true(lambda: revived(pilot, running[1]), "the page is loaded anew")
-    comes_back(probe, until_true, pilot)
+    @contextlib.contextmanager
+    def crash() -> Iterator[None]:
+        drives(probe, until_true, pilot)
+        pilot.tools.post("Page.crash")
+        try:
+            yield
+        finally:  # a crashed page answers nobody, nor does one that is asked while it is loaded anew: it is asked again
+            until_true(lambda: revived(pilot, running[1]), "the page is loaded anew")
+        comes_back(probe, until_true, pilot)
+
+    assert_stands(probe, until_true, crash)
 
 
 def test_the_lid_is_closed(pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    pilot.tools.signal(signal.SIGSTOP)
-    try:
-        stands(probe, until_true)
-        time.sleep(3 * SURE)  # longer than a lease
-    finally:
-        pilot.tools.signal(signal.SIGCONT)
-    comes_back(probe, until_true, pilot)
+    @contextlib.contextmanager
+    def closed() -> Iterator[None]:
+        drives(probe, until_true, pilot)
+        pilot.tools.signal(signal.SIGSTOP)
+        try:
+            yield
+            time.sleep(3 * SURE)  # longer than a lease
+        finally:
+            pilot.tools.signal(signal.SIGCONT)
+        comes_back(probe, until_true, pilot)
+
+    assert_stands(probe, until_true, closed)
 
 
 def test_the_browser_is_killed(open_page, pilot, probe, until_true):
-    pilot.evaluate("document.getElementById('leave').click()")
-    other = enter(open_page(), until_true)
-    drives(probe, until_true, other)
-    other.tools.signal(signal.SIGKILL)
-    stands(probe, until_true)
-    enter(pilot, until_true)  # somebody takes another one
-    comes_back(probe, until_true, pilot)
+    @contextlib.contextmanager
+    def killed() -> Iterator[None]:
+        pilot.evaluate("document.getElementById('leave').click()")
+        other = enter(open_page(), until_true)
+        drives(probe, until_true, other)
+        other.tools.signal(signal.SIGKILL)
+        yield
+        enter(pilot, until_true)  # somebody takes another one
+        comes_back(probe, until_true, pilot)
+
+    assert_stands(probe, until_true, killed)
 
 
 def test_the_page_s_program_is_killed(page, running, pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    running[0].kill()
-    try:
-        stands(probe, until_true)
-    finally:
-        page().wait_for("https://")
-    comes_back(probe, until_true, pilot)
+    program = running[0]
+
+    @contextlib.contextmanager
+    def killed() -> Iterator[None]:
+        nonlocal program
+        drives(probe, until_true, pilot)
+        program.kill()
+        try:
+            yield
+        finally:
+            program = page()
+            program.wait_for("https://")
+        comes_back(probe, until_true, pilot)
+
+    assert_stands(probe, until_true, killed)
 
 
 def test_one_person_has_two_pages(open_page, pilot, probe, until_true):
@@ -147,7 +162,7 @@ def test_one_person_has_two_pages(open_page, pilot, probe, until_true):
     )
     other = enter(open_page(), until_true)
     until_true(lambda: "drives now" in pilot.evaluate("said"), "the first page says who has it")
-    stands(probe, until_true)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
     until_true(lambda: "anna drives" in pilot.text("status"), "and goes on saying so")
     assert not pilot.is_there() and not pilot.evaluate("document.getElementById('take').hidden")
     probe.forget("/cmd_vel")
@@ -155,7 +170,7 @@ def test_one_person_has_two_pages(open_page, pilot, probe, until_true):
     assert FORWARD not in heard(probe)  # although the key is held there
     drives(probe, until_true, other)
     pilot.evaluate("document.getElementById('take').click()")
-    stands(probe, until_true)
+    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
     until_true(lambda: "anna drives" in other.text("status"), "the other page says so")
     comes_back(probe, until_true, pilot)
 

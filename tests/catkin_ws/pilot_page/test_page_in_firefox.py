@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
+from collections.abc import Iterator
 
 import pytest
 from firefox_page import FirefoxPage
-from page_browser import FORWARD, ZERO, drives, enter, heard, let_go_of_the_stop
+from page_browser import assert_stands, drives, enter, let_go_of_the_stop
 
 from telepresence.page.browser_link import SOMEWHERE
 from telepresence.video.webrtc import address_towards
@@ -14,8 +16,6 @@ from telepresence.video.webrtc import address_towards
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
 DIRECT, SLOWER = "direct", "slower"
-REST = 0.5
-"""[s] after the last valid command within which the robot is told to stand."""
 
 
 @pytest.fixture
@@ -40,33 +40,41 @@ def has_network() -> bool:
     return True
 
 
-def stands(probe, until_true) -> None:
-    until_true(lambda: heard(probe)[-1:] == [ZERO], "the robot is told to stand")
-    last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
-    assert min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last) - last <= REST
+@contextlib.contextmanager
+def released(probe, until_true, browser) -> Iterator[None]:
+    drives(probe, until_true, browser)
+    browser.key("KeyW", False)
+    yield
 
 
 def test_anna_sees_drives_stops_and_is_killed(firefox, probe, until_true):
     anna = enter(firefox(), until_true)
+
+    @contextlib.contextmanager
+    def stopped() -> Iterator[None]:
+        drives(probe, until_true, anna)
+        anna.evaluate("document.getElementById('stop').click()")
+        until_true(lambda: "red stop" in anna.text("status"), "the page says so")
+        yield
+        let_go_of_the_stop(anna, until_true)
+
+    @contextlib.contextmanager
+    def killed() -> Iterator[None]:
+        other = enter(firefox(), until_true)
+        drives(probe, until_true, other)
+        other.browser.signal(signal.SIGKILL)
+        yield
+
     until_true(lambda: anna.way() == (DIRECT if has_network() else SLOWER), "the page says which way it takes")
-    drives(probe, until_true, anna)
-    anna.key("KeyW", False)
-    stands(probe, until_true)
-    drives(probe, until_true, anna)
-    anna.evaluate("document.getElementById('stop').click()")
-    until_true(lambda: "red stop" in anna.text("status"), "the page says so")
-    stands(probe, until_true)
-    let_go_of_the_stop(anna, until_true)
-    drives(probe, until_true, anna)
+    assert_stands(probe, until_true, lambda: released(probe, until_true, anna))
+    assert_stands(probe, until_true, stopped)
     assert anna.errors == []
-    anna.browser.signal(signal.SIGKILL)
-    stands(probe, until_true)
+    anna.evaluate("document.getElementById('leave').click()")
+    assert_stands(probe, until_true, killed)
 
 
 def test_without_webrtc_she_drives_by_the_slower_way(firefox, probe, until_true):
     anna = enter(firefox("delete globalThis.RTCPeerConnection;"), until_true)
     until_true(lambda: anna.way() == SLOWER, "the page says so")
-    drives(probe, until_true, anna)
-    anna.key("KeyW", False)
-    stands(probe, until_true)
+    assert_stands(probe, until_true, lambda: released(probe, until_true, anna))
     assert anna.errors == []
