@@ -43,11 +43,12 @@ class Capture(QObject):
                 open_folder(folder)
         self.recorder = Recorder(folder, self)
         self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
-        self.recorder.finished.connect(self._on_finished)
+        self.recorder.finished.connect(lambda bag: self.said.emit(f"Recorded {bag}. Writing its report …", "info"))
         self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
         self.recorder.filmed.connect(lambda film: self.said.emit(f"The session's film: {film}", "good"))
-        self.recorder.failed.connect(self._on_failed)
-        self._timer = PeriodicTimer(500, self._show_time, self)
+        self.recorder.failed.connect(lambda reason: self.said.emit(reason, "bad"))
+        self.recorder.changed.connect(self._show_state)
+        self._timer = PeriodicTimer(500, self._show_state, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
         window.recordButton.toggled.connect(self._on_record)
 
@@ -69,35 +70,28 @@ class Capture(QObject):
     def _on_record(self, wanted: bool) -> None:
         if not wanted:
             self.recorder.stop()
+        elif self.recorder.ending:
+            self.said.emit("The last recording is still being closed. Press Record again when it is.", "warn")
         elif not self._link.state.master:
-            self._window.recordButton.setChecked(False)
             self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
         else:
+            self._since = time.monotonic()
             topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
             self.recorder.start(self._name(), topics, self._link.resolve(self._link.robot.filmed))
-            if self.recorder.recording:
-                self._since = time.monotonic()
-                self._timer.start()
-                self._show_time()
+        self._show_state()
 
-    def _on_finished(self, bag: str) -> None:
-        self._end_clock()
-        self.said.emit(f"Recorded {bag}. Writing its report …", "info")
-
-    def _on_failed(self, reason: str) -> None:
-        if not self.recorder.recording:
-            self._end_clock()
-        self.said.emit(reason, "bad")
-
-    def _end_clock(self) -> None:
-        self._timer.stop()
-        button = self._window.recordButton
-        button.setChecked(False)
-        button.setText("● Record")
-
-    def _show_time(self) -> None:
+    def _show_state(self) -> None:
+        """Show on the button what is so, not what was pressed: how long a recording has run, or that it is closed."""
+        button, runs = self._window.recordButton, self.recorder.recording and not self.recorder.ending
+        if not runs:
+            self._timer.stop()
+            button.setChecked(False)
+            button.setText("■ Closing" if self.recorder.recording else "● Record")
+            return
         seconds = int(time.monotonic() - self._since)
-        self._window.recordButton.setText(f"■ {seconds // 60}:{seconds % 60:02d}")
+        button.setText(f"■ {seconds // 60}:{seconds % 60:02d}")
+        if not self._timer.isActive():
+            self._timer.start()
 
     def _name(self) -> str:
         return f"{self._link.robot.name}-{datetime.now():%Y%m%d-%H%M%S}"

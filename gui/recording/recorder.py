@@ -13,12 +13,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, QProcess, pyqtSignal
+from PyQt5.QtCore import QObject, QProcess, QTimer, pyqtSignal
 
 from gui.recording.folder import open_folder
 
 PATIENCE = 8000
-"""[ms] that the recorder may take to close its bag when the window is closed."""
+"""[ms] that each program may take to end when the window is closed."""
+FILM_PATIENCE = 60000
+"""[ms] that a film may take to end; the programs of a busy machine come before it."""
 LEAST_FREE = 500e6
 """[B] that must be free on the disk; a session with pictures takes about 1 MB a second."""
 BUFFER = "64"
@@ -46,6 +48,8 @@ class Recorder(QObject):
     """A film has been written; the path of the MP4 file."""
     failed = pyqtSignal(str)
     """A message for the pilot."""
+    changed = pyqtSignal()
+    """`recording` or `ending` has changed."""
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -53,14 +57,23 @@ class Recorder(QObject):
         self._process: QProcess | None = None
         self._film: QProcess | None = None
         self._reports: set[QProcess] = set()
-        self._asked_to_end = False
+        self.ending = False
+        """Bag and film, or what is left of them, are being closed."""
+        self._limit = QTimer(self)
+        self._limit.setSingleShot(True)
+        self._limit.setInterval(FILM_PATIENCE)
+        self._limit.timeout.connect(self._kill_film)
 
     @property
     def recording(self) -> bool:
-        return self._process is not None
+        """Whether a bag or a film is being written or closed."""
+        return self._process is not None or self._film is not None
 
     def start(self, name: str, topics: Sequence[str], film: str = "") -> None:
-        """Record these topics into <folder>/<name>.bag, and this topic of pictures into <folder>/<name>.mp4."""
+        """Record these topics into <folder>/<name>.bag, and this topic of pictures into <folder>/<name>.mp4.
+
+        Nothing happens while `recording`, even if it is `ending`.
+        """
         if self.recording:
             return
         try:
@@ -74,55 +87,81 @@ class Recorder(QObject):
                 f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Delete something."
             )
             return
-        self._asked_to_end = False
         bag = self._folder / f"{name}.bag"
         self._process = process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
-        process.errorOccurred.connect(lambda error: self._on_error(process, error))
+        self._watch_start(process, "recording")
         words = ["rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
         _start(process, ["rosrun", *words, "-O", str(bag), *topics])
+        if self._process is not process:  # it could not start
+            return
         if film:
             self._start_film(film, bag.with_suffix(".mp4"))
         self.started.emit(str(bag))
+        self.changed.emit()
 
     def stop(self) -> None:
-        """Close the bag; `finished` and `reported` follow."""
-        if self._process is not None and not self._asked_to_end:
-            self._asked_to_end = True
-            _interrupt(self._process)
-            if self._film is not None:
-                _interrupt(self._film)
+        """Close bag and film; `finished` and `reported` follow, and when nothing is written any more `changed`."""
+        if self.recording and not self.ending:
+            self._end()
 
     def close(self) -> None:
         """End the recording, and wait for reports that are being written; takes a few seconds at most."""
         self.stop()
-        if self._process is not None and not self._process.waitForFinished(PATIENCE):
-            self._process.kill()
-            self._process.waitForFinished(1000)
-        if self._film is not None and not self._film.waitForFinished(PATIENCE):
-            self._film.kill()
-            self._film.waitForFinished(1000)
+        for process in (self._process, self._film):
+            if process is not None and not process.waitForFinished(PATIENCE):
+                process.kill()
+                process.waitForFinished(1000)
         for report in list(self._reports):
             report.waitForFinished(PATIENCE)
 
-    def _on_error(self, process: QProcess, error: QProcess.ProcessError) -> None:
-        if error == QProcess.ProcessError.FailedToStart:  # after any other error `finished` follows
-            process.deleteLater()
+    def _end(self) -> None:
+        self.ending = True
+        for process in (self._process, self._film):
+            if process is not None:
+                _interrupt(process)
+        self._limit.start()
+        self.changed.emit()
+
+    def _kill_film(self) -> None:
+        """Film nobody for longer. A bag may take its time: killed, it lacks its index, and it receives no more."""
+        if self._film is not None:
+            self._film.kill()
+
+    def _forget(self, process: QProcess) -> None:
+        """This program runs no more; a film does not go on without its bag."""
+        process.deleteLater()
+        if process is self._process:
             self._process = None
-            self.failed.emit(f"The recording cannot start: {process.errorString()}.")
+        elif process is self._film:
+            self._film = None
+        if not self.recording:
+            self.ending = False
+            self._limit.stop()
+        elif self._process is None and not self.ending:
+            self._end()
+        self.changed.emit()
+
+    def _watch_start(self, process: QProcess, what: str) -> None:
+        process.errorOccurred.connect(lambda error: self._on_error(process, error, what))
+        # A program that does not run yet cannot be interrupted.
+        process.started.connect(lambda: _interrupt(process) if self.ending else None)
+
+    def _on_error(self, process: QProcess, error: QProcess.ProcessError, what: str) -> None:
+        if error == QProcess.ProcessError.FailedToStart:  # after any other error `finished` follows
+            self._forget(process)
+            self.failed.emit(f"The {what} cannot start: {process.errorString()}.")
 
     def _on_recorded(self, process: QProcess, bag: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
-        process.deleteLater()
-        self._process = None
-        if self._film is not None and not self._asked_to_end:
-            _interrupt(self._film)
+        expected = self.ending
+        self._forget(process)
         if not bag.exists():
             reason = said.splitlines()[-1] if said else "rosbag said nothing"
             self.failed.emit(f"The recording failed: {reason}.")
             return
-        if not self._asked_to_end:
+        if not expected:
             self.failed.emit(f"The recording ended unexpectedly; {bag.name} holds what came before.")
         self.finished.emit(str(bag))
         self._write_report(bag)
@@ -131,14 +170,17 @@ class Recorder(QObject):
         self._film = process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda code: self._on_filmed(process, code, path))
+        self._watch_start(process, "film")
         # Below the drivers, which wait for nobody's film.
         _start(process, ["nice", "rosrun", "avatar_gui", "record_film", topic, str(path)])
 
     def _on_filmed(self, process: QProcess, code: int, path: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
-        process.deleteLater()
-        self._film = None
-        if code == 0:
+        killed = process.exitStatus() == QProcess.ExitStatus.CrashExit
+        self._forget(process)
+        if killed and path.exists():
+            self.failed.emit(f"The film did not end in order; {path.name} holds what came before.")
+        elif code == 0 and not killed:
             self.filmed.emit(str(path))
         else:
             reason = said.splitlines()[-1] if said else f"exit code {code}"

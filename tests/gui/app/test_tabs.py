@@ -1,5 +1,8 @@
 """Two robots behind tabs, and the parts that join a robot to the window."""
 
+import os
+import sys
+
 import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
@@ -111,3 +114,53 @@ def test_a_folder_that_cannot_be_made_is_told(qt, link, terminal, tmp_path):
     link.become(master=True)
     window.recordButton.click()
     assert "Nothing can be recorded" in said[0] and not window.recordButton.isChecked()
+
+
+@pytest.fixture
+def held_film(tmp_path, monkeypatch):
+    """A rosrun whose bags end when they are interrupted, and whose films end when this file is gone, too; and a report
+    that is ready at once."""
+    held, program = tmp_path / "held", tmp_path / "programs" / "rosrun"
+    program.parent.mkdir()
+    report = program.with_name("report")
+    report.write_text("#!/bin/sh\n")
+    report.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(report))
+    program.write_text(f"""\
+#!/bin/sh
+trap ended=1 INT
+for file; do case $file in *.bag) break;; *.mp4) held={held}; break;; esac; done
+: > "$file"
+while [ -z "$ended" ] || [ -e "$held" ]; do sleep 0.02; done
+""")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+    held.touch()
+    yield held
+    held.unlink(missing_ok=True)
+
+
+def test_record_pressed_while_the_last_recording_is_closed_is_refused_in_words(
+    qt, link, terminal, tmp_path, held_film, spin
+):
+    window = OperatorWindow(terminal)
+    said = []
+    capture = Capture(window, link, tmp_path / "kept")
+    capture.said.connect(lambda text, level: said.append(text))
+    link.become(master=True)
+    button = window.recordButton
+    button.click()
+    assert button.isChecked() and button.text() == "■ 0:00"
+    spin(lambda: len([*(tmp_path / "kept").glob("*.[bm]*")]) == 2, "the recording has begun")
+    button.click()
+    assert not button.isChecked() and button.text() == "■ Closing"
+    spin(lambda: any("Recorded" in text for text in said), "the bag is closed")
+    assert button.text() == "■ Closing", "the camera is still filmed"
+    button.click()
+    assert "still being closed" in said[-1] and not button.isChecked() and button.text() == "■ Closing"
+    held_film.unlink()
+    spin(lambda: button.text() == "● Record", "the film is closed")
+    button.click()
+    assert button.isChecked() and button.text() == "■ 0:00"
+    capture.recorder.close()
+    assert not button.isChecked() and button.text() == "● Record"

@@ -1,9 +1,11 @@
 """A recording of a real graph, without a window: whole when asked to end, and when its owner is killed."""
 
+import os
 import signal
 import subprocess
 import sys
 import textwrap
+import time
 from pathlib import Path
 
 import av
@@ -148,3 +150,105 @@ def test_a_recorder_that_is_not_installed_is_reported(qt, spin, tmp_path, monkey
     recorder.start("session", ["/odom"])
     spin(lambda: failed, "the failure is reported")
     assert failed[0].startswith("The recording cannot start: ") and not recorder.recording
+
+
+ROSRUN = """\
+#!/bin/sh
+# Stands in for rosbag and record_film: makes the file, and ends when it is interrupted and nobody holds it.
+for file; do case $file in *.bag | *.mp4) break;; esac; done
+trap ended=1 INT
+: > "$file"
+while [ -z "$ended" ] || [ -e "$file.held" ]; do sleep 0.02; done
+"""
+
+
+@pytest.fixture
+def fake_ros(tmp_path, monkeypatch):
+    """A folder for recordings. A file in it that is called like a bag or film, and `.held`, keeps its program from
+    ending."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    for name, text in (("rosrun", ROSRUN), ("report", "#!/bin/sh\n")):
+        (programs / name).write_text(text)
+        (programs / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    monkeypatch.setattr(recorder_module.sys, "executable", str(programs / "report"))
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def make_recorder(qt, fake_ros):
+    """A recorder, and what it has said."""
+    made = []
+
+    def make():
+        recorder, said = Recorder(fake_ros), []
+        for signal_of in (recorder.finished, recorder.reported, recorder.filmed):
+            signal_of.connect(lambda path: said.append(Path(path).name))
+        recorder.failed.connect(said.append)
+        made.append(recorder)
+        return recorder, said
+
+    yield make
+    for held in fake_ros.glob("*.held"):
+        held.unlink()
+    for recorder in made:
+        recorder.close()
+
+
+def has_begun(folder, name):
+    return (folder / f"{name}.bag").exists() and (folder / f"{name}.mp4").exists()
+
+
+def test_a_film_that_ends_after_its_bag_is_still_the_recordings(make_recorder, fake_ros, spin):
+    recorder, said = make_recorder()
+    held = fake_ros / "first.mp4.held"
+    held.touch()
+    recorder.start("first", ["/odom"], "/camera/compressed")
+    spin(lambda: has_begun(fake_ros, "first"), "it has begun")
+    recorder.stop()
+    spin(lambda: "first.html" in said, "the bag is closed")
+    assert recorder.recording and recorder.ending, "the camera is still filmed"
+    recorder.start("second", ["/odom"], "/camera/compressed")
+    held.unlink()
+    spin(lambda: not recorder.recording, "the film is closed")
+    assert "first.mp4" in said and not (fake_ros / "second.bag").exists()
+
+    recorder.start("third", ["/odom"], "/camera/compressed")
+    spin(lambda: has_begun(fake_ros, "third"), "it has begun")
+    assert recorder.recording and not recorder.ending
+    recorder.stop()
+    spin(lambda: not recorder.recording, "bag and film are closed")
+    spin(lambda: {"third.bag", "third.mp4", "third.html"} <= {*said}, "all is said")
+
+
+def test_a_film_ends_with_a_bag_that_ended_by_itself(make_recorder, fake_ros, spin):
+    recorder, said = make_recorder()
+    recorder.start("session", ["/odom"], "/camera/compressed")
+    spin(lambda: has_begun(fake_ros, "session"), "it has begun")
+    processes.send(recorder._process.processId(), signal.SIGKILL)
+    spin(lambda: not recorder.recording, "the film is closed")
+    assert any("ended unexpectedly" in text for text in said) and "session.mp4" in said
+
+
+def test_a_film_that_does_not_end_is_killed(make_recorder, fake_ros, spin, monkeypatch):
+    monkeypatch.setattr(recorder_module, "FILM_PATIENCE", 500)
+    recorder, said = make_recorder()
+    (fake_ros / "session.mp4.held").touch()
+    recorder.start("session", ["/odom"], "/camera/compressed")
+    spin(lambda: has_begun(fake_ros, "session"), "it has begun")
+    recorder.stop()
+    spin(lambda: not recorder.recording, "the film has ended")
+    assert "The film did not end in order; session.mp4 holds what came before." in said
+
+
+def test_a_recorder_that_is_closed_at_once_does_not_wait(make_recorder, monkeypatch):
+    """Its programs do not run yet, so that nothing can be interrupted."""
+    monkeypatch.setattr(recorder_module, "PATIENCE", 60000)
+    recorder, _ = make_recorder()
+    before = time.monotonic()
+    recorder.start("session", ["/odom"], "/camera/compressed")
+    recorder.close()
+    assert not recorder.recording and time.monotonic() - before < 30.0
