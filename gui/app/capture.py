@@ -38,15 +38,16 @@ class Capture(QObject):
         super().__init__(window)
         self._window, self._link, self._folder = window, link, folder
         self._since = 0.0
+        self._troubles: list[str] = []
         if folder.exists():
             with contextlib.suppress(OSError):  # said when something is to be saved there
                 open_folder(folder)
         self.recorder = Recorder(folder, self)
         self.recorder.started.connect(lambda bag: self.said.emit(f"Recording {Path(bag).name}", "good"))
-        self.recorder.finished.connect(lambda bag: self.said.emit(f"Recorded {bag}. Writing its report …", "info"))
-        self.recorder.reported.connect(lambda page: self.said.emit(f"The session's report: {page}", "good"))
-        self.recorder.filmed.connect(lambda film: self.said.emit(f"The session's film: {film}", "good"))
-        self.recorder.failed.connect(lambda reason: self.said.emit(reason, "bad"))
+        self.recorder.finished.connect(lambda bag: self._say(f"Recorded {bag}. Writing its report …", "info"))
+        self.recorder.reported.connect(lambda page: self._say(f"The session's report: {page}"))
+        self.recorder.filmed.connect(lambda film: self._say(f"The session's film: {film}"))
+        self.recorder.failed.connect(self._on_failed)
         self.recorder.changed.connect(self._show_state)
         self._timer = PeriodicTimer(500, self._show_state, self)
         window.snapshotButton.clicked.connect(self.take_snapshot)
@@ -75,10 +76,19 @@ class Capture(QObject):
         elif not self._link.state.master:
             self.said.emit("There is no ROS master, so nothing can be recorded. Press Roscore start.", "warn")
         else:
-            self._since = time.monotonic()
+            self._since, self._troubles = time.monotonic(), []
             topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
             self.recorder.start(self._name(), topics, self._link.resolve(self._link.robot.filmed))
         self._show_state()
+
+    def _on_failed(self, reason: str) -> None:
+        self._troubles.append(reason)
+        self.said.emit(" ".join(self._troubles), "bad")
+
+    def _say(self, text: str, level: str = "good") -> None:
+        """Say this after what went wrong with the recording: the window shows the newest message alone, and report and
+        film follow within seconds."""
+        self.said.emit(" ".join([*self._troubles, text]), "bad" if self._troubles else level)
 
     def _show_state(self) -> None:
         """Show on the button what is so, not what was pressed: how long a recording has run, or that it is closed."""

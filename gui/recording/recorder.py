@@ -23,8 +23,14 @@ FILM_PATIENCE = 60000
 """[ms] that a film may take to end; the programs of a busy machine come before it."""
 LEAST_FREE = 500e6
 """[B] that must be free on the disk; a session with pictures takes about 1 MB a second."""
+MIN_SPACE = "200M"
+"""What rosbag leaves free. It looks every 20 s; with less, rosbag 1.15.15 ends, others run on and write nothing."""
+DISABLED = b"Disabling recording."
+"""What all of them say then."""
 BUFFER = "64"
 """[MB] of memory in which messages wait for the disk."""
+LONGEST_OUTPUT = 4096
+"""[B] of what rosbag says that are kept."""
 TIED = ("--pdeathsig", "INT")
 """Words for setpriv: the kernel interrupts the program when this process ends, however that happens."""
 PRIVATE = ("sh", "-c", 'umask 077; exec "$@"', "sh")
@@ -57,6 +63,8 @@ class Recorder(QObject):
         self._process: QProcess | None = None
         self._film: QProcess | None = None
         self._reports: set[QProcess] = set()
+        self._output = b""
+        self._disk_full = False
         self.ending = False
         """Bag and film, or what is left of them, are being closed."""
         self._limit = QTimer(self)
@@ -87,12 +95,14 @@ class Recorder(QObject):
                 f"{self._folder} has only {free / 1e6:.0f} MB left, too little to record. Delete something."
             )
             return
+        self._output, self._disk_full = b"", False
         bag = self._folder / f"{name}.bag"
         self._process = process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
+        process.readyRead.connect(lambda: self._read(process))
         process.finished.connect(lambda _code: self._on_recorded(process, bag))
         self._watch_start(process, "recording")
-        words = ["rosbag", "record", f"--buffsize={BUFFER}", "--min-space=200M"]
+        words = ["rosbag", "record", f"--buffsize={BUFFER}", f"--min-space={MIN_SPACE}"]
         _start(process, ["rosrun", *words, "-O", str(bag), *topics])
         if self._process is not process:  # it could not start
             return
@@ -153,15 +163,27 @@ class Recorder(QObject):
             self._forget(process)
             self.failed.emit(f"The {what} cannot start: {process.errorString()}.")
 
+    def _read(self, process: QProcess) -> None:
+        self._output = (self._output + bytes(process.readAll()))[-LONGEST_OUTPUT:]
+        if DISABLED in self._output and not self.ending:
+            self._disk_full = True
+            self._end()
+
     def _on_recorded(self, process: QProcess, bag: Path) -> None:
-        said = bytes(process.readAll()).decode(errors="replace").strip()
+        self._read(process)
+        said = self._output.decode(errors="replace").strip()
         expected = self.ending
         self._forget(process)
         if not bag.exists():
             reason = said.splitlines()[-1] if said else "rosbag said nothing"
             self.failed.emit(f"The recording failed: {reason}.")
             return
-        if not expected:
+        if self._disk_full:
+            self.failed.emit(
+                f"{self._folder} has less than {MIN_SPACE}B left, so the recording has ended; "
+                f"{bag.name} holds what came before. Delete something."
+            )
+        elif not expected:
             self.failed.emit(f"The recording ended unexpectedly; {bag.name} holds what came before.")
         self.finished.emit(str(bag))
         self._write_report(bag)

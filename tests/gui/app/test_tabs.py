@@ -164,3 +164,15 @@ def test_record_pressed_while_the_last_recording_is_closed_is_refused_in_words(
     assert button.isChecked() and button.text() == "■ 0:00"
     capture.recorder.close()
     assert not button.isChecked() and button.text() == "● Record"
+
+
+def test_why_a_recording_ended_is_said_until_the_next_one(qt, link, terminal, tmp_path):
+    """The bottom line shows one message, and the report's follows within seconds."""
+    said = []
+    capture = Capture(OperatorWindow(terminal), link, tmp_path)
+    capture.said.connect(lambda *message: said.append(message))
+    capture.recorder.failed.emit("The disk is full.")
+    capture.recorder.finished.emit("session.bag")
+    capture.recorder.reported.emit("session.html")
+    assert said[0] == ("The disk is full.", "bad")
+    assert said[-1] == ("The disk is full. The session's report: session.html", "bad")

@@ -158,6 +158,7 @@ ROSRUN = """\
 for file; do case $file in *.bag | *.mp4) break;; esac; done
 trap ended=1 INT
 : > "$file"
+[ -e "$file.says" ] && cat "$file.says" >&2
 while [ -z "$ended" ] || [ -e "$file.held" ]; do sleep 0.02; done
 """
 
@@ -165,7 +166,7 @@ while [ -z "$ended" ] || [ -e "$file.held" ]; do sleep 0.02; done
 @pytest.fixture
 def fake_ros(tmp_path, monkeypatch):
     """A folder for recordings. A file in it that is called like a bag or film, and `.held`, keeps its program from
-    ending."""
+    ending; what is in one with `.says` is what that program says."""
     programs = tmp_path / "programs"
     programs.mkdir()
     for name, text in (("rosrun", ROSRUN), ("report", "#!/bin/sh\n")):
@@ -252,3 +253,30 @@ def test_a_recorder_that_is_closed_at_once_does_not_wait(make_recorder, monkeypa
     recorder.start("session", ["/odom"], "/camera/compressed")
     recorder.close()
     assert not recorder.recording and time.monotonic() - before < 30.0
+
+
+FULL = "has less than {}B left, so the recording has ended; session.bag holds what came before. Delete something."
+
+
+def test_a_recording_that_rosbag_writes_no_more_is_ended_and_said(make_recorder, fake_ros, spin):
+    """Some versions of rosbag run on without writing."""
+    text = "\x1b[31m[ERROR] [1.0]: Less than 200M of space free on disk with session.bag.active. Disabling recording."
+    (fake_ros / "session.bag.says").write_text(text)
+    recorder, said = make_recorder()
+    recorder.start("session", ["/odom"], "/camera/compressed")
+    spin(lambda: recorder.ending, "it is noticed")
+    spin(lambda: not recorder.recording, "bag and film are closed")
+    spin(lambda: {"session.bag", "session.mp4", "session.html"} <= {*said}, "all is said")
+    assert f"{fake_ros} {FULL.format('200M')}" in said and not any("unexpectedly" in text for text in said)
+
+
+@pytest.mark.ros
+def test_what_rosbag_says_of_a_full_disk_is_understood(ros_master, qt, spin, tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder_module, "MIN_SPACE", "900000G")
+    recorder, said, reported = Recorder(tmp_path / "kept"), [], []
+    recorder.failed.connect(said.append)
+    recorder.reported.connect(reported.append)
+    recorder.start("session", ["/odom"])
+    spin(lambda: not recorder.recording, "the recording has ended")
+    assert said[0].endswith(FULL.format("900000G"))
+    spin(lambda: reported or len(said) > 1, "its report has been tried")
